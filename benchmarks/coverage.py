@@ -26,11 +26,10 @@ from armimpedance.app.study import Processes
 from armimpedance.core.arrays import FloatArray
 from armimpedance.hand.still import METHODS
 from armimpedance.lab.simulate_study import carry_out
-from armimpedance.lab.simulate_study.blocks import Blocks
-from armimpedance.lab.simulate_study.cells import Cell
+from armimpedance.lab.simulate_study.blocks import Blocks, Cell
 from armimpedance.lab.simulate_study.config import Config, read_config
-from armimpedance.lab.simulate_study.results import sessions_of
 from armimpedance.lab.simulate_study.summary import errors_of
+from armimpedance.lab.simulate_study.work import sessions_of
 
 CONFIG = Path(__file__).parent / "configs/coverage.toml"
 #: Rig of the study -> limb of the bounds.

@@ -27,9 +27,9 @@ from armimpedance.hand.still import METHODS, Options, estimate
 from armimpedance.lab.simulate_study import carry_out
 from armimpedance.lab.simulate_study.blocks import Blocks
 from armimpedance.lab.simulate_study.config import read_config
-from armimpedance.lab.simulate_study.results import sessions_of
 from armimpedance.lab.simulate_study.rig import TRUTH
 from armimpedance.lab.simulate_study.summary import errors_of
+from armimpedance.lab.simulate_study.work import sessions_of
 from armimpedance.numerics.regression import fit
 from manipulandum_sim.hand import IDEAL, Servo, simulate_condition
 

@@ -67,7 +67,7 @@ def true_bound(
     """Cramer-Rao bound (12, 12) of M, B, K for the noise that the simulation has.
 
     The force's noise is computed from its definition, nothing is estimated; the position's from
-    the record (`numerics.signals.encoder`), or left out for a motion that is known.
+    the record (`numerics.signals.modes`), or left out for a motion that is known.
     """
     clean = experiments(limb, "none", 0, 1, trials=trials, **design)
     noisy = experiments(limb, noise, 0, 1, trials=trials, **design).windows[0]

@@ -20,7 +20,7 @@ import argparse
 import numpy as np
 
 import armimpedance as ai
-from armimpedance.lab.benchmark_command.hand import drawn_person
+from armimpedance.lab.benchmark_command.task import drawn_person
 from armimpedance.muscles.models import JointRows, triple
 from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.hand import Arm, Condition, Reflex, find_experiment, find_truth, simulate

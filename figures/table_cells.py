@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from armimpedance.muscles.models import ElementQuality
-from armimpedance.show.plots import TableRow
+from armimpedance.show.plots import DrawnRow
 from armimpedance.show.text import fixed
 
 
@@ -32,13 +32,13 @@ def error_text(value: float) -> str:
 
 def quality_rows(
     found: Mapping[str, ElementQuality], elements: Sequence[str]
-) -> tuple[TableRow, ...]:
+) -> tuple[DrawnRow, ...]:
     """R, E, and what they are worth, one column per element."""
     of = [found[element] for element in elements]
     return (
-        TableRow("R", tuple(correlation_text(q.r) for q in of), strong=True),
-        TableRow("E", tuple(error_text(q.e) for q in of), strong=True),
-        TableRow("adj. R²", tuple(correlation_text(q.adjusted_r2) for q in of)),
-        TableRow("R left out", tuple(correlation_text(q.leave_one_out_r) for q in of)),
-        TableRow("R of noise", tuple(correlation_text(q.null_r) for q in of)),
+        DrawnRow("R", tuple(correlation_text(q.r) for q in of), strong=True),
+        DrawnRow("E", tuple(error_text(q.e) for q in of), strong=True),
+        DrawnRow("adj. R²", tuple(correlation_text(q.adjusted_r2) for q in of)),
+        DrawnRow("R left out", tuple(correlation_text(q.leave_one_out_r) for q in of)),
+        DrawnRow("R of noise", tuple(correlation_text(q.null_r) for q in of)),
     )

@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armimpedance.lab.parts.simulation import simulated_files, write_simulated
-from armimpedance.show.command.checks import check_seed
-from armimpedance.show.command.outputs import check_folder
+from armimpedance.show.command.outputs import check_folder, check_seed
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -99,8 +98,7 @@ def _write_all(
 ) -> list[str]:
     """Draw and fit side by side; what is said of estimates, models and all that was written."""
     from armimpedance.hand.show import write_results
-    from armimpedance.lab.parts.demo_models import fit_models, models_text
-    from armimpedance.lab.parts.demo_summary import summary
+    from armimpedance.lab.parts.demo_models import fit_models, models_text, summary
 
     lines = [f"{out / 'recordings' / name}: a recording and its truth" for name in studied]
     for level in ("hand", "joint"):

@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, analyse, draw."""
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
     from armimpedance.show.plots import drawn_for
     from armimpedance_figures.build_all import build, chosen
     from armimpedance_figures.source_figure import SEED

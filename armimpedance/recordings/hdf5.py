@@ -12,8 +12,7 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import InputError
-from armimpedance.core.extras import needed
+from armimpedance.core.errors import InputError, needed
 
 MAGIC: Final = b"\x89HDF\r\n\x1a\n"
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+import os
+import unicodedata
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Final, Literal, cast
 
+from armimpedance.core.errors import InputError, shortened, shown
+from armimpedance.core.findings import Finding
 from armimpedance.core.motion import MarkerRecording, MotionRecording
 from armimpedance.core.records import Recording, Subject
 from armimpedance.core.skeleton import Skeleton
+from armimpedance.recordings.tables.folder import METADATA_FILE
+from armimpedance.recordings.tables.metadata import recording_fields
 
 #: Whatever a file can hold: trials of the hand or of joints, markers, joint motion.
 AnyRecording = Recording | MarkerRecording | MotionRecording
@@ -120,3 +126,97 @@ class Format:
     read: Callable[[Path, ReadOptions], AnyRecording]
     options: tuple[str, ...] = ()
     read_subject: Callable[[Path, ReadOptions], RecordedSubject] | None = None
+
+
+# Which kind of recording a folder holds.
+
+AnyKind = Literal["hand", "joint", "markers", "motion"]
+KINDS: Final = ("hand", "joint", "markers", "motion")
+
+
+def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
+    """The kind that a recording's folder states, without reading its samples.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, no `recording.json` in it, or it states no known kind.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise InputError("no such folder", file=path, expected="a recording's folder")
+    given = recording_fields(folder / METADATA_FILE)
+    return cast(AnyKind, given.choice("kind", KINDS, required=True))
+
+
+# Names that look alike and are not the same: two conditions that a blank tells apart.
+#
+# A table that was typed by hand holds `rest` and `rest `, or an accent written in two ways. Taken
+# as they are they make two groups that nobody can tell apart on a screen.
+
+
+def with_one_name_each(recording: AnyRecording) -> AnyRecording:
+    """The recording with names of the trial table that look alike as one name.
+
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+
+    Returns
+    -------
+    Recording, MarkerRecording or MotionRecording
+        The same where no two names of a column look alike; otherwise its provenance (and the
+        findings of a `Recording`) say which were taken as one.
+    """
+    trials, sentences = recording.trials, []
+    for column in trials.columns:
+        names = {name for name in trials[column] if isinstance(name, str)}
+        one = _one_name(names)
+        if one:
+            trials = trials.assign(**{column: trials[column].map(lambda n, o=one: o.get(n, n))})
+            pairs = ", ".join(f"{name!r} as {clean!r}" for name, clean in sorted(one.items()))
+            sentences.append(f"Names of {column} that look alike were taken as one: {pairs}.")
+    if not sentences:
+        return recording
+    told: dict[str, Any] = {"trials": trials, "provenance": (*recording.provenance, *sentences)}
+    if isinstance(recording, Recording):
+        found = tuple(Finding("names", "warning", text.rstrip(".")) for text in sentences)
+        return replace(recording, **told, findings=(*recording.findings, *found))
+    return replace(recording, **told)
+
+
+def _one_name(names: set[str]) -> dict[str, str]:
+    """The names that another one looks like, with what both become."""
+    alike: dict[str, list[str]] = {}
+    for name in names:
+        alike.setdefault(" ".join(unicodedata.normalize("NFC", name).split()), []).append(name)
+    return {
+        name: clean
+        for clean, written in alike.items()
+        if len(written) > 1
+        for name in written
+        if name != clean
+    }
+
+
+# Names that somebody else gave: which can be shown in a line, and how many of a long list.
+
+LONGEST_NAME: Final = 120
+_MOST: Final = 20
+
+
+def can_be_shown(name: str) -> bool:
+    """Whether a column may have this name: it is printable, and no essay."""
+    return name.isprintable() and len(name) <= LONGEST_NAME
+
+
+def shown_name(name: str) -> str:
+    """The name for a message, whatever it is made of."""
+    return shortened(shown(name[: 4 * LONGEST_NAME]), LONGEST_NAME)
+
+
+def some_names(names: Iterable[str]) -> list[str]:
+    """The first of these names for a sentence, each once, and how many follow."""
+    different = list(dict.fromkeys(names))
+    told = [shown_name(name) for name in different[:_MOST]]
+    return told if len(different) <= _MOST else [*told, f"and {len(different) - _MOST} more"]

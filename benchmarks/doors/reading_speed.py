@@ -26,7 +26,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from armimpedance.lab.parts.lab_form import FORMS
+from armimpedance.lab.parts.simulation import FORMS
 from manipulandum_sim.hand import simulate
 
 OURS = (

@@ -14,8 +14,7 @@ import numpy as np
 from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Window
-from armimpedance.hand.still.prepared import Method, Prepared
-from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.hand.still.prepared import Method, Prepared, impedance_factors
 from armimpedance.numerics.signals import choose_span, respond
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance.show.text import fixed
 from armimpedance_figures.guidali2013.groups import (
     GROUPS,
@@ -52,14 +52,14 @@ def draw(studied: TherapyStudy) -> Figure:
     return plot_table(HEADER, blocks, widths=WIDTHS).figure  # type: ignore[return-value]
 
 
-def _row(studied: TherapyStudy, movement: str, group: str, condition: str) -> TableRow:
+def _row(studied: TherapyStudy, movement: str, group: str, condition: str) -> DrawnRow:
     printed = CONTRIBUTIONS[movement, group, condition]
     measured = measured_of(studied, movement, group, condition)
     cells = [_spread((printed.mean, printed.sd)) + (" *" if printed.doubt else "")]
     for found, true in METRICS:
         cells += [_found(found(measured)), _mean(true(measured))]
     cells += [_spread((printed.difference, printed.difference_sd)), _found(differences(measured))]
-    return TableRow(condition.replace("_", " "), tuple(cells))
+    return DrawnRow(condition.replace("_", " "), tuple(cells))
 
 
 def _found(values: FloatArray) -> str:

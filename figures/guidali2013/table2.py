@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from armimpedance.joint.therapy import AxisValidation
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance.show.text import fixed
 from armimpedance_figures.guidali2013.printed import (
     TABLE_2_IMPOSSIBLE,
@@ -40,17 +40,17 @@ def _rows(
     found: Sequence[Sequence[AxisValidation]],
     name: str,
     decimals: int,
-) -> list[TableRow]:
+) -> list[DrawnRow]:
     source = [
         fixed(value, decimals) + (" *" if i + 1 == TABLE_2_IMPOSSIBLE else "")
         for i, value in enumerate(printed)
     ]
-    rows = [TableRow("printed", tuple(source))]
+    rows = [DrawnRow("printed", tuple(source))]
     for what, axes in zip(("as calibrated", "mismatched"), found, strict=True):
         for moving in ("", "moving_"):
             cells = tuple(fixed(getattr(a, moving + name), decimals) for a in axes)
             label = f"{what}, while moving" if moving else what
-            rows.append(TableRow(label, cells, strong=not moving))
+            rows.append(DrawnRow(label, cells, strong=not moving))
     return rows
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance.show.text import fixed, with_half_width
 from armimpedance_figures.guidali2013.printed import TABLE_3
 from armimpedance_figures.guidali2013.study import SUBJECTS, TherapyStudy, design, study
@@ -83,10 +83,10 @@ def draw(studied: TherapyStudy) -> Figure:
             TableBlock(
                 heading,
                 (
-                    TableRow("printed", tuple(f"{v:g}" for v in TABLE_3[name])),
-                    TableRow("identified", tuple(f[0] for f in found), strong=True),
-                    TableRow("   ±", tuple(f[-1] for f in found)),
-                    TableRow("off the truth by", tuple(c.error_text for c in cells)),
+                    DrawnRow("printed", tuple(f"{v:g}" for v in TABLE_3[name])),
+                    DrawnRow("identified", tuple(f[0] for f in found), strong=True),
+                    DrawnRow("   ±", tuple(f[-1] for f in found)),
+                    DrawnRow("off the truth by", tuple(c.error_text for c in cells)),
                 ),
             )
         )

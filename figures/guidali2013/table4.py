@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.joint.therapy import AxisCalibration
 from armimpedance.numerics.regression import NamedParameter
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance.show.text import with_half_width
 from armimpedance_figures.guidali2013.groups import mean_and_sd
 from armimpedance_figures.guidali2013.printed import TABLE_4, TABLE_4_MEANS, recomputed_means
@@ -108,9 +108,9 @@ def draw(studied: TherapyStudy) -> Figure:
     return plot_table(header, blocks, widths=WIDTHS).figure  # type: ignore[return-value]
 
 
-def _row(person: Person) -> TableRow:
+def _row(person: Person) -> DrawnRow:
     texts = [text for cell in cells_of(person) for text in (_printed(cell.printed), cell.text)]
-    return TableRow(person.name, tuple(texts))
+    return DrawnRow(person.name, tuple(texts))
 
 
 def _printed(value: float | None) -> str:
@@ -120,7 +120,7 @@ def _printed(value: float | None) -> str:
     return f"{value:.2f}" if abs(value) >= 0.03 else f"{value:.3f}"
 
 
-def _mean_rows(group: str, people: Sequence[Person]) -> Iterator[TableRow]:
+def _mean_rows(group: str, people: Sequence[Person]) -> Iterator[DrawnRow]:
     printed, own_rows = np.array(TABLE_4_MEANS[group]), recomputed_means(group)
     ours = np.array([mean_and_sd(column) for column in _columns(people)])
     marks = [not np.allclose(p, r, atol=0.011) for p, r in zip(printed, own_rows, strict=True)]
@@ -134,7 +134,7 @@ def _mean_rows(group: str, people: Sequence[Person]) -> Iterator[TableRow]:
             for (mean, sd), mark in zip(values, marked, strict=True)
             for text in ("", f"{mean:.2f} ± {sd:.2f}" + (" *" if mark else ""))
         ]
-        yield TableRow(name, tuple(cells), strong=name == "identified")
+        yield DrawnRow(name, tuple(cells), strong=name == "identified")
 
 
 def _columns(people: Sequence[Person]) -> list[FloatArray]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.muscles.models import ElementQuality, JointRows, PostureModel, fit_posture_model
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import number, quality_rows
 from armimpedance_figures.tsuji1997.printed import (
@@ -107,9 +107,9 @@ def _block(order: int, model: PostureModel) -> TableBlock:
     heading = f"L = {order}, least squares: {p} coefficient{'s' if p > 1 else ''} per element"
     adjusted = [printed_adjusted_r2(order, e) for e in TABLE_1_ELEMENTS]
     printed = (
-        TableRow("R printed", tuple(f"{v:.3f}" for v in TABLE_1_R[order])),
-        TableRow("E printed", tuple(f"{v:.3f}" for v in TABLE_1_E[order])),
-        TableRow("adj. R² from E printed", tuple(f"{v:.2f}" for v in adjusted)),
+        DrawnRow("R printed", tuple(f"{v:.3f}" for v in TABLE_1_R[order])),
+        DrawnRow("E printed", tuple(f"{v:.3f}" for v in TABLE_1_E[order])),
+        DrawnRow("adj. R² from E printed", tuple(f"{v:.2f}" for v in adjusted)),
     )
     ours = quality_rows(by_element(model.quality), TABLE_1_ELEMENTS)
     if order == 0:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from armimpedance.muscles.models import ActivationModel, ElementQuality
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import correlation_text, error_text, number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit
@@ -37,14 +37,14 @@ def _block(order: int, source: tuple[ElementQuality, ...], ours: ActivationModel
         "(columns scaled)"
     )
     rows = (
-        TableRow("R printed", tuple(f"{v:.3f}" for v in TABLE_2_R[order])),
-        TableRow("R as the source", tuple(correlation_text(q.r) for q in a)),
-        TableRow("R shared", tuple(correlation_text(q.r) for q in b), strong=True),
-        TableRow("   left out", tuple(correlation_text(q.leave_one_out_r) for q in b)),
-        TableRow("   of noise", tuple(correlation_text(q.null_r) for q in b)),
-        TableRow("E printed", tuple(f"{v:.2f}" for v in TABLE_2_E[order])),
-        TableRow("E as the source", tuple(error_text(q.e) for q in a)),
-        TableRow("E shared", tuple(error_text(q.e) for q in b), strong=True),
+        DrawnRow("R printed", tuple(f"{v:.3f}" for v in TABLE_2_R[order])),
+        DrawnRow("R as the source", tuple(correlation_text(q.r) for q in a)),
+        DrawnRow("R shared", tuple(correlation_text(q.r) for q in b), strong=True),
+        DrawnRow("   left out", tuple(correlation_text(q.leave_one_out_r) for q in b)),
+        DrawnRow("   of noise", tuple(correlation_text(q.null_r) for q in b)),
+        DrawnRow("E printed", tuple(f"{v:.2f}" for v in TABLE_2_E[order])),
+        DrawnRow("E as the source", tuple(error_text(q.e) for q in a)),
+        DrawnRow("E shared", tuple(error_text(q.e) for q in b), strong=True),
     )
     return TableBlock(heading, rows)
 

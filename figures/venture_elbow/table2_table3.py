@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from armimpedance.joint.relaxed import PassiveFit
 from armimpedance.numerics.regression import NamedParameter
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance.show.text import fixed, with_half_width
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
@@ -62,23 +62,23 @@ def _block(one: StudiedTest) -> TableBlock:
     torques = [f.torque_fit for f in fits]
     conditions = [f"{fixed(f.cond_raw, 2)} ({fixed(f.cond_scaled, 2)})" for f in torques]
     rows += [
-        TableRow("cond W (columns scaled)", (source.condition, *conditions, "")),
-        TableRow("n", (source.n, *(str(f.n_rows) for f in torques), "")),
-        TableRow("R² about zero; VAF", ("", *map(_explained, fits), "")),
+        DrawnRow("cond W (columns scaled)", (source.condition, *conditions, "")),
+        DrawnRow("n", (source.n, *(str(f.n_rows) for f in torques), "")),
+        DrawnRow("R² about zero; VAF", ("", *map(_explained, fits), "")),
     ]
     known = source is not _NONE
     return TableBlock(f"{heading} ({table})" if known else heading, tuple(rows))
 
 
-def _parameter_rows(one: StudiedTest, name: str, i: int) -> Iterator[TableRow]:
+def _parameter_rows(one: StudiedTest, name: str, i: int) -> Iterator[DrawnRow]:
     source, fitted = printed(one), [one.fits[m].parameters[name] for m in METHODS_SHOWN]
     values = tuple(with_half_width(p.value, _half_width(p)) for p in fitted)
     truth = f"{one.true(name):g}"
-    yield TableRow(NAMES[name], (source.values[i], *values, truth))
+    yield DrawnRow(NAMES[name], (source.values[i], *values, truth))
     spreads = tuple(_judged(p.relative_sd_percent) for p in fitted)
     printed_sd = source.relative_sd_percent[i]
     shown = "-" if printed_sd == "-" else _judged(float(printed_sd), printed_sd)
-    yield TableRow("   sd %; well identified?", (shown, *spreads, ""))
+    yield DrawnRow("   sd %; well identified?", (shown, *spreads, ""))
 
 
 def _half_width(parameter: NamedParameter) -> float:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from armimpedance.joint.body import MotionChoice
-from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_poster.study import UNNATURAL, StudiedBody, design, study
@@ -27,7 +27,7 @@ def draw(studied: StudiedBody) -> Figure:
     order = np.argsort(studied.weighted.choice.alone)
     motions = [studied.equations.motions[t] for t in order]
     rows = tuple(
-        TableRow(
+        DrawnRow(
             motion.replace("_", " "), _cells(studied, motion), strong=_step(studied, motion) > 0
         )
         for motion in motions

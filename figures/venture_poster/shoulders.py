@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison import Discrimination, Group, discriminate_groups
+from armimpedance.hand.comparison import Discrimination, PeopleGroup, discriminate_groups
 from armimpedance.joint.relaxed import from_motion, identify_passive
 from armimpedance.limb.mocap import joint_motion
 from armimpedance.numerics.regression import NamedParameter
@@ -125,8 +125,8 @@ def study(experiment: str, *, subject: str, seed: int, sets: int) -> StudiedShou
     )
 
 
-def _values(people: list[Shoulder]) -> Group:
-    return Group(
+def _values(people: list[Shoulder]) -> PeopleGroup:
+    return PeopleGroup(
         people[0].group,
         tuple(p.person for p in people),
         np.array([p.k.value for p in people]),

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, sync_playwright
 from set_up import chromium_file
 
-from armimpedance.app.report.door import report_page
+from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
 from armimpedance.show.pages.rendering import write_page
 from manipulandum_sim.hand import simulate

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from armimpedance.joint.elbow.stationary.diagnosis import ljung_box
 from armimpedance.joint.elbow.stationary.discrete import to_continuous, to_discrete
-from armimpedance.joint.elbow.stationary.whiteness import ljung_box
 
 #: I, B, K: swinging, nearly undamped, the source's range, critically damped.
 JOINTS = [(0.07, 0.6, 20.0), (0.1, 0.05, 150.0), (0.06, 3.5, 9.0), (0.05, 2.0, 20.0)]

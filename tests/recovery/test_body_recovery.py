@@ -13,7 +13,7 @@ from armimpedance.joint.body.base_parameters import base_parameters, essential_b
 from armimpedance.joint.body.equations import body_equations
 from armimpedance.joint.body.identify import identify_body
 from armimpedance.joint.body.methods import METHODS
-from armimpedance.joint.body.parameters import pseudo_inertias
+from armimpedance.joint.body.regressor import pseudo_inertias
 from armimpedance.joint.body.rows import RowChoice
 from manipulandum_sim.body.simulate import simulate_body
 

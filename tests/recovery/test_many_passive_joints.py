@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from armimpedance.joint.relaxed.from_motion import from_motion
 from armimpedance.joint.relaxed.identify import identify_passive
-from armimpedance.joint.relaxed.result import summary_of
+from armimpedance.joint.relaxed.passive_fit import summary_of
+from armimpedance.joint.relaxed.samples import from_motion
 from armimpedance.limb.mocap.joint_motion import joint_motion
 from manipulandum_sim.passive.swing import simulate_passive
 

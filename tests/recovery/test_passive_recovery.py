@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.joint.relaxed.from_motion import from_motion
 from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.samples import from_motion
 from armimpedance.limb.mocap.joint_motion import joint_motion
 from armimpedance.numerics.signals.emg.silence import emg_gate
 from manipulandum_sim.passive.swing import simulate_passive

@@ -12,9 +12,9 @@ import pytest
 from armimpedance.joint.therapy.arm.calibrate import identify_arm
 from armimpedance.joint.therapy.arm.mockup import check_mockup, pipes
 from armimpedance.joint.therapy.arm.movements import movement_torques
-from armimpedance.joint.therapy.arm.person import segments_of
+from armimpedance.joint.therapy.arm.passive_arm import segments_of
 from armimpedance.joint.therapy.robot.calibrate import identify_robot
-from armimpedance.joint.therapy.robot.sliding import slides
+from armimpedance.joint.therapy.robot.steady import slides
 from armimpedance.joint.therapy.share.of_movement import contribution_of
 from armimpedance.lab.simulated.therapy import drawings_of
 from manipulandum_sim.therapy.device import therapy_device

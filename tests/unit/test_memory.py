@@ -22,13 +22,13 @@ from armimpedance.app.inspection import inspect
 from armimpedance.core.arrays import lengths
 from armimpedance.core.records import Recording
 from armimpedance.hand.still import stochastic
-from armimpedance.hand.still.doubts import allowance, told
+from armimpedance.hand.still.doubts import allowance, departures as told
 from armimpedance.hand.still.doubts.model import Model
 from armimpedance.hand.still.show import estimate
 from armimpedance.numerics.signals import multiple_coherence, spectra
 from armimpedance.recordings import write_recording
-from armimpedance.recordings.tables import sample_clock
-from armimpedance.show.verbs import spread
+from armimpedance.recordings.tables import sample_table as sample_clock
+from armimpedance.show.verbs import checks as spread
 from armimpedance.show.verbs.checks import TopicChecks
 from armimpedance.show.verbs.sources import read
 

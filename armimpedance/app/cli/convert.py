@@ -47,8 +47,8 @@ from armimpedance.app.cli.convert_motion import (
     with_standing,
 )
 from armimpedance.core.errors import InputError
+from armimpedance.show.command.options import add_reading, reading_options
 from armimpedance.show.command.outputs import add_replace, check_folder
-from armimpedance.show.command.reading import add_reading, reading_options
 
 if TYPE_CHECKING:
     from armimpedance.recordings import AnyRecording

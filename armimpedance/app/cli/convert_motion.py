@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.reading import pairs
+from armimpedance.show.command.options import pairs
 
 if TYPE_CHECKING:
     from armimpedance.core.motion import MarkerRecording

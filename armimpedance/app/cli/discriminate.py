@@ -48,8 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, tell apart, write, print."""
     from armimpedance.app.study import discriminate
     from armimpedance.hand.comparison.show import discrimination_text, plot_discrimination
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.written import check_long, write_result
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import check_long, write_result
     from armimpedance.show.files import table_content
 
     out, figure, groups = arguments.out, arguments.figure, arguments.group

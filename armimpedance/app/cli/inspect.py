@@ -18,6 +18,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from armimpedance.show.command.options import add_reading, reading_options
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -26,7 +27,6 @@ from armimpedance.show.command.outputs import (
     add_out,
     check_outputs,
 )
-from armimpedance.show.command.reading import add_reading, reading_options
 
 CAPTION = (
     "All trials from their onsets: displacement (a) and change of force (b); what is left of each "
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.core.records import Recording
     from armimpedance.hand.still.show import plot_quality
     from armimpedance.recordings import read_skeleton
-    from armimpedance.show.command.figure import draw_picture
+    from armimpedance.show.command.options import draw_picture
     from armimpedance.show.files import write_content
     from armimpedance.show.verbs.sources import read
 

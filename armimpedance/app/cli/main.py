@@ -16,13 +16,14 @@ from armimpedance.core.errors import ArmImpedanceError, shortened, shown
 from armimpedance.show.command.failures import (
     TRACEBACK,
     WRONG_INPUT,
+    AskedToEnd,
     library_warnings,
     naming,
+    stopped_in_order,
     told,
 )
 from armimpedance.show.command.parser import OneLineParser, add_commands
 from armimpedance.show.command.screen import safe_screen
-from armimpedance.show.command.stopping import Asked, stopped_in_order
 
 #: Command, its module in the package, its line in the overview. A command of one topic stands in
 #: the folder of its topic, one that spans the topics here.
@@ -212,7 +213,7 @@ def run(argv: list[str]) -> int:
         return _fail("armimpedance", error)
 
 
-def _run_call(argv: list[str], asked: Asked) -> int:
+def _run_call(argv: list[str], asked: AskedToEnd) -> int:
     with safe_screen() as screen:
         parser = make_parser(argv)
         arguments, unknown = parser.parse_known_args(argv)
@@ -226,7 +227,7 @@ def _run_call(argv: list[str], asked: Asked) -> int:
     return status
 
 
-def _run(arguments: argparse.Namespace, asked: Asked) -> int:
+def _run(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
     """Run a command; its exit status."""
     warned: list[str] = []
     with library_warnings(warned.append):
@@ -237,7 +238,7 @@ def _run(arguments: argparse.Namespace, asked: Asked) -> int:
     return status
 
 
-def _status(arguments: argparse.Namespace, asked: Asked) -> int:
+def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
     try:
         return int(arguments.run(arguments) or 0)
     except Exception as error:

@@ -35,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     from armimpedance.hand.show import add_force_by
     from armimpedance.muscles.live import add_live
-    from armimpedance.show.command.despite import add_despite
+    from armimpedance.show.command.options import add_despite
 
     arm = parser.add_argument_group("arm and noise")
     source = arm.add_mutually_exclusive_group()
@@ -155,9 +155,9 @@ def run(args: argparse.Namespace) -> int:
         return _of_movement(args)
     from armimpedance.core.errors import InputError
     from armimpedance.hand.planning.show import plan, plan_figure, plan_text
-    from armimpedance.show.command.figure import draw_picture
+    from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.outputs import FIGURE, Output, check_outputs
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
 
     check_outputs(
         Output("--out-profile", args.out_profile, (".csv",)),

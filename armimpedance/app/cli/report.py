@@ -23,10 +23,8 @@ import shlex
 from pathlib import Path
 
 from armimpedance.hand.show import add_by, add_force_by
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import PAGE, add_despite, add_leave_out
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
-from armimpedance.show.command.page import PAGE
-from armimpedance.show.command.reading import add_leave_out
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -57,7 +55,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Analyse, write the page, print the verdict."""
     from armimpedance.app.report.write import write_report
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
 
     given = [*arguments.sources, arguments.leave_out, arguments.robot, arguments.arm]
     check_outputs(Output("--out", arguments.out, PAGE), reads=given)

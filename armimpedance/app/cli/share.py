@@ -25,9 +25,8 @@ from typing import Any
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import inputs_now
+from armimpedance.show.command.options import SHARED_FORMS, add_reading, reading_options
 from armimpedance.show.command.outputs import Output, add_replace, check_outputs
-from armimpedance.show.command.reading import add_reading, reading_options
-from armimpedance.show.command.sharing import SHARED_FORMS
 
 _RESULTS = ".csv"
 _MARK = "dataset_description.json"

@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.app.study import Design, Engine, Session
+    from armimpedance.app.study import Engine, StudyDesign, StudySession
 
 LEVELS = ("participant", "group", "slurm-script")
 #: Done, but not for every session.
@@ -133,9 +133,11 @@ def check_folders(data: Path, out: Path, resume: bool = False) -> None:
         raise InputError("--resume: no study there", file=out, expected="the folder of a study")
 
 
-def _participants(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
+def _participants(
+    arguments: argparse.Namespace, design: StudyDesign, sessions: list[StudySession]
+) -> int:
     from armimpedance.app.study import StudyLog, run_participants, share_of
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
 
     if arguments.task_index is not None:
         sessions = share_of(sessions, arguments.task_index, arguments.tasks)
@@ -185,7 +187,7 @@ def _script(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _group(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
+def _group(arguments: argparse.Namespace, design: StudyDesign, sessions: list[StudySession]) -> int:
     from armimpedance.app.study import run_group
 
     made = run_group(sessions, design, arguments.data, arguments.out.resolve(), command)
@@ -217,7 +219,9 @@ def _told(failed: dict[str, str]) -> int:
     return SOME_FAILED if failed else 0
 
 
-def _dry_run(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
+def _dry_run(
+    arguments: argparse.Namespace, design: StudyDesign, sessions: list[StudySession]
+) -> int:
     """Print which sessions have work to do."""
     from armimpedance.app.study import unknown_sessions
 
@@ -231,7 +235,7 @@ def _dry_run(arguments: argparse.Namespace, design: Design, sessions: list[Sessi
     return 0
 
 
-def _found(arguments: argparse.Namespace) -> tuple[Design, list[Session]]:
+def _found(arguments: argparse.Namespace) -> tuple[StudyDesign, list[StudySession]]:
     from armimpedance.app.study import check_steps, chosen, find_sessions, read_design
     from armimpedance.recordings import is_recording
 

@@ -2,17 +2,160 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Final, Literal
 
-from armimpedance.app.report.door import report_page
-from armimpedance.core.errors import InputError
+from armimpedance.app.inspection import inspect
+from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.inputs import unchanged
+from armimpedance.core.json_text import read_json
 from armimpedance.core.progress import Progress
+from armimpedance.core.records import Recording
+from armimpedance.hand.still.show import plot_quality
 from armimpedance.recordings import AnyRecording
-from armimpedance.show.pages import Asked, Page, write_page
+from armimpedance.show.pages import (
+    TOPICS,
+    Asked,
+    Block,
+    Page,
+    Printed,
+    Section,
+    methods_of,
+    page_from,
+    picture,
+    reviewed,
+    software,
+    write_page,
+)
+from armimpedance.show.verbs.inspected import Inspection
+from armimpedance.show.verbs.sources import naming, without_trials
+
+# Which topic a source belongs to, and its page.
+
+#: More than the names of any table of results take, bytes.
+_LONGEST_HEAD: Final = 100_000
+#: Endings of files of results; everything else is a recording.
+_RESULTS: Final = (".csv", ".json")
+
+
+def report_page(asked: Asked) -> Page:
+    """The page of the topic that was asked for, or that the source belongs to.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+        Of a recording that a check stops, a page that says why and holds no result.
+
+    Raises
+    ------
+    InputError
+        The source cannot be read, belongs to no topic, or several were given where one is reported.
+    """
+    if len(asked.sources) > 1:
+        return _several(asked)
+    if asked.source.is_file() and asked.source.suffix in _RESULTS:
+        return TOPICS.named(asked.topic or _of_results(asked.source)).page_of(asked)
+    asked = _without_left_out(asked)
+    inspection = _inspected(asked)
+    asked = replace(asked, checks=inspection.checks)
+    if any(stop.name not in asked.despite for stop in inspection.of_verdict("unusable")):
+        return _stopped(asked, inspection)
+    with naming(asked.source):
+        return TOPICS.named(asked.topic or _of_recording(asked)).page_of(asked)
+
+
+def _without_left_out(asked: Asked) -> Asked:
+    """The recording is read once; what the checks see is what is analysed."""
+    recording = asked.recording
+    if asked.leave_out is None:
+        return replace(asked, opened=recording)
+    if not isinstance(recording, Recording):
+        raise InputError(
+            "trials of markers and motions", file=asked.source, expected="no list to leave out"
+        )
+    kept = without_trials(recording, asked.leave_out)
+    return replace(asked, opened=kept, whole=recording)
+
+
+def _inspected(asked: Asked) -> Inspection:
+    """What `inspect` finds; it judges directions by condition, an estimate by its own groups."""
+    inspection = inspect(asked.recording)
+    if asked.by == ("condition",):
+        return inspection
+    kept = tuple(check for check in inspection.checks if check.name != "directions")
+    return replace(inspection, checks=kept)
+
+
+def _several(asked: Asked) -> Page:
+    topic = asked.topic or "comparison"
+    if topic != "comparison":
+        raise InputError(
+            f"{len(asked.sources)} sources of topic {topic}",
+            expected="one source, or --topic comparison",
+        )
+    return TOPICS.named(topic).page_of(asked)
+
+
+def _of_results(path: Path) -> str:
+    """The topic of a file that a command wrote."""
+    if path.suffix == ".json":
+        return "muscle" if "model" in read_json(path, "a result") else "fit"
+    with path.open("rb") as stream:
+        head = stream.readline(_LONGEST_HEAD).decode("utf-8-sig", "replace")
+    columns = next(csv.reader([head]), [])
+    if "level" in columns and "K_11" in columns:
+        return "hand"
+    raise InputError(
+        "not a table of estimates", file=path, row=1, expected="what `estimate` or `map` wrote"
+    )
+
+
+def _of_recording(asked: Asked) -> str:
+    recording: AnyRecording = asked.recording
+    if asked.robot is not None or asked.arm is not None:
+        return "therapy"
+    if isinstance(recording, Recording):
+        one_joint = recording.kind == "joint" and recording.perturbation == "stochastic"
+        return "elbow" if one_joint else "hand"
+    return "passive" if recording.wrenches is None else "body"
+
+
+def _stopped(asked: Asked, inspection: Inspection) -> Page:
+    """The page of a recording that cannot be analysed: what was seen, and why."""
+    checks = inspection.checks
+    contents = Section("What the recording holds", (Printed(inspection.contents),))
+    return page_from(
+        asked,
+        checks,
+        title="Not analysed",
+        lead="A check says STOP: an analysis would give numbers without a meaning.",
+        count="nothing was estimated",
+        next_step="",
+        reader=(*reviewed(checks), *_quality(asked.recording)),
+        reviewer=[contents],
+        methods=methods_of([f"The recording was checked with {software()}"], findings=checks),
+    )
+
+
+def _quality(recording: AnyRecording) -> Sequence[Section]:
+    """The picture of the trials, where they can be drawn at all."""
+    if not isinstance(recording, Recording):
+        return ()
+    caption = "All trials, as far as onsets are stated or seen."
+    try:
+        drawn: Block = picture(plot_quality(recording), "quality", caption)
+    except ArmImpedanceError:
+        return ()
+    return (Section("Trials", (drawn,)),)
+
 
 PathLike = str | os.PathLike[str]
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from armimpedance.app.study.design import Step
-from armimpedance.app.study.fingerprints import Fingerprints
-from armimpedance.app.study.store import Result, Store, states
+from armimpedance.app.study.design import StudyStep
+from armimpedance.app.study.store import Fingerprints, StepResult, Store, states
 from armimpedance.core.program import of_program, of_words
 
 #: A command: its words to an exit status; it prints to standard output and error.
@@ -28,14 +27,14 @@ _PATHS: Final = ("recording", "study")
 
 
 @dataclass(frozen=True)
-class Task:
+class ChainTask:
     """A chain of steps to be done in one folder.
 
     Attributes
     ----------
     name : str
         Of the folder below that of the study.
-    steps : tuple of Step
+    steps : tuple of StudyStep
     places : mapping
         What stands for each word in braces.
     given : tuple of Path
@@ -43,7 +42,7 @@ class Task:
     """
 
     name: str
-    steps: tuple[Step, ...]
+    steps: tuple[StudyStep, ...]
     places: Mapping[str, str]
     given: tuple[Path, ...] = ()
 
@@ -54,17 +53,17 @@ class Done:
 
     Attributes
     ----------
-    step : Step
+    step : StudyStep
     key : str
         In the store.
-    result : Result
+    result : StepResult
     reused : bool
         It was found, not done.
     """
 
-    step: Step
+    step: StudyStep
     key: str
-    result: Result
+    result: StepResult
     reused: bool
 
 
@@ -111,12 +110,12 @@ class Outcome:
         return sum(not one.reused for one in self.done)
 
 
-def known_outcome(task: Task, store: Store, prints: Fingerprints) -> Outcome | None:
+def known_outcome(task: ChainTask, store: Store, prints: Fingerprints) -> Outcome | None:
     """The outcome of a chain all of whose steps are in the store; None where one is missing.
 
     Parameters
     ----------
-    task : Task
+    task : ChainTask
     store : Store
     prints : Fingerprints
 
@@ -136,14 +135,14 @@ def known_outcome(task: Task, store: Store, prints: Fingerprints) -> Outcome | N
     return Outcome(task.name, tuple(done))
 
 
-def carry_out(task: Task, store: Store, prints: Fingerprints, command: Command) -> Outcome:
+def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Command) -> Outcome:
     """Do the steps of a chain that are not in the store.
 
     Every step is tried, also after one that failed: a page that says why may be among them.
 
     Parameters
     ----------
-    task : Task
+    task : ChainTask
     store : Store
     prints : Fingerprints
     command : function
@@ -177,7 +176,7 @@ def carry_out(task: Task, store: Store, prints: Fingerprints, command: Command) 
     return Outcome(task.name, tuple(done))
 
 
-def _key(task: Task, step: Step, held: Mapping[str, str], prints: Fingerprints) -> str:
+def _key(task: ChainTask, step: StudyStep, held: Mapping[str, str], prints: Fingerprints) -> str:
     """What a step depends on: program, words, what stands in their places, bytes of what it reads.
 
     A path's folders are no part of it: data that were moved are the same data.
@@ -204,7 +203,7 @@ def _is_named(name: str, words: Sequence[str]) -> bool:
     return any(way == word.rstrip("/") for way in ways for word in words)
 
 
-def _without_paths(result: Result, task: Task) -> Result:
+def _without_paths(result: StepResult, task: ChainTask) -> StepResult:
     """What was told, of a recording wherever it lies: equal bytes may lie in two places."""
     told = [result.printed, result.complained]
     for name in _PATHS:
@@ -212,7 +211,7 @@ def _without_paths(result: Result, task: Task) -> Result:
     return replace(result, printed=told[0], complained=told[1])
 
 
-def _with_paths(result: Result, task: Task) -> Result:
+def _with_paths(result: StepResult, task: ChainTask) -> StepResult:
     """What was told, of this task's recording."""
     told = [result.printed, result.complained]
     for name in _PATHS:
@@ -220,7 +219,7 @@ def _with_paths(result: Result, task: Task) -> Result:
     return replace(result, printed=told[0], complained=told[1])
 
 
-def _do(words: list[str], work: Path, command: Command) -> Result:
+def _do(words: list[str], work: Path, command: Command) -> StepResult:
     """Run a command in a folder, and see what it printed and wrote."""
     before = states(work)
     printed, complained = io.StringIO(), io.StringIO()
@@ -232,4 +231,4 @@ def _do(words: list[str], work: Path, command: Command) -> Result:
     files = {n: state for n, state in states(work).items() if before.get(n) != state}
     fresh = Fingerprints()
     sums = {name: fresh.of(work / name) for name in sorted(files)}
-    return Result(status, printed.getvalue(), complained.getvalue(), sums)
+    return StepResult(status, printed.getvalue(), complained.getvalue(), sums)

@@ -28,7 +28,7 @@ _KEYS: Final = {"steps", "group_steps", "tables", "recordings"}
 
 
 @dataclass(frozen=True)
-class Step:
+class StudyStep:
     """One command of a chain.
 
     Attributes
@@ -67,14 +67,14 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Design:
+class StudyDesign:
     """What is done with each session and with all.
 
     Attributes
     ----------
-    steps : tuple of Step
+    steps : tuple of StudyStep
         For each session, in this order, in the session's own folder.
-    group_steps : tuple of Step
+    group_steps : tuple of StudyStep
         For the gathered tables, in the group's folder.
     tables : tuple of str
         Files that the steps write and that are gathered, each to one table of all sessions; empty:
@@ -85,14 +85,14 @@ class Design:
         Where the design stands; ``{study}`` in a command.
     """
 
-    steps: tuple[Step, ...]
-    group_steps: tuple[Step, ...]
+    steps: tuple[StudyStep, ...]
+    group_steps: tuple[StudyStep, ...]
     tables: tuple[str, ...]
     recordings: str | None
     folder: Path
 
 
-def read_design(file: Path | None, data: Path) -> Design:
+def read_design(file: Path | None, data: Path) -> StudyDesign:
     """The design in a file, or the one beside the data, or the default.
 
     Parameters
@@ -103,7 +103,7 @@ def read_design(file: Path | None, data: Path) -> Design:
 
     Returns
     -------
-    Design
+    StudyDesign
 
     Raises
     ------
@@ -113,14 +113,14 @@ def read_design(file: Path | None, data: Path) -> Design:
     own = data / DESIGN_FILE
     if file is None and not own.is_file():
         steps = tuple(map(_step, DEFAULT_STEPS))
-        return Design(steps, (), (), None, data.resolve())
+        return StudyDesign(steps, (), (), None, data.resolve())
     where = file or own
     content = _toml(where)
     for name in content:
         if name not in _KEYS:
             expected = f"one of {', '.join(sorted(_KEYS))}"
             raise InputError(f"no such field: {name!r}", file=where, expected=expected)
-    return Design(
+    return StudyDesign(
         steps=_steps(content, "steps", where) or tuple(map(_step, DEFAULT_STEPS)),
         group_steps=_steps(content, "group_steps", where),
         tables=tuple(_texts(content, "tables", where)),
@@ -129,12 +129,12 @@ def read_design(file: Path | None, data: Path) -> Design:
     )
 
 
-def check_steps(steps: tuple[Step, ...], check: Callable[[list[str]], None]) -> None:
+def check_steps(steps: tuple[StudyStep, ...], check: Callable[[list[str]], None]) -> None:
     """Have every command's words parsed before any work is done.
 
     Parameters
     ----------
-    steps : tuple of Step
+    steps : tuple of StudyStep
     check : function
         Parses the words of a command; raises InputError.
 
@@ -170,7 +170,7 @@ def _texts(content: Mapping[str, Any], name: str, file: Path) -> list[str]:
     return value
 
 
-def _steps(content: Mapping[str, Any], name: str, file: Path) -> tuple[Step, ...]:
+def _steps(content: Mapping[str, Any], name: str, file: Path) -> tuple[StudyStep, ...]:
     try:
         return tuple(map(_step, _texts(content, name, file)))
     except InputError as error:
@@ -188,7 +188,7 @@ def _pattern(content: Mapping[str, Any], file: Path) -> str | None:
     return value
 
 
-def _step(line: str) -> Step:
+def _step(line: str) -> StudyStep:
     try:
         words = shlex.split(line)
         named = [name for word in words for _, name, _, _ in string.Formatter().parse(word)]
@@ -204,4 +204,4 @@ def _step(line: str) -> Step:
             raise InputError(f"the step {line!r}: {{{name}}}", expected=f"one of {known}")
     if words[0] == "study":
         raise InputError(f"the step {line!r}: a study within a study", expected="another command")
-    return Step(tuple(words))
+    return StudyStep(tuple(words))

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison import Discrimination, Group, discriminate_groups
+from armimpedance.hand.comparison import Discrimination, PeopleGroup, discriminate_groups
 from armimpedance.joint.relaxed import PassiveFit, PassiveFits
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.files import read_parameter
@@ -73,7 +73,7 @@ def _group(
     people: Sequence[Person] | Mapping[str, Person],
     parameter: str,
     joint: int | None,
-) -> Group:
+) -> PeopleGroup:
     """A group and the values of its people."""
     if not isinstance(people, Mapping | Sequence) or isinstance(people, str):
         raise InputError(f"group {name}: {type(people).__name__}", expected="a list of people")
@@ -87,7 +87,9 @@ def _group(
     if len(units) > 1:
         raise InputError(f"group {name}: {' and '.join(units)}", expected="one unit")
     pairs = np.array([(value.value, value.sd_robust) for value in values]).reshape(-1, 2)
-    return Group(name, tuple(who for who, _ in named), pairs[:, 0], pairs[:, 1], "".join(units))
+    return PeopleGroup(
+        name, tuple(who for who, _ in named), pairs[:, 0], pairs[:, 1], "".join(units)
+    )
 
 
 def _named(person: Person, number: int) -> tuple[str, Person]:

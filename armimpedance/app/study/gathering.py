@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TextIO
 
-from armimpedance.app.study.fingerprints import Fingerprints
 from armimpedance.app.study.participants import read_record
-from armimpedance.app.study.sessions import Session
+from armimpedance.app.study.sessions import StudySession
+from armimpedance.app.study.store import Fingerprints
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file
 
@@ -28,32 +28,34 @@ class Ended:
 
     Attributes
     ----------
-    session : Session
+    session : StudySession
     folder : Path
     record : mapping
         What stands in its `SESSION_FILE`.
     """
 
-    session: Session
+    session: StudySession
     folder: Path
     record: Mapping[str, Any]
 
 
-def ended_sessions(sessions: Sequence[Session], out: Path) -> tuple[list[Ended], list[Session]]:
+def ended_sessions(
+    sessions: Sequence[StudySession], out: Path
+) -> tuple[list[Ended], list[StudySession]]:
     """The sessions whose results are there, and those that were never worked on.
 
     Where somebody took a result away, the session has to be worked on again.
 
     Parameters
     ----------
-    sessions : sequence of Session
+    sessions : sequence of StudySession
     out : Path
         The study's folder.
 
     Returns
     -------
     ended : list of Ended
-    missing : list of Session
+    missing : list of StudySession
     """
     ended, missing = [], []
     for session in sessions:
@@ -175,14 +177,14 @@ def gather(
 
 
 def sessions_table(
-    ended: Sequence[Ended], missing: Sequence[Session], data: Path, file: Path
+    ended: Sequence[Ended], missing: Sequence[StudySession], data: Path, file: Path
 ) -> int:
     """Write who was worked on, who failed and why; return how many did not end well.
 
     Parameters
     ----------
     ended : sequence of Ended
-    missing : sequence of Session
+    missing : sequence of StudySession
     data : Path
         Folder of the data.
     file : Path

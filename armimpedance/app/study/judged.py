@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from armimpedance.app.study.gathering import Ended
 from armimpedance.app.study.participants import LOG_FILE
-from armimpedance.app.study.sessions import Session
+from armimpedance.app.study.sessions import StudySession
 
 #: By which the table of `inspect --out` is known.
 _OF_CHECKS: Final = {"kind", "name", "state", "message"}
@@ -36,12 +36,12 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedSession:
     """A session and what became of it.
 
     Attributes
     ----------
-    session : Session
+    session : StudySession
     state : str
         One of `STATES`.
     reason : str
@@ -56,7 +56,7 @@ class Judged:
         An earlier session that holds the same bytes, or gave the same table to the last digit.
     """
 
-    session: Session
+    session: StudySession
     state: str
     reason: str
     kind: str
@@ -71,27 +71,27 @@ class Judged:
         return str(self.session)
 
 
-def judged_sessions(ended: Sequence[Ended], missing: Sequence[Session]) -> list[Judged]:
+def judged_sessions(ended: Sequence[Ended], missing: Sequence[StudySession]) -> list[JudgedSession]:
     """All sessions of a study, by person and session.
 
     Parameters
     ----------
     ended : sequence of Ended
-    missing : sequence of Session
+    missing : sequence of StudySession
         Not worked on.
 
     Returns
     -------
-    list of Judged
+    list of JudgedSession
     """
     twice = _copies(ended)
     found = [_judged(one, twice.get(one.session.folder, "")) for one in ended]
     why = "no results yet"
-    found += [Judged(one, "missing", why, why, (), "", "") for one in missing]
+    found += [JudgedSession(one, "missing", why, why, (), "", "") for one in missing]
     return sorted(found, key=lambda one: (one.session.participant, one.session.session))
 
 
-def _judged(one: Ended, copy_of: str) -> Judged:
+def _judged(one: Ended, copy_of: str) -> JudgedSession:
     rows = _checks_rows(one)
     checks = tuple(Check(r["name"], r["state"], r["message"]) for r in rows if r["kind"] == "check")
     verdict = next((row for row in rows if row["kind"] == "verdict"), {})
@@ -107,7 +107,7 @@ def _judged(one: Ended, copy_of: str) -> Judged:
     report = _report(one)
     place = one.session.folder
     log = f"{place}/{LOG_FILE}" if (one.folder / LOG_FILE).is_file() else ""
-    return Judged(one.session, state, reason, kind, checks, report, log, copy_of)
+    return JudgedSession(one.session, state, reason, kind, checks, report, log, copy_of)
 
 
 def _kind_of(one: Ended, state: str, reason: str, checks: Sequence[Check]) -> str:

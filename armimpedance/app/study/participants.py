@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import timedelta
 from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
-from armimpedance.app.study.chain import Command, Outcome, Task, carry_out, known_outcome
-from armimpedance.app.study.design import Design
+from armimpedance.app.study.chain import ChainTask, Command, Outcome, carry_out, known_outcome
+from armimpedance.app.study.design import StudyDesign
 from armimpedance.app.study.engines.engine import Engine
-from armimpedance.app.study.fingerprints import Fingerprints
-from armimpedance.app.study.sessions import Session
-from armimpedance.app.study.store import Store, are_files_below
+from armimpedance.app.study.sessions import StudySession
+from armimpedance.app.study.store import Fingerprints, Store, are_files_below
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.json_text import json_text, read_json
 from armimpedance.core.outputs import staged_file
@@ -33,29 +34,29 @@ class Progressed:
 
     Attributes
     ----------
-    session : Session
+    session : StudySession
     outcome : Outcome
     done, all : int
         Sessions so far, and all.
     """
 
-    session: Session
+    session: StudySession
     outcome: Outcome
     done: int
     all: int
 
 
-def task_of(session: Session, design: Design) -> Task:
+def task_of(session: StudySession, design: StudyDesign) -> ChainTask:
     """The chain of one session.
 
     Parameters
     ----------
-    session : Session
-    design : Design
+    session : StudySession
+    design : StudyDesign
 
     Returns
     -------
-    Task
+    ChainTask
     """
     places = {
         "recording": str(session.recording),
@@ -63,7 +64,7 @@ def task_of(session: Session, design: Design) -> Task:
         "participant": session.participant,
         "session": session.session,
     }
-    return Task(session.folder, design.steps, places)
+    return ChainTask(session.folder, design.steps, places)
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ class SessionWork:
     out: Path
     command: Command
 
-    def __call__(self, task: Task) -> Outcome:
+    def __call__(self, task: ChainTask) -> Outcome:
         """Do the steps, put the files into the session's folder."""
         prints = Fingerprints()
         store = Store(self.out / STORE, prints)
@@ -91,20 +92,24 @@ class SessionWork:
             return self.failed(task, str(error))
         return outcome
 
-    def failed(self, task: Task, problem: str) -> Outcome:
+    def failed(self, task: ChainTask, problem: str) -> Outcome:
         """The outcome of a chain that could not be ended."""
         return Outcome(task.name, (), problem=problem)
 
 
 def run_participants(
-    sessions: Sequence[Session], design: Design, out: Path, command: Command, engine: Engine
+    sessions: Sequence[StudySession],
+    design: StudyDesign,
+    out: Path,
+    command: Command,
+    engine: Engine,
 ) -> Iterator[Progressed]:
     """Do what is not done yet, and give every session as it ends.
 
     Parameters
     ----------
-    sessions : sequence of Session
-    design : Design
+    sessions : sequence of StudySession
+    design : StudyDesign
     out : Path
         The study's folder.
     command : function
@@ -139,8 +144,8 @@ class _Held:
 
 
 def _asked(
-    sessions: Sequence[Session], design: Design, held: _Held, ready: deque[Outcome]
-) -> Iterator[Task | None]:
+    sessions: Sequence[StudySession], design: StudyDesign, held: _Held, ready: deque[Outcome]
+) -> Iterator[ChainTask | None]:
     """What is to be done; None for a session whose outcome is known, which becomes ready."""
     for session in sessions:
         task = task_of(session, design)
@@ -152,7 +157,7 @@ def _asked(
 
 
 def _ended(
-    waiting: Iterator[Task | None], ready: deque[Outcome], work: SessionWork, engine: Engine
+    waiting: Iterator[ChainTask | None], ready: deque[Outcome], work: SessionWork, engine: Engine
 ) -> Iterator[Outcome]:
     """All outcomes; work begins with the first task, while the sessions behind it are looked at."""
     for first in waiting:
@@ -165,26 +170,28 @@ def _ended(
             yield ready.popleft()
 
 
-def unknown_sessions(sessions: Sequence[Session], design: Design, out: Path) -> list[Session]:
+def unknown_sessions(
+    sessions: Sequence[StudySession], design: StudyDesign, out: Path
+) -> list[StudySession]:
     """The sessions that have work to do; nothing is written.
 
     Parameters
     ----------
-    sessions : sequence of Session
-    design : Design
+    sessions : sequence of StudySession
+    design : StudyDesign
     out : Path
         The study's folder.
 
     Returns
     -------
-    list of Session
+    list of StudySession
     """
     prints = Fingerprints(out / STORE / SEEN)
     store = Store(out / STORE, prints)
     return [one for one in sessions if _known(task_of(one, design), store, prints) is None]
 
 
-def _known(task: Task, store: Store, prints: Fingerprints) -> Outcome | None:
+def _known(task: ChainTask, store: Store, prints: Fingerprints) -> Outcome | None:
     try:
         return known_outcome(task, store, prints)
     except OSError as error:
@@ -280,3 +287,53 @@ def _text(file: Path) -> str | None:
 def _write(file: Path, text: str) -> None:
     with staged_file(file) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+# What a study did and when, for a person to read: lines added to one file.
+
+LOG_NAME: Final = "study.log"
+
+
+class StudyLog:
+    """A file to which each session's end is added; several processes may add to one.
+
+    Parameters
+    ----------
+    out : Path
+        The study's folder.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self._file = out / LOG_NAME
+        self._began = time.monotonic()
+        self._worked = 0
+
+    def begun(self, what: str) -> None:
+        """Say that a run begins.
+
+        Parameters
+        ----------
+        what : str
+        """
+        self._add(f"begin: {what}")
+
+    def ended(self, one: Progressed) -> None:
+        """Say what became of a session, and how much time is left; known ones need no line.
+
+        Parameters
+        ----------
+        one : Progressed
+        """
+        outcome = one.outcome
+        if outcome.recomputed == 0 and not outcome.problem:
+            return
+        self._worked += 1
+        spent = time.monotonic() - self._began
+        left = timedelta(seconds=round(spent / self._worked * (one.all - one.done)))
+        what = outcome.reason or f"{outcome.recomputed} of {len(outcome.done)} steps run"
+        self._add(f"{one.done} of {one.all}: {one.session}: {outcome.state}: {what}; {left} left")
+
+    def _add(self, line: str) -> None:
+        now = time.strftime("%Y-%m-%d %H:%M:%S")
+        with open(self._file, "a", encoding="utf-8") as stream:
+            stream.write(f"{now}  {line}\n")

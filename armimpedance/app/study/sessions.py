@@ -17,7 +17,7 @@ _NO_PEOPLE: Final = ("code", "derivatives", "sourcedata", "stimuli", "phenotype"
 
 
 @dataclass(frozen=True)
-class Session:
+class StudySession:
     """One recording of one person.
 
     Attributes
@@ -46,7 +46,7 @@ class Session:
 
 def find_sessions(
     data: Path, pattern: str | None, is_recording: Callable[[Path], bool]
-) -> list[Session]:
+) -> list[StudySession]:
     """All sessions below a folder, sorted by person and session.
 
     Folders named ``sub-<person>`` and within them ``ses-<session>`` are people and sessions, as in
@@ -62,7 +62,7 @@ def find_sessions(
 
     Returns
     -------
-    list of Session
+    list of StudySession
 
     Raises
     ------
@@ -82,18 +82,18 @@ def find_sessions(
     return _told_apart(sorted(found, key=lambda one: (one.participant, one.session)), top)
 
 
-def chosen(sessions: Iterable[Session], labels: Iterable[str] | None) -> list[Session]:
+def chosen(sessions: Iterable[StudySession], labels: Iterable[str] | None) -> list[StudySession]:
     """The sessions of some people.
 
     Parameters
     ----------
-    sessions : iterable of Session
+    sessions : iterable of StudySession
     labels : iterable of str, optional
         With or without ``sub-``; None: all.
 
     Returns
     -------
-    list of Session
+    list of StudySession
 
     Raises
     ------
@@ -112,17 +112,17 @@ def chosen(sessions: Iterable[Session], labels: Iterable[str] | None) -> list[Se
     return [one for one in held if one.participant in wanted]
 
 
-def share_of(sessions: Sequence[Session], index: int, count: int) -> list[Session]:
+def share_of(sessions: Sequence[StudySession], index: int, count: int) -> list[StudySession]:
     """What one of several jobs does: every `count`-th session from `index` on.
 
     Parameters
     ----------
-    sessions : sequence of Session
+    sessions : sequence of StudySession
     index, count : int
 
     Returns
     -------
-    list of Session
+    list of StudySession
 
     Raises
     ------
@@ -164,7 +164,7 @@ def _entries(folder: Path, beginning: str = "") -> list[Path]:
     return sorted(entry for entry in hidden if entry.name.startswith(beginning))
 
 
-def _named(top: Path, recording: Path) -> Session:
+def _named(top: Path, recording: Path) -> StudySession:
     """Person and session from a recording's path below the data's folder."""
     parts = recording.relative_to(top).parts
     person = next((part for part in parts if part.startswith("sub-")), parts[0])
@@ -172,10 +172,10 @@ def _named(top: Path, recording: Path) -> Session:
     if not session and len(parts) > 1:
         session = _stem(parts[-1]) if recording.is_file() else parts[-1]
     first = person if len(parts) > 1 or recording.is_dir() else _stem(person)
-    return Session(first.removeprefix("sub-"), session.removeprefix("ses-"), recording)
+    return StudySession(first.removeprefix("sub-"), session.removeprefix("ses-"), recording)
 
 
-def _told_apart(sessions: list[Session], top: Path) -> list[Session]:
+def _told_apart(sessions: list[StudySession], top: Path) -> list[StudySession]:
     """Sessions whose folders differ; several recordings of one take their own names."""
     count: dict[str, int] = {}
     for one in sessions:
@@ -185,7 +185,7 @@ def _told_apart(sessions: list[Session], top: Path) -> list[Session]:
         name = one.session
         if count[one.folder] > 1 and _stem(one.recording.name) != name:
             name = f"{name} {_stem(one.recording.name)}".strip()
-        made.append(Session(one.participant, name, one.recording))
+        made.append(StudySession(one.participant, name, one.recording))
     folders: dict[str, Path] = {}
     for one in made:
         if one.folder in folders:

@@ -1,7 +1,7 @@
 from .differences import changes as changes
 from .discrimination import (
     Discrimination as Discrimination,
-    Group as Group,
+    PeopleGroup as PeopleGroup,
     discriminate_groups as discriminate_groups,
 )
 from .groups import ComparedGroup as ComparedGroup, groups_of_recording as groups_of_recording

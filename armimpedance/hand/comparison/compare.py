@@ -13,14 +13,17 @@ import numpy as np
 from armimpedance.core.arrays import IntArray
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.progress import Progress
-from armimpedance.hand.comparison.differences import changes, check_alike, labels_of
-from armimpedance.hand.comparison.first_order import Elements, first_order_tests
+from armimpedance.hand.comparison.differences import changes, check_alike, labels_of, side_of
 from armimpedance.hand.comparison.groups import ComparedGroup
 from armimpedance.hand.comparison.matrix_test import MatrixTest, adjusted, holm
 from armimpedance.hand.comparison.pairs import Basis, ManyPairs, Pair, notes_of
-from armimpedance.hand.comparison.parametric import check_errors, parametric_test
+from armimpedance.hand.comparison.parametric import (
+    Elements,
+    check_errors,
+    first_order_tests,
+    parametric_test,
+)
 from armimpedance.hand.comparison.permutation import arrangements, permutation_test
-from armimpedance.hand.comparison.sides import side_of
 from armimpedance.numerics.regression import TrialEquations
 
 #: Permutations of one pair; with many pairs more, so that Holm's smallest p stays near .01.

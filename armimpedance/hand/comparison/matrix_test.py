@@ -7,14 +7,164 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import chdtrc, fdtrc
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.hand.comparison.distance import (
-    affine_invariant_distance,
-    expected_square,
-    is_positive_definite,
-)
-from armimpedance.hand.comparison.hotelling import hotelling
+from armimpedance.core.errors import InputError
+
+# The affine-invariant distance between positive-definite matrices, and its expected square.
+#
+# ``d(A, B) = || log(A^-1/2 B A^-1/2) ||_F``, the root of the summed squares of the logarithms of
+# the eigenvalues of ``A^-1 B``: the same in every frame and unit, ``d(A, B) = d(A^-1, B^-1)``
+# (Pennec, Fillard and Ayache 2006, A Riemannian framework for tensor computing, Int J Comput Vis
+# 66:41-66). A matrix that is half as stiff is as far away as one that is twice as stiff.
+
+
+def affine_invariant_distance(first: ArrayLike, second: ArrayLike) -> FloatArray:
+    """Distance of the symmetric parts of matrices (..., k, k), (...,).
+
+    nan where one of the two is not positive definite: it has no place among such matrices.
+
+    Raises
+    ------
+    InputError
+        Matrices that are not square or not of the same size.
+    """
+    A, B = (symmetric(np.asarray(m, dtype=np.float64)) for m in (first, second))
+    if A.shape[-2:] != B.shape[-2:]:
+        raise InputError(f"matrices {A.shape[-2:]} and {B.shape[-2:]}", expected="the same size")
+    A, B = np.broadcast_arrays(A, B)
+    known = is_positive_definite(A) & is_positive_definite(B)
+    result = np.full(known.shape, np.nan)
+    if known.any():
+        # L^-1 B L^-T (k, k) with A = L L^T has the eigenvalues of A^-1 B
+        inverse = np.linalg.inv(np.linalg.cholesky(A[known]))
+        between = inverse @ B[known] @ inverse.swapaxes(-1, -2)
+        values = np.linalg.eigvalsh(symmetric(between))
+        result[known] = np.sqrt((np.log(np.maximum(values, np.finfo(float).tiny)) ** 2).sum(-1))
+    return result
+
+
+def expected_square(middle: ArrayLike, covariance: ArrayLike) -> FloatArray:
+    """Expected squared distance, to first order, of two matrices that differ by chance alone.
+
+    ``E tr(P^-1 D P^-1 D)`` for a difference D whose elements have this covariance.
+
+    Parameters
+    ----------
+    middle : (..., k, k)
+        P, positive definite.
+    covariance : (..., c, c)
+        Covariance of the c = k (k + 1)/2 elements ``D_ij, i <= j`` (`upper_elements`).
+
+    Returns
+    -------
+    (...,)
+    """
+    metric = metric_at(np.asarray(middle, dtype=np.float64))
+    return np.asarray(np.einsum("...ef,...fe->...", metric, np.asarray(covariance)))
+
+
+def metric_at(middle: FloatArray) -> FloatArray:
+    """``g_ef = tr(P^-1 E_e P^-1 E_f)`` (..., c, c): the squared distance near P (..., k, k).
+
+    E_e is the symmetric matrix of which the element e of `upper_elements` is one.
+    """
+    P = symmetric(middle)
+    basis = _symmetric_basis(P.shape[-1])
+    moved = np.linalg.inv(P)[..., None, :, :] @ basis
+    return np.asarray(np.einsum("...eij,...fji->...ef", moved, moved))
+
+
+def symmetric(matrices: FloatArray) -> FloatArray:
+    """Symmetric part of matrices (..., k, k)."""
+    return (matrices + matrices.swapaxes(-1, -2)) / 2
+
+
+def is_positive_definite(matrices: FloatArray) -> np.ndarray:
+    """Whether the symmetric part of each is positive definite, (...,)."""
+    return np.asarray(np.linalg.eigvalsh(symmetric(matrices))[..., 0] > 0)
+
+
+def upper_elements(k: int) -> FloatArray:
+    """Map (c, k^2) from A (k^2,), row by row, to the elements i <= j of its symmetric part."""
+    basis = _symmetric_basis(k)
+    # the element ij of the symmetric part is half the sum of A_ij and A_ji
+    return np.asarray(basis / basis.sum(axis=(1, 2), keepdims=True)).reshape(len(basis), k * k)
+
+
+def _symmetric_basis(k: int) -> FloatArray:
+    """Symmetric matrices (c, k, k) of which one element i <= j is one, the others zero."""
+    rows, columns = np.triu_indices(k)
+    basis = np.zeros((len(rows), k, k))
+    basis[np.arange(len(rows)), rows, columns] = 1.0
+    basis[np.arange(len(rows)), columns, rows] = 1.0
+    return basis
+
+
+# Hotelling's test of two means with unequal covariances, for stacks of differences.
+
+#: ``1/(1 - R^2)`` of one element on the others; above it, an inverse is rounding.
+LARGEST_INFLATION: Final = 1e12
+
+
+def hotelling(
+    difference: FloatArray,
+    covariances: tuple[FloatArray, FloatArray],
+    dof: tuple[FloatArray | float, FloatArray | float],
+) -> tuple[FloatArray, FloatArray]:
+    """``T2 = d^T (V1 + V2)^-1 d`` and the probability of so large a one by chance.
+
+    ``(nu - p + 1)/(nu p) T2`` is taken to follow F with p and nu - p + 1 degrees of freedom, nu
+    after K. Krishnamoorthy and J. Yu (2004), Modified Nel and Van der Merwe test for the
+    multivariate Behrens-Fisher problem, Stat Probab Lett 66:161-169. In one dimension it is
+    Welch's t test.
+
+    Parameters
+    ----------
+    difference : (..., p)
+    covariances : two of (..., p, p)
+        Covariances of the two means.
+    dof : two of (...,)
+        Degrees of freedom of each covariance; inf: known.
+
+    Returns
+    -------
+    T2, probability : (...,)
+        nan where the sum of the covariances is singular: some direction has no spread.
+    """
+    total = covariances[0] + covariances[1]
+    variance = np.diagonal(total, axis1=-2, axis2=-1)
+    sd = np.sqrt(np.where(variance > 0, variance, 1.0))
+    # unit diagonal: kg and N/m differ by orders of magnitude
+    units = sd[..., :, None] * sd[..., None, :]
+    inverse = _inverse(total / units)
+    z = difference / sd
+    # T2 (...) = z^T (...,p) inverse (..., p, p) z (..., p)
+    T2 = np.einsum("...i,...ij,...j->...", z, inverse, z)
+    p = difference.shape[-1]
+    shares = [covariance / units @ inverse for covariance in covariances]
+    spread = [
+        np.einsum("...ij,...ji->...", U, U) + np.trace(U, axis1=-2, axis2=-1) ** 2 for U in shares
+    ]
+    rate = sum(s / f for s, f in zip(spread, dof, strict=True))
+    known = np.broadcast_to(rate == 0, T2.shape)
+    nu = (p + p * p) / np.where(known, 1.0, rate)
+    # Few trials: one degree of freedom at least, so that a p value exists.
+    second = np.maximum(nu - p + 1, 1.0)
+    return T2, np.where(known, chdtrc(p, T2), fdtrc(p, second, T2 * second / (nu * p)))
+
+
+def _inverse(correlation: FloatArray) -> FloatArray:
+    """Inverses of correlation matrices (..., p, p); nan where a matrix is singular."""
+    eye = np.eye(correlation.shape[-1])
+    regular = np.linalg.det(correlation) != 0
+    inverse = np.linalg.inv(np.where(regular[..., None, None], correlation, eye))
+    # its diagonal is 1/(1 - R^2) of each element on the others
+    inflation = np.diagonal(inverse, axis1=-2, axis2=-1)
+    regular &= ((inflation > 0) & (inflation < LARGEST_INFLATION)).all(axis=-1)
+    return np.where(regular[..., None, None], inverse, np.nan)
+
 
 #: The four hypotheses of a pair: each matrix the same, and all three.
 MATRIX_NAMES: Final = ("inertia", "viscosity", "stiffness", "all")

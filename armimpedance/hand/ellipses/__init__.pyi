@@ -9,7 +9,7 @@ from .geometry import (
     NotPositiveDefiniteError as NotPositiveDefiniteError,
     Which as Which,
     ellipse as ellipse,
+    ellipse_of as ellipse_of,
+    locus as locus,
 )
-from .of_estimate import ellipse_of as ellipse_of
-from .outline import locus as locus
 from .resampled import resampled_ellipse as resampled_ellipse

@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final, Literal, cast
 
 import numpy as np
 
+from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Subject
-from armimpedance.limb.arm import Arm, TwoLinkArm, arm_of
+from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Recording, Subject
+from armimpedance.hand.still import WRIST, elbow_told, is_wrist_free
+from armimpedance.limb.arm import (
+    FREE_WRIST,
+    IN_SPACE,
+    LOCKED_WRIST,
+    Arm,
+    SpatialArm,
+    TwoLinkArm,
+    arm_of,
+    hand_rod,
+    joints_that_move,
+)
+from armimpedance.recordings import read_subject
+from armimpedance.show.verbs.sources import PathLike, read_recording
 
 #: A stand-in where the body mass is unknown: kinematics do not need it, and M is dropped.
 _ANY_MASS_KG = 70.0
@@ -128,3 +144,219 @@ def _posture(estimate: ImpedanceEstimate, arm: Arm) -> tuple[ArmPosture, str]:
         wanted = f"{len(hand)} values, as the hand's position"
         raise InputError(f"shoulder with {len(shoulder)} values", expected=wanted)
     return arm.posture(arm.joint_angles(hand - shoulder)), source
+
+
+# The posture in space at which an estimate is to be mapped.
+
+_AXES: Final = 3
+
+
+def is_in_space(estimate: ImpedanceEstimate) -> bool:
+    """Whether an estimate is of an arm in space.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+
+    Returns
+    -------
+    bool
+        Of the hand by its three axes, of the joints by its four angles, or seven.
+    """
+    if estimate.level == "hand":
+        return estimate.k == _AXES
+    return estimate.joint_angles is not None and len(estimate.joint_angles) in IN_SPACE
+
+
+def spatial_posture_for(
+    estimate: ImpedanceEstimate,
+    subject: Subject | None,
+    *,
+    elbow: Literal["held", "free"],
+    gravity_m_s2: Sequence[float] | None = None,
+    swivel_rad: float | None = None,
+    wrist: Literal["locked", "free"] | None = None,
+) -> tuple[ArmPosture, FloatArray, str]:
+    """The posture, all angles (n,), and one sentence that says where they come from.
+
+    Measured joint angles if the estimate has them, seven where the wrist is free; else inverse
+    kinematics from the hand's place, the shoulder's and the swivel.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+    subject : Subject or None
+    elbow : {"held", "free"}
+        Held: the upper arm's axial turning is no joint.
+    gravity_m_s2 : (3,), optional
+        Along the hand's axes; without, its part of the stiffness is left out.
+    swivel_rad : float, optional
+        Needed where the angles were not measured.
+    wrist : {"locked", "free"}, optional
+        Of seven measured angles; default: free.
+
+    Returns
+    -------
+    posture : ArmPosture
+        Of three joints (turn, elevation, elbow), of four (the axial one third), or of these and
+        the three of a free wrist.
+    q : (n,)
+    source : str
+
+    Raises
+    ------
+    InputError
+        Neither angles nor place and swivel are known, lengths or a mass under gravity are missing,
+        or the hand is out of reach.
+    NotIdentifiableError
+        Singular posture.
+    """
+    measured = estimate.joint_angles
+    arm = spatial_arm(subject, gravity_m_s2, LOCKED_WRIST if measured is None else len(measured))
+    weightless = subject is None or not subject.mass_kg
+    q, source = _angles(estimate, arm, swivel_rad)
+    posture = arm.posture(q, joints_that_move(arm.joints, elbow, wrist))
+    return (replace(posture, inertia=None) if weightless else posture), q, source
+
+
+def spatial_arm(
+    subject: Subject | None,
+    gravity_m_s2: Sequence[float] | None = None,
+    joints: int = LOCKED_WRIST,
+) -> SpatialArm:
+    """The arm in space of a subject, whose body mass need not be known where no gravity acts.
+
+    Parameters
+    ----------
+    subject : Subject or None
+    gravity_m_s2 : (3,), optional
+        Along the hand's axes; without, what the arm's weight adds is left out.
+    joints : int
+        4, or 7 with a free wrist.
+
+    Returns
+    -------
+    SpatialArm
+
+    Raises
+    ------
+    InputError
+        No subject, one without lengths and height, gravity of other axes or on an unknown mass, or
+        another number of joints.
+    """
+    if joints not in IN_SPACE:
+        raise InputError(
+            f"{joints} joint angles of an arm in space",
+            expected="four with the wrist locked, seven with it free",
+        )
+    if gravity_m_s2 is not None and len(gravity_m_s2) != _AXES:
+        raise InputError(f"gravity of {len(gravity_m_s2)} axes", expected="3, as the arm in space")
+    links = kinematic_arm(subject)
+    weightless = subject is None or not subject.mass_kg
+    if gravity_m_s2 is not None and any(gravity_m_s2) and weightless:
+        raise InputError(
+            "gravity acts on this arm, and the body mass is not known",
+            column="mass_kg",
+            expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
+        )
+    gravity = None if gravity_m_s2 is None else tuple(float(part) for part in gravity_m_s2)
+    hand = hand_rod(links) if joints == FREE_WRIST else None
+    return SpatialArm(links, gravity, hand)  # type: ignore[arg-type]
+
+
+def _angles(
+    estimate: ImpedanceEstimate, arm: SpatialArm, swivel_rad: float | None
+) -> tuple[FloatArray, str]:
+    if estimate.joint_angles is not None:
+        return np.asarray(estimate.joint_angles), "posture from measured joint angles"
+    if estimate.position is None or swivel_rad is None:
+        raise InputError(
+            "posture unknown",
+            expected="four joint angles, or a hand position and the elbow's swivel",
+        )
+    source = f"posture from the hand's place and a swivel of {np.degrees(swivel_rad):.3g} deg"
+    shoulder = estimate.shoulder_m
+    if shoulder is None:
+        shoulder, source = np.zeros(_AXES), f"{source}, shoulder taken at the origin"
+    return arm.joint_angles(estimate.position - shoulder, swivel_rad), source
+
+
+# Whose arm an estimate or a model belongs to, and which of its joints move.
+
+#: Whose arm it is: a recording, its path, or the subject alone.
+Whose = Recording | Subject | PathLike
+#: Shoulder and elbow.
+PLANAR: Final = (0, 1)
+#: Whether the upper arm was kept from turning about its own axis.
+Elbow = Literal["held", "free"]
+#: Whether forearm and hand were kept from turning.
+Wrist = Literal["locked", "free"]
+
+
+def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
+    """The arm of a recording, of the one at a path, or of a subject, with its gravity.
+
+    Parameters
+    ----------
+    whose : Recording, Subject or path
+    joints : int
+        Two links in a plane; the four joints of an arm in space, or seven with a free wrist.
+
+    Returns
+    -------
+    Arm
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, its subject has neither lengths nor height, gravity acts in
+        other axes, or nobody knows arms of so many joints.
+    """
+    found = read_subject(whose) if isinstance(whose, str | os.PathLike) else whose
+    subject = found if isinstance(found, Subject) else found.subject
+    gravity = None if isinstance(found, Subject) else found.gravity_m_s2
+    if joints in IN_SPACE:
+        # one posture at a time, and no dynamics beside the weight
+        return cast(Arm, spatial_arm(subject, gravity, joints))
+    if joints != len(PLANAR):
+        expected = "2, 4 or 7; in Python an arm of your own"
+        raise InputError(f"a model of {joints} joints", expected=expected)
+    return kinematic_arm(subject, gravity)
+
+
+def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[int, ...]:
+    """The joints that move: without the upper arm's turning about its own axis where it is held.
+
+    Parameters
+    ----------
+    joints : int
+    recording : Recording, Subject or path
+    elbow : {"held", "free"} or None
+        None: what the recording's trials say, else free.
+
+    Returns
+    -------
+    tuple of int
+
+    Raises
+    ------
+    InputError
+        The elbow of a planar arm is asked about.
+    """
+    if joints not in IN_SPACE:
+        if elbow is not None:
+            raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
+        return tuple(range(joints))
+    told, wrist = elbow_and_wrist_of(recording)
+    return joints_that_move(joints, elbow or told or "free", wrist)
+
+
+def elbow_and_wrist_of(recording: Whose | None) -> tuple[Elbow | None, Wrist | None]:
+    """What the trials of a recording say of elbow and wrist: kept only where throughout."""
+    if recording is None or isinstance(recording, Subject):
+        return None, None
+    found = recording if isinstance(recording, Recording) else read_recording(recording)
+    rows = np.arange(len(found.trials))
+    if WRIST not in found.trials:
+        return elbow_told(found, rows), None
+    return elbow_told(found, rows), "free" if is_wrist_free(found, rows) else "locked"

@@ -8,13 +8,64 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
-from armimpedance.core.errors import ArmImpedanceError
-from armimpedance.hand.planning.motion import PlannedMotion
+from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.hand.planning.pilot import Pilot
-from armimpedance.hand.planning.precision import Precision, precision, reflex_bias
+from armimpedance.hand.planning.precision import PlannedMotion, Precision, precision, reflex_bias
 from armimpedance.hand.planning.profile import Profile
 from armimpedance.hand.planning.setting import Setting
-from armimpedance.hand.planning.wish import Wish
+
+# What an experiment shall tell.
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What an experiment shall tell; None: no wish.
+
+    Attributes
+    ----------
+    k_part : float
+        The 95 % interval of each diagonal element of K is to be at most +- this part of it.
+    orientation_rad : float
+        Half the 95 % interval of the stiffness ellipse's orientation is to be at most this.
+    most_trials : int
+        A plan that needs more is not met.
+    """
+
+    k_part: float | None = None
+    orientation_rad: float | None = None
+    most_trials: int = 1000
+
+    def __post_init__(self) -> None:
+        asked = (
+            ("K", self.k_part, 100.0, "%"),
+            ("the orientation", self.orientation_rad, 180 / np.pi, "degrees"),
+        )
+        for name, value, factor, unit in asked:
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise InputError(f"{name} within {factor * value:g} {unit}", expected="more than 0")
+        if self.most_trials < 8:
+            raise InputError(f"{self.most_trials} trials", expected="8 or more: one set")
+
+    @property
+    def text(self) -> str:
+        """The wish in words."""
+        parts = []
+        if self.k_part is not None:
+            parts.append(f"K within {100 * self.k_part:g} %")
+        if self.orientation_rad is not None:
+            degrees = np.rad2deg(self.orientation_rad)
+            parts.append(f"K's orientation within {degrees:.3g} degrees")
+        return " and ".join(parts) or "one set"
+
+    def trials(self, precision: Precision) -> int | None:
+        """Trials, in whole sets, that fulfil it; None: millions."""
+        needed = [precision.directions]
+        if self.k_part is not None:
+            needed.append(precision.trials_for_k(self.k_part) or 0)
+        if self.orientation_rad is not None:
+            needed.append(precision.trials_for_orientation(self.orientation_rad) or 0)
+        return None if 0 in needed else max(needed)
+
 
 #: Trials at which intervals of candidates are compared.
 _COMPARED_TRIALS: Final = 40

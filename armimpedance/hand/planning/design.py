@@ -17,7 +17,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.progress import Progress
-from armimpedance.hand.planning.motion import equation_rows, modal_motion
+from armimpedance.hand.planning.precision import equation_rows, modal_motion
 from armimpedance.hand.planning.profile import (
     Profile,
     Shape,
@@ -25,8 +25,7 @@ from armimpedance.hand.planning.profile import (
     polynomial_shape,
     rounded_ends,
 )
-from armimpedance.hand.planning.servo import follow
-from armimpedance.hand.planning.setting import Setting
+from armimpedance.hand.planning.setting import Setting, follow
 from armimpedance.hand.still import inverse_information
 
 #: Points at which displacement and acceleration are limited.

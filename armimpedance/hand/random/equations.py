@@ -15,14 +15,24 @@ than the motion by T adds one more column, -s y.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
-from armimpedance.hand.random.explained import Explained
-from armimpedance.hand.random.lines import Complex, Lines
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.hand.random.lines import Complex, Explained, Lines
+from armimpedance.hand.still import (
+    INNER_DAMPING,
+    INNER_DIRECTIONS,
+    INNER_HZ,
+    Elbow,
+    averaged_inner,
+    half_sphere,
+    with_inner,
+)
 
 #: The noise's spectrum is a mean over this half width (Hz), or over so many lines to each axis.
 NOISE_WIDTH_HZ: Final = 0.75
@@ -30,7 +40,7 @@ NOISE_LINES: Final = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class RandomEquations:
     """``A theta = b`` of one delay; theta are the rows of [M B K R], then T.
 
     Attributes
@@ -49,7 +59,7 @@ class Equations:
 
 def equations_at(
     lines: Lines, explained: Explained, weight: Complex, delay_s: float | None
-) -> Equations:
+) -> RandomEquations:
     """The equations with a reflex of one delay, or without.
 
     Parameters
@@ -66,7 +76,7 @@ def equations_at(
 
 def with_kernel(
     lines: Lines, explained: Explained, weight: Complex, kernel: Complex | None
-) -> Equations:
+) -> RandomEquations:
     """The equations with R by any ``kernel(s)`` (L, 1) in place of ``exp(-s t)``, or without."""
     s, d = lines.s, lines.axes
     u = [lines.motion[2], lines.motion[1], lines.motion[0]]
@@ -89,7 +99,7 @@ def with_kernel(
         target[-1, -1] = _weighed(lag_told, weight, last)
     b = np.append(_against(Z, weight, y), _weighed(lag_told, weight, y))
     n = lines.widening
-    return Equations(A / n, b / n, meat / n)
+    return RandomEquations(A / n, b / n, meat / n)
 
 
 def _against(left: Complex, weight: Complex, right: Complex, *, conj: bool = True) -> FloatArray:
@@ -129,3 +139,299 @@ def noise_weight(lines: Lines, left: Complex) -> Complex:
     S = S + (1e-9 * scale + 1e-30) * np.eye(d)
     # the inverse of a mean of n is too large by n / (n - d)
     return np.asarray((count - d) / count * np.linalg.inv(S))
+
+
+# A mode inside the limb, as of a free elbow, under random perturbations.
+#
+# At once the limb answers with ``K + S n n^T``, at rest with K, between them (w natural frequency,
+# z damping, see `hand.still.doubts.inner`) with
+#
+#     K + S n n^T g(s),      g(s) = (s^2 + 2 z w s) / (s^2 + 2 z w s + w^2).
+#
+# For one w and n that is one more column of the impedance equation, linear in S; over many of them
+# the answer is a mean, as for returning disturbances.
+
+
+def allow_for_inner(
+    one: ImpedanceEstimate,
+    lines: Lines,
+    explained: Explained,
+    weight: Complex,
+    elbow: Elbow | None,
+) -> ImpedanceEstimate:
+    """The estimate with an inner mode taken off, as likely as it is, and in its intervals.
+
+    Parameters
+    ----------
+    one : ImpedanceEstimate
+        Of second order.
+    lines : Lines
+    explained : Explained
+    weight : (L, d, d) complex
+        Inverse of the noise's spectrum.
+    elbow : {"free", None}
+    """
+    d = one.k
+    scale = float(np.trace(one.stiffness)) / d
+    found: dict[str, tuple[float, float, float]] = {}
+    shifts: dict[str, FloatArray] = {}
+    for hz in INNER_HZ:
+        equations = with_kernel(lines, explained, weight, _kernel(lines.s, hz))
+        for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
+            name = f"inner {hz} {i}"
+            size, error, shifts[name] = _sized(equations, _along(n, scale, d), d)
+            found[name] = (size, error, 1.0)
+    return with_inner(one, averaged_inner(found, shifts, elbow), correct=True)
+
+
+def _kernel(s: Complex, hz: float) -> Complex:
+    """g(s) of one natural frequency."""
+    w = 2 * np.pi * hz
+    late = s**2 + 2 * INNER_DAMPING * w * s
+    return np.asarray(late / (late + w**2))
+
+
+def _sized(equations: RandomEquations, D: FloatArray, d: int) -> tuple[float, float, FloatArray]:
+    """S with its standard error, and by how much M, B, K (3 d^2,) are wrong for one unit of it."""
+    A, b = D.T @ equations.A[:-1, :-1] @ D, D.T @ equations.b[:-1]
+    meat = D.T @ equations.meat[:-1, :-1] @ D
+    unit = 1 / np.sqrt(np.diag(meat))
+    inverse = np.linalg.inv(A * unit[:, None] * unit) * unit[:, None] * unit
+    error = float(np.sqrt((inverse @ meat @ inverse.T)[-1, -1]))
+    # M, B, K (S) = A_11^-1 (b_1 - A_12 S): the last column of the inverse, by its corner
+    shift = -inverse[:-1, -1] / inverse[-1, -1]
+    return float((inverse @ b)[-1]), error, shift[_by_matrix(d)]
+
+
+def _along(n: FloatArray, scale: float, d: int) -> FloatArray:
+    """From rows of [M B K] and S to rows of [M B K G], G = scale S n n^T."""
+    rows = np.arange(4 * d * d).reshape(d, 4, d)
+    D = np.zeros((4 * d * d, 3 * d * d + 1))
+    D[rows[:, :3].ravel(), np.arange(3 * d * d)] = 1.0
+    D[rows[:, 3].ravel(), -1] = scale * np.outer(n, n).ravel()
+    return D
+
+
+def _by_matrix(d: int) -> np.ndarray:
+    """Where the elements of M, then B, then K stand in rows of [M B K]."""
+    return np.arange(3 * d * d).reshape(d, 3, d).transpose(1, 0, 2).ravel()
+
+
+# Is there a reflex, and a lag between the clocks? A mean over what the record does not exclude.
+#
+# Beforehand the limb has a reflex or none, force and motion share a clock or not. A reflex is about
+# proportional to the stiffness, ``R = r K + rest`` (r some USUAL_REFLEX, the elements of the rest
+# normal), at any delay of a range alike. Everything is linear but the delay, so that each model has
+# its evidence in closed form, and the answer is the mean over models weighed by evidence (Bayesian
+# model averaging; J. A. Hoeting and colleagues, Statistical Science 14 (1999) 382): where the
+# record shows no reflex it costs nothing, where it shows one its price is paid, in between
+# intervals hold both.
+
+#: Probability of a reflex and of a lag beforehand, and the sizes that they usually have.
+REFLEX_BEFOREHAND: Final = 0.3
+LAG_BEFOREHAND: Final = 0.1
+USUAL_REFLEX: Final = 0.3
+USUAL_LAG_S: Final = 1e-3
+#: How far a reflex' elements usually are from proportional, parts of K's mean diagonal.
+UNLIKE: Final = (0.01, 0.05)
+#: Delays that are tried (s): nothing answers earlier, and what comes later is on purpose.
+EARLIEST_S: Final = 0.020
+LATEST_S: Final = 0.090
+COARSE_S: Final = 0.005
+FINE_S: Final = 0.001
+#: Models less likely than this are left out.
+UNLIKELY: Final = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class Averaged(FrozenRecord):
+    """Mean over models; q = d^2.
+
+    Attributes
+    ----------
+    values, covariance : (4 q + 1,), (4 q + 1, 4 q + 1)
+        M, B, K, R row by row, then the lag T (s). R and T are zero in models without them.
+    with_reflex : (4 q + 1,)
+        The mean over models with a reflex alone.
+    reflex_covariance : (4 q + 1, 4 q + 1)
+    delay_s : (n,)
+        Those that were tried.
+    delay_weight : (n,)
+        Their probability, given a reflex.
+    reflex_probability, lag_probability : float
+    """
+
+    values: Annotated[FloatArray, "p"]
+    covariance: Annotated[FloatArray, "p p"]
+    with_reflex: Annotated[FloatArray, "p"]
+    reflex_covariance: Annotated[FloatArray, "p p"]
+    delay_s: Annotated[FloatArray, "n"]
+    delay_weight: Annotated[FloatArray, "n"]
+    reflex_probability: float
+    lag_probability: float
+
+    @property
+    def best_delay_s(self) -> float:
+        """The likeliest delay."""
+        return float(self.delay_s[int(np.argmax(self.delay_weight))])
+
+    @property
+    def delay(self) -> tuple[float, float]:
+        """Mean delay and its standard deviation, s."""
+        mean = float(self.delay_weight @ self.delay_s)
+        return mean, float(np.sqrt(self.delay_weight @ (self.delay_s - mean) ** 2))
+
+
+@dataclass(frozen=True, eq=False)
+class _Model:
+    """One model's answer: log of evidence times prior, values and covariance as in `Averaged`."""
+
+    log_weight: float
+    values: FloatArray
+    covariance: FloatArray
+    delay: int = -1
+    lag: bool = False
+
+
+def averaged(
+    equations: Callable[[float | None], RandomEquations],
+    stiffness: FloatArray,
+    *,
+    lag_seen: bool = False,
+) -> Averaged:
+    """Average over no reflex and reflexes of all delays, with and without a lag.
+
+    Parameters
+    ----------
+    equations : callable
+        Delay (s) or None -> `RandomEquations`.
+    stiffness : (d, d)
+        About K: what a reflex is proportional to.
+    lag_seen : bool
+        Whether a lag was found and taken off: what is left of it is then asked in all models.
+    """
+    models = _models(equations(None), _Priors(stiffness, reflex=False, lag_seen=lag_seen))
+    coarse = np.arange(EARLIEST_S, LATEST_S + COARSE_S / 2, COARSE_S)
+    priors = _Priors(stiffness, reflex=True, lag_seen=lag_seen)
+    late = {float(t): _models(equations(float(t)), priors) for t in coarse}
+    best = max(late, key=lambda t: max(m.log_weight for m in late[t]))
+    fine = best + FINE_S * np.arange(-7, 8)
+    for t in fine[(fine > EARLIEST_S) & (fine < LATEST_S)]:
+        key = min(late, key=lambda known: abs(known - t))
+        if abs(key - t) > 1e-9:
+            late[float(t)] = _models(equations(float(t)), priors)
+    delays = np.array(sorted(late))
+    # each delay stands for its neighbourhood, of a range in which all are alike
+    share = np.gradient(delays) / np.gradient(delays).sum()
+    for i, t in enumerate(delays):
+        models += [
+            _Model(m.log_weight + np.log(share[i]), m.values, m.covariance, i, m.lag)
+            for m in late[float(t)]
+        ]
+    return _mean(models, delays)
+
+
+class _Priors:
+    """Precisions beforehand of [M B K R] rows and T, for each kind of model."""
+
+    def __init__(self, stiffness: FloatArray, *, reflex: bool, lag_seen: bool) -> None:
+        d = len(stiffness)
+        self.d, self.reflex, self.lag_seen = d, reflex, lag_seen
+        self.q = 4 if reflex else 3
+        size = float(np.trace(stiffness)) / d
+        k = USUAL_REFLEX * stiffness.ravel()
+        self.sizes = tuple(np.outer(k, k) + (c * size) ** 2 * np.eye(d * d) for c in UNLIKE)
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Where the elements of R stand, row by row."""
+        row = np.arange(self.d)[:, None] * self.q * self.d + 3 * self.d + np.arange(self.d)
+        return row.ravel() if self.reflex else np.empty(0, int)
+
+    def kinds(self) -> list[tuple[float, FloatArray, bool]]:
+        """(log of the probability, covariance beforehand of R, whether there is a lag)."""
+        none = (np.log(1 - REFLEX_BEFOREHAND), np.empty((0, 0)))
+        each = [(np.log(REFLEX_BEFOREHAND / len(self.sizes)), c) for c in self.sizes]
+        lags = [(np.log(1 - LAG_BEFOREHAND), False), (np.log(LAG_BEFOREHAND), True)]
+        if self.lag_seen:
+            lags = [(0.0, True)]
+        chosen = each if self.reflex else [none]
+        return [(p + more, c, lag) for p, c in chosen for more, lag in lags]
+
+
+def _models(equations: RandomEquations, priors: _Priors) -> list[_Model]:
+    """The answers at one delay."""
+    return [_solved(equations, priors, *kind) for kind in priors.kinds()]
+
+
+def _solved(
+    equations: RandomEquations, priors: _Priors, log_prior: float, before: FloatArray, lag: bool
+) -> _Model:
+    p = len(equations.b)
+    kept = np.arange(p if lag else p - 1)
+    A, b, meat = equations.A[np.ix_(kept, kept)], equations.b[kept], equations.meat
+    precision = np.zeros((len(kept), len(kept)))
+    log_det = 0.0
+    if len(before):
+        precision[np.ix_(priors.rows, priors.rows)] = np.linalg.inv(before)
+        log_det -= float(np.linalg.slogdet(before)[1])
+    if lag:
+        precision[-1, -1] = USUAL_LAG_S**-2
+        log_det -= 2 * np.log(USUAL_LAG_S)
+    # M, B, K are flat beforehand in all models: their share of the determinants is the same
+    scale = 1 / np.sqrt(np.diag((A + A.T) / 2 + precision))
+    scaled = (A + precision) * scale[:, None] * scale
+    theta = scale * np.linalg.solve(scaled, scale * b)
+    symmetric = (scaled + scaled.T) / 2
+    log_after = float(np.linalg.slogdet(symmetric)[1]) - 2 * float(np.log(scale).sum())
+    log_weight = log_prior + 0.5 * (log_det - log_after + float(b @ theta))
+    inverse = np.linalg.inv(scaled) * scale[:, None] * scale
+    covariance = inverse @ (meat[np.ix_(kept, kept)] + precision) @ inverse.T
+    to = _places(priors, lag)
+    whole, cov = np.zeros(4 * priors.d**2 + 1), np.zeros((4 * priors.d**2 + 1,) * 2)
+    whole[to], cov[np.ix_(to, to)] = theta, covariance
+    return _Model(log_weight, whole, cov, lag=lag)
+
+
+def _places(priors: _Priors, lag: bool) -> np.ndarray:
+    """From rows of [M B K R], T to M, B, K, R row by row, T."""
+    d, q = priors.d, priors.q
+    i, matrix, j = np.meshgrid(np.arange(d), np.arange(q), np.arange(d), indexing="ij")
+    to = (matrix * d * d + i * d + j).ravel()
+    return np.append(to, 4 * d * d) if lag else to
+
+
+def _mean(models: list[_Model], delays: FloatArray) -> Averaged:
+    log_weight = np.array([m.log_weight for m in models])
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    late = np.array([m.delay >= 0 for m in models])
+    values, covariance = _moments(models, weight)
+    given = weight * late / max(float(weight[late].sum()), 1e-300)
+    if not late.any() or weight[late].sum() <= 0:
+        given = late / max(late.sum(), 1)
+    reflexive, spread = _moments(models, given)
+    at = [m.delay for m in models if m.delay >= 0]
+    of_delay = np.bincount(at, given[late], len(delays)).astype(float)
+    return Averaged(
+        values,
+        covariance,
+        reflexive,
+        spread,
+        delays,
+        of_delay,
+        float(weight[late].sum()),
+        float(sum(w for w, m in zip(weight, models, strict=True) if m.lag)),
+    )
+
+
+def _moments(models: list[_Model], weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean, and covariance within and between models."""
+    kept = [(w, m) for w, m in zip(weight, models, strict=True) if w > UNLIKELY]
+    total = sum(w for w, _ in kept)
+    mean = np.asarray(sum(w * m.values for w, m in kept) / total)
+    covariance = np.zeros((len(mean), len(mean)))
+    for w, m in kept:
+        off = m.values - mean
+        covariance += w / total * (m.covariance + np.outer(off, off))
+    return mean, covariance

@@ -14,17 +14,37 @@ from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.estimates import ImpedanceEstimate, Quality
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
-from armimpedance.hand.random.commands import Commands, check_follows, commands_of
-from armimpedance.hand.random.departures import Averaged, averaged
-from armimpedance.hand.random.doubts import doubts_of, of_elbow, of_wrist, refuse_impossible
-from armimpedance.hand.random.equations import equations_at, noise_weight, residual
-from armimpedance.hand.random.explained import Explained, explained_by, share_explained
-from armimpedance.hand.random.inner import allow_for_inner
-from armimpedance.hand.random.joints import check_joints, unlikely_units
-from armimpedance.hand.random.lines import Complex, Lines, lines_of
-from armimpedance.hand.random.misfit import misfit_of
-from armimpedance.hand.random.response import response_matrix
-from armimpedance.hand.random.result import RandomFit, ReflexPart
+from armimpedance.hand.random.commands import (
+    Commands,
+    check_follows,
+    check_joints,
+    commands_of,
+    unlikely_units,
+)
+from armimpedance.hand.random.doubts import (
+    doubts_of,
+    misfit_of,
+    of_elbow,
+    of_wrist,
+    refuse_impossible,
+)
+from armimpedance.hand.random.equations import (
+    Averaged,
+    allow_for_inner,
+    averaged,
+    equations_at,
+    noise_weight,
+    residual,
+)
+from armimpedance.hand.random.lines import (
+    Complex,
+    Explained,
+    Lines,
+    explained_by,
+    lines_of,
+    share_explained,
+)
+from armimpedance.hand.random.random_fit import RandomFit, ReflexPart, response_matrix
 from armimpedance.hand.still import elbow_told, groups_of, is_wrist_free
 
 METHOD: Final = "refined instruments"

@@ -19,7 +19,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
-from armimpedance.hand.reaching.arm import N_INERTIAL
+from armimpedance.hand.reaching.course import N_INERTIAL
 from armimpedance.hand.reaching.windows import SPACING_S, PhaseWindows
 
 #: K' and B' are changes over this time, K'' and B'' those by its square (s).
@@ -48,7 +48,7 @@ N_UNKNOWN: Final = 31
 
 
 @dataclass(frozen=True)
-class Equations(FrozenRecord):
+class ReachEquations(FrozenRecord):
     """Projected equations of n trials, R rows each: ``y + X theta = w``.
 
     Attributes
@@ -84,7 +84,7 @@ class Equations(FrozenRecord):
         return np.asarray(U @ (U.T @ flat)).reshape(values.shape)
 
 
-def equations_of(windows: PhaseWindows) -> Equations:
+def equations_of(windows: PhaseWindows) -> ReachEquations:
     """The equations of one phase, with means and history taken out of every term."""
     lag, Y = windows.lag_s, windows.part("inertial")
     X = regressors(
@@ -102,7 +102,7 @@ def equations_of(windows: PhaseWindows) -> Equations:
         flat = values.reshape(n, -1)
         return np.asarray(flat - nuisance @ (nuisance.T @ flat))
 
-    return Equations(
+    return ReachEquations(
         X=without(X).reshape(X.shape),
         y=without(y),
         instruments=_orthonormal(without(windows.instruments)),

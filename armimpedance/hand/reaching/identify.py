@@ -3,17 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
-from armimpedance.hand.reaching.fitted import Method, PhaseFit, to_estimate
+from armimpedance.hand.reaching.course import Courses, channel
+from armimpedance.hand.reaching.equation import TOLD, ReachEquations, equations_of
+from armimpedance.hand.reaching.fitted import (
+    INSTANT,
+    DoubtedPhase,
+    HandPlace,
+    PhaseFit,
+    ReachMethod,
+    at_level,
+    doubts_of,
+    estimate_at,
+    said_of,
+    to_estimate,
+)
 from armimpedance.hand.reaching.methods import METHODS
+from armimpedance.hand.reaching.methods.latent import explained_by
+from armimpedance.hand.reaching.over_reach import course_over
 from armimpedance.hand.reaching.session import Session, session_of
+from armimpedance.hand.reaching.solve import Known, PhaseEvidence, evidence_of, solve
+from armimpedance.hand.reaching.windows import PhaseWindows
 
 
 def identify_movement(
@@ -72,14 +92,14 @@ def identify_movement(
     return made
 
 
-def _check_level(name: str, method: Method, level: Level) -> None:
+def _check_level(name: str, method: ReachMethod, level: Level) -> None:
     if level not in method.levels:
         raise InputError(
             f"method {name} at level {level!r}", expected=f"level {' or '.join(method.levels)}"
         )
 
 
-def _check_throughout(name: str, method: Method, session: Session) -> None:
+def _check_throughout(name: str, method: ReachMethod, session: Session) -> None:
     if method.throughout:
         return
     for _, _, phase in session.groups:
@@ -104,3 +124,141 @@ def check_inertia(fit: PhaseFit, phase: str) -> None:
             f"phase {phase}: the inertia comes out negative; is the force that of the limb on the "
             "device (force_by), and has it not been freed of the handle twice?"
         )
+
+
+# Inertia, viscosity and stiffness over the whole way, from the pushes of all phases together.
+
+#: Spacing of the course (s).
+EVERY_S: Final = 0.02
+#: Trials are left out in so many groups.
+GROUPS: Final = 8
+
+
+@dataclass(frozen=True)
+class _Phase:
+    """One phase of a condition, solved."""
+
+    windows: PhaseWindows
+    equations: ReachEquations
+    doubted: DoubtedPhase
+
+
+def identify_course(
+    recording: Recording,
+    *,
+    level: Level = "hand",
+    inertia: Sequence[ImpedanceEstimate] | None = None,
+    phases: Sequence[str] | None = None,
+    window_s: float | None = None,
+    progress: Progress | None = None,
+) -> list[ImpedanceEstimate]:
+    """M, B and K of a reaching hand every 20 ms from the first phase to the last.
+
+    Parameters
+    ----------
+    recording, level, inertia, phases, window_s, progress
+        As `identify_movement`; two phases or more.
+
+    Returns
+    -------
+    list of ImpedanceEstimate
+        With keys ``condition`` and ``phase``: the time after the first phase's onset, "0.120 s".
+
+    Raises
+    ------
+    InputError
+        As `identify_movement`, or there is one phase only.
+    NotIdentifiableError
+        The pushes of a phase do not tell M, B and K apart.
+    EstimationError
+        M comes out negative.
+    """
+    session = session_of(recording, inertia, phases)
+    solved: dict[str, list[_Phase]] = {}
+    for phase in session.phases(window_s, progress):
+        parts = solved.setdefault(phase.condition, [])
+        for _, windows in phase.windows:
+            equations = equations_of(windows)
+            doubted = doubts_of(equations, solve(equations, session.known), session.known)
+            parts.append(_Phase(windows, equations, doubted))
+    made: list[ImpedanceEstimate] = []
+    for condition, parts in solved.items():
+        made += _course(session.courses, condition, parts, level, session.known)
+    return made
+
+
+def _course(
+    courses: Courses, condition: str, parts: list[_Phase], level: Level, known: Known | None
+) -> list[ImpedanceEstimate]:
+    if len(parts) < 2:
+        raise InputError(
+            f"condition {condition}: pushes at one phase only", expected="two phases or more"
+        )
+    # every reach's samples (n, P) of the phases' middles, and their mean times (P,)
+    samples = _samples(parts, courses.sample_rate_hz)
+    at_s = (samples - samples[:, :1]).mean(axis=0) / courses.sample_rate_hz
+    first = parts[0].windows
+    at_s = at_s + first.after_s + first.lag_s[first.middle]
+    grid = np.append(np.arange(at_s[0], at_s[-1] - EVERY_S / 2, EVERY_S), at_s[-1])
+    # an inertia that one phase's pushes deny is used at none
+    said = tuple(dict.fromkeys(w for part in parts for w in part.doubted.warnings))
+    denied = any(warning.startswith("the inertia that was told") for warning in said)
+    moving = max(part.equations.moving for part in parts)
+    solutions = [part.doubted.solution for part in parts]
+    told = None if denied else known
+    without = [[_without(part, group, told) for part in parts] for group in range(GROUPS)]
+    over = course_over(solutions, without, at_s, moving, grid, told)
+    counts = (
+        sum(int(p.windows.pushed.sum()) for p in parts),
+        sum(int(p.windows.pushed.sum()) * 2 * len(p.windows.lag_s) for p in parts),
+    )
+    made = []
+    for g, time in enumerate(grid):
+        where = _where(courses, samples, at_s, float(time))
+        values, covariance = at_level(
+            level, first.arm, where, over.theta[g], over.covariance[g][TOLD, TOLD]
+        )
+        fit = PhaseFit(
+            level=level,
+            values=values,
+            covariance=covariance,
+            dof=over.dof,
+            condition=max(one.condition for one in solutions),
+            rank=TOLD.stop,
+            explained=min(explained_by(p.equations, p.doubted.solution) for p in parts),
+            warnings=said,
+            provenance=(f"course over {len(parts)} phases", *said_of(first)),
+        )
+        check_inertia(fit, f"{time:.3f} s")
+        keys = {"condition": condition, "phase": f"{time:.3f} s"}
+        made.append(estimate_at(fit, where.mean, first.shoulder_m, counts, "latent", keys))
+    return made
+
+
+def _without(part: _Phase, group: int, known: Known | None) -> PhaseEvidence:
+    """What is told without each eighth trial of the pushes' directions in order."""
+    w = part.windows
+    angle = np.round(np.arctan2(w.direction[:, 1], w.direction[:, 0]), 6)
+    place = np.empty(len(angle), dtype=np.int64)
+    place[np.lexsort((w.trial, angle, ~w.pushed))] = np.arange(len(angle))
+    return evidence_of(equations_of(w.of_trials(place % GROUPS != group)), known)
+
+
+def _samples(parts: list[_Phase], rate: float) -> IntArray:
+    """Samples (n, P) in the middles of the phases' windows of free reaches that are in all."""
+    tables: list[dict[int, int]] = []
+    for part in parts:
+        w, free = part.windows, ~part.windows.pushed
+        middle = w.onset[free] + round(float(w.lag_s[w.middle]) * rate)
+        tables.append(dict(zip(w.trial[free].tolist(), middle.tolist(), strict=True)))
+    common = sorted(set(tables[0]).intersection(*tables[1:]))
+    if len(common) < 3:
+        raise InputError(f"{len(common)} free reaches go through all phases", expected="10 or more")
+    return np.array([[table[trial] for table in tables] for trial in common])
+
+
+def _where(courses: Courses, samples: IntArray, at_s: FloatArray, time_s: float) -> HandPlace:
+    """All free reaches at a time of the mean reach; each takes its own time between phases."""
+    at = np.array([np.interp(time_s, at_s, row) for row in samples.astype(float)])
+    rows = np.rint(at).astype(np.int64)
+    return HandPlace(tuple(courses.channels[rows][:, channel(name)] for name in INSTANT))

@@ -1,7 +1,7 @@
 """The course of K and B over a reach, from the pushes of all its phases.
 
 Each phase tells K and B in the middle of its window, their slopes and their bends, in so far as its
-pushes tell them (`Evidence`). K and B are random courses with the
+pushes tell them (`PhaseEvidence`). K and B are random courses with the
 covariance
 
     s^2 exp(-(t - t')^2 / (2 L^2)),
@@ -42,9 +42,9 @@ from armimpedance.hand.reaching.solve import (
     CHANGE_SD,
     CURVE_SD,
     REFLEX_SD,
-    Evidence,
     Known,
-    Solution,
+    PhaseEvidence,
+    PhaseSolution,
 )
 
 #: Length of the covariance (s) and its size, over the size of K or B: a slope of `CHANGE_SD` in
@@ -81,8 +81,8 @@ class ReachCourse(FrozenRecord):
 
 
 def course_over(
-    solutions: Sequence[Solution],
-    without: Sequence[Sequence[Evidence]],
+    solutions: Sequence[PhaseSolution],
+    without: Sequence[Sequence[PhaseEvidence]],
     at_s: FloatArray,
     moving: float,
     time_s: FloatArray,
@@ -92,8 +92,8 @@ def course_over(
 
     Parameters
     ----------
-    solutions : sequence of n Solution
-    without : sequence of g sequences of n Evidence
+    solutions : sequence of n PhaseSolution
+    without : sequence of g sequences of n PhaseEvidence
         Of the same phases, a group of trials left out in turn: weights that come from few trials
         err too, and the intervals grow by what the groups show beyond the scatter of scores.
     at_s : (n,)
@@ -108,7 +108,7 @@ def course_over(
     maps = [_to_phase(basis, t) for t in at_s.tolist()]
     out = np.stack([_to_phase(basis, t)[TOLD] for t in time_s.tolist()])
 
-    def solved(parts: Sequence[Evidence]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def solved(parts: Sequence[PhaseEvidence]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """A (U, U), P (U, U) and u (U,)."""
         P, right = _prior(basis, _sizes(parts), moving, known)
         A = P + sum(T.T @ one.information @ T for T, one in zip(maps, parts, strict=True))
@@ -129,7 +129,7 @@ def course_over(
     )
 
 
-def _sizes(parts: Sequence[Evidence]) -> FloatArray:
+def _sizes(parts: Sequence[PhaseEvidence]) -> FloatArray:
     """Size (8,) of the elements of K, and of those of B."""
     square = np.mean([one.theta[3:11] ** 2 for one in parts], axis=0)
     return np.repeat(np.sqrt(square.reshape(2, 4).mean(axis=1)), 4)

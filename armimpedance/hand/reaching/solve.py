@@ -29,7 +29,7 @@ from armimpedance.hand.reaching.equation import (
     VISCOSITY,
     VISCOSITY_CHANGE,
     VISCOSITY_CURVE,
-    Equations,
+    ReachEquations,
 )
 
 #: The covariance of the rows is drawn this far towards its diagonal: of 80 trials and 20 to 26
@@ -71,7 +71,7 @@ class Known(FrozenRecord):
 
 
 @dataclass(frozen=True)
-class Evidence(FrozenRecord):
+class PhaseEvidence(FrozenRecord):
     """What the pushes of one phase say, without what is known before.
 
     Attributes
@@ -88,7 +88,7 @@ class Evidence(FrozenRecord):
 
 
 @dataclass(frozen=True)
-class Solution(FrozenRecord):
+class PhaseSolution(FrozenRecord):
     """Unknowns of one phase.
 
     Attributes
@@ -103,7 +103,7 @@ class Solution(FrozenRecord):
         Inverse covariance of a trial's rows.
     condition : float
         Of the scaled normal equations.
-    evidence : Evidence
+    evidence : PhaseEvidence
     scatter : (31, 31)
         Covariance of the evidence's score, from the scatter of trials.
     """
@@ -114,11 +114,11 @@ class Solution(FrozenRecord):
     residual: Annotated[FloatArray, "n R"]
     weight: Annotated[FloatArray, "R R"]
     condition: float
-    evidence: Evidence
+    evidence: PhaseEvidence
     scatter: Annotated[FloatArray, "p p"]
 
 
-def solve(equations: Equations, known: Known | None = None) -> Solution:
+def solve(equations: ReachEquations, known: Known | None = None) -> PhaseSolution:
     """Solve the equations of one phase.
 
     Raises
@@ -131,7 +131,7 @@ def solve(equations: Equations, known: Known | None = None) -> Solution:
     residual = equations.y + np.einsum("nrp,p->nr", equations.X, evidence.theta)
     trials, dof = _jackknife(equations, ZW, residual, A)
     back = np.linalg.inv(A)
-    return Solution(
+    return PhaseSolution(
         theta=evidence.theta,
         # what is known before adds its share, A^-1 P A^-T
         covariance=trials + back @ P @ back.T,
@@ -144,7 +144,7 @@ def solve(equations: Equations, known: Known | None = None) -> Solution:
     )
 
 
-def evidence_of(equations: Equations, known: Known | None = None) -> Evidence:
+def evidence_of(equations: ReachEquations, known: Known | None = None) -> PhaseEvidence:
     """What `solve` finds, without its error.
 
     Raises
@@ -157,7 +157,7 @@ def evidence_of(equations: Equations, known: Known | None = None) -> Evidence:
 
 
 def _weighted(
-    equations: Equations, known: Known | None
+    equations: ReachEquations, known: Known | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Weight (R, R), precision (p, p), and the instruments times the weight (n, p, R)."""
     W, P = _settled(equations, known)
@@ -166,13 +166,13 @@ def _weighted(
 
 
 def _evidence(
-    equations: Equations, ZW: FloatArray, P: FloatArray, known: Known | None
-) -> tuple[Evidence, FloatArray]:
+    equations: ReachEquations, ZW: FloatArray, P: FloatArray, known: Known | None
+) -> tuple[PhaseEvidence, FloatArray]:
     A, theta = _solved(equations, ZW, P, known)
-    return Evidence(theta, A - P, -np.einsum("nps,ns->p", ZW, equations.y)), A
+    return PhaseEvidence(theta, A - P, -np.einsum("nps,ns->p", ZW, equations.y)), A
 
 
-def _settled(equations: Equations, known: Known | None) -> tuple[FloatArray, FloatArray]:
+def _settled(equations: ReachEquations, known: Known | None) -> tuple[FloatArray, FloatArray]:
     """Weight (R, R) and precision (p, p): they follow from the unknowns, and are found in turn."""
     Z = equations.along_direction(equations.X)
     theta, P, near = np.zeros(N_UNKNOWN), precision_of(equations, np.zeros(N_UNKNOWN), known), False
@@ -190,7 +190,7 @@ def _settled(equations: Equations, known: Known | None) -> tuple[FloatArray, Flo
 
 
 def _solved(
-    equations: Equations, ZW: FloatArray, P: FloatArray, known: Known | None
+    equations: ReachEquations, ZW: FloatArray, P: FloatArray, known: Known | None
 ) -> tuple[FloatArray, FloatArray]:
     """The normal matrix A (p, p) and the unknowns (p,)."""
     # A (p, p) theta (p,) = P theta_0 - Z^T W y
@@ -210,7 +210,7 @@ def _summed(ZW: FloatArray, X: FloatArray) -> FloatArray:
     return np.tensordot(ZW, X, axes=((0, 2), (0, 1)))
 
 
-def _instruments(equations: Equations, W: FloatArray, P: FloatArray) -> FloatArray:
+def _instruments(equations: ReachEquations, W: FloatArray, P: FloatArray) -> FloatArray:
     """Z (n, R, p): ``H X - c (1 - H) X``, H onto what is linear in the d instruments.
 
     H takes a share d / (n - g) of each trial's own noise along, which would draw K towards least
@@ -227,7 +227,7 @@ def _instruments(equations: Equations, W: FloatArray, P: FloatArray) -> FloatArr
     return np.asarray(common - min(1.0, LARGEST_CORRECTION / largest) * count / dof * own)
 
 
-def weight_of(equations: Equations, theta: FloatArray) -> FloatArray:
+def weight_of(equations: ReachEquations, theta: FloatArray) -> FloatArray:
     """Inverse covariance (R, R) of w, from what neither history nor direction explains."""
     w = equations.y + np.einsum("nrp,p->nr", equations.X, theta)
     w = w - equations.along_direction(w)
@@ -239,7 +239,7 @@ def weight_of(equations: Equations, theta: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(C))
 
 
-def precision_of(equations: Equations, theta: FloatArray, known: Known | None) -> FloatArray:
+def precision_of(equations: ReachEquations, theta: FloatArray, known: Known | None) -> FloatArray:
     """(31, 31): of the inertia where it is known, and of how fast K and B change."""
     P = np.zeros((N_UNKNOWN, N_UNKNOWN))
     if known is not None:
@@ -276,7 +276,7 @@ def _condition(A: FloatArray) -> float:
 
 
 def _jackknife(
-    equations: Equations, ZW: FloatArray, residual: FloatArray, A: FloatArray
+    equations: ReachEquations, ZW: FloatArray, residual: FloatArray, A: FloatArray
 ) -> tuple[FloatArray, float]:
     """Covariance (p, p) from leaving out each pushed trial in turn, and its degrees of freedom.
 

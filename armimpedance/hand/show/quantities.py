@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import json
+import os
+import re
+from collections.abc import Iterable, Mapping, Sized
+from typing import Any
+
 import numpy as np
+import pandas as pd
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.conventions import group_name
+from armimpedance.core.conventions import AXES, element_names, group_name
+from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
-from armimpedance.hand.ellipses import FIELDS, Ellipse, Which, ellipse_of
+from armimpedance.hand.ellipses import FIELDS, Ellipse, Ellipsoid, Which, ellipse_of, ellipsoid_of
 from armimpedance.hand.levels import antisymmetric_part
 from armimpedance.numerics.regression import t_factor
+from armimpedance.show.files import in_one_cell
 
 
 def condition_of(estimate: ImpedanceEstimate) -> str:
@@ -141,3 +150,242 @@ def limits_of(ellipse: Ellipse) -> dict[str, tuple[float, float, float]]:
     table[1] = np.degrees(table[1])
     names = ("size", "orientation_deg", "shape")
     return {n: (float(v), float(a), float(b)) for n, (v, a, b) in zip(names, table, strict=True)}
+
+
+# What one row of RESULTS.csv holds: every quantity of an estimate under its column's name.
+#
+# The columns come in blocks, so that files that mix one, two and three axes keep them in order.
+
+Cells = dict[str, Any]
+
+#: Columns that are neither numbered nor named after a matrix.
+PLAIN_COLUMNS = frozenset(
+    (
+        "n_trials",
+        "method",
+        "level",
+        "multiple_correlation",
+        "vaf",
+        "cond_scaled",
+        "cond_raw",
+        "rank",
+        "residual_sd",
+        "coherence",
+        "n_rows",
+        "dof",
+        "covariance",
+        "shared_errors",
+        "muscles",
+        "warnings",
+        "provenance",
+    )
+)
+
+_RESULT_COLUMN = re.compile(
+    r"(position_\d_(m|rad)|force_\d_(N|Nm)|q_(shoulder|elbow|\d)_rad|torque_\d_Nm|(sd_)?alpha_\d+|shoulder_[xyz]_m"
+    r"|((sd|ci_low|ci_high|efficiency)_)?[MBK]_\d\d|M_with_handle_\d\d"
+    r"|((ci_low|ci_high)_)?[MBK]_(size|orientation_deg|shape|axis_[123])|(sd_)?[MBK]_antisymmetric"
+    r"|[MBK]_axis_[123]_([xyz]|turn_deg))"
+)
+
+
+def is_result_column(name: str) -> bool:
+    """Whether a column of RESULTS.csv belongs to the result (the others are the group's)."""
+    return name in PLAIN_COLUMNS or _RESULT_COLUMN.fullmatch(name) is not None
+
+
+def require_results(estimates: Sized, path: str | os.PathLike[str]) -> None:
+    """Refuse to write a file without rows.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if not len(estimates):
+        raise InputError("no results to write", file=path, expected="at least one estimate")
+
+
+def check_group_columns(names: Iterable[str]) -> None:
+    """Refuse group columns whose names RESULTS.csv needs for itself.
+
+    Parameters
+    ----------
+    names : iterable of str
+        The names of the group columns.
+
+    Raises
+    ------
+    InputError
+        Naming the column.
+    """
+    for name in names:
+        if is_result_column(str(name)) or not str(name):
+            raise InputError(
+                "a group cannot be named like a column of the results",
+                column=str(name) or "(no name)",
+                expected="another name for the column",
+            )
+
+
+def group_cells(keys: Mapping[str, Any]) -> Cells:
+    """The group's columns as plain numbers and text; missing values are left out."""
+    check_group_columns(keys)
+    plain = {str(k): v.item() if isinstance(v, np.generic) else v for k, v in keys.items()}
+    cells = {k: v for k, v in plain.items() if not (pd.api.types.is_scalar(v) and pd.isna(v))}
+    return {k: v if type(v) in (int, float) else str(v) for k, v in cells.items()}
+
+
+def quality_cells(estimate: ImpedanceEstimate) -> Cells:
+    """Quality and degrees of freedom; None where not known (no rows, rank 0, not a number)."""
+    q = estimate.quality
+    return {
+        "multiple_correlation": _known(q.multiple_correlation),
+        "vaf": _known(q.vaf),
+        "cond_scaled": _known(q.cond_scaled),
+        "cond_raw": _known(q.cond_raw),
+        "rank": int(q.rank) or None,
+        "residual_sd": _known(q.residual_sd),
+        "coherence": _known(q.coherence),
+        "n_rows": int(q.n_rows) or None,
+        "dof": float(estimate.dof),
+    }
+
+
+def _known(value: float | None) -> float | None:
+    return None if value is None or np.isnan(value) else float(value)
+
+
+def lower_triangle(covariance: FloatArray) -> list[float]:
+    """The lower triangle with the diagonal, row by row."""
+    return [float(v) for v in covariance[np.tril_indices(len(covariance))]]
+
+
+def shared_lists(estimate: ImpedanceEstimate) -> dict[str, list[float]]:
+    """The errors of M, B, K that all rows share, a list for each cause."""
+    return {name: error.tolist() for name, error in estimate.shared_errors.items()}
+
+
+def row_blocks(estimate: ImpedanceEstimate) -> dict[str, Cells]:
+    """One row of RESULTS.csv, block by block; what is not known is left out or None."""
+    return {
+        "group": group_cells(estimate.keys),
+        "head": {
+            "n_trials": int(estimate.quality.n_trials),
+            "method": estimate.method,
+            "level": estimate.level,
+        },
+        "place": _place_cells(estimate),
+        "shoulder": _shoulder_cells(estimate),
+        "matrices": _matrix_cells(estimate),
+        "ellipses": _ellipse_cells(estimate),
+        "antisymmetric": _antisymmetric_cells(estimate),
+        "quality": quality_cells(estimate),
+        "text": {
+            "covariance": json.dumps(lower_triangle(estimate.covariance)),
+            "shared_errors": json.dumps(shared_lists(estimate)) if estimate.shared_errors else None,
+            "muscles": in_one_cell(estimate.muscles) or None,
+            "warnings": in_one_cell(estimate.warnings),
+            "provenance": in_one_cell(estimate.provenance),
+        },
+    }
+
+
+def _numbered(template: str, values: FloatArray | None) -> Cells:
+    return {template.format(i): float(v) for i, v in enumerate(() if values is None else values, 1)}
+
+
+def _place_cells(estimate: ImpedanceEstimate) -> Cells:
+    joints = is_recording_of_joints(estimate)
+    angles = _numbered("q_{}_rad", estimate.joint_angles)
+    if len(angles) == 2:
+        angles = dict(zip(("q_shoulder_rad", "q_elbow_rad"), angles.values(), strict=True))
+    return {
+        **_numbered("position_{}_rad" if joints else "position_{}_m", estimate.position),
+        **_numbered("force_{}_Nm" if joints else "force_{}_N", estimate.force),
+        **angles,
+        **_numbered("torque_{}_Nm", estimate.torque),
+        **_numbered("alpha_{}", estimate.activation),
+        **_numbered("sd_alpha_{}", estimate.activation_sd),
+    }
+
+
+def _shoulder_cells(estimate: ImpedanceEstimate) -> Cells:
+    shoulder = () if estimate.shoulder_m is None else estimate.shoulder_m
+    return {f"shoulder_{axis}_m": float(v) for axis, v in zip(AXES, shoulder, strict=False)}
+
+
+def _matrix_cells(estimate: ImpedanceEstimate) -> Cells:
+    values = np.stack([estimate.inertia, estimate.viscosity, estimate.stiffness])
+    half = half_widths(estimate)
+    cells = _elements("MBK", values)
+    cells |= _elements(("M_with_handle",), estimate.inertia_with_handle)
+    tables = {"sd_": estimate.sd, "ci_low_": values - half, "ci_high_": values + half}
+    for prefix, table in tables.items():
+        cells |= _elements([prefix + symbol for symbol in "MBK"], table)
+    if estimate.efficiency is not None:
+        cells |= _elements([f"efficiency_{symbol}" for symbol in "MBK"], estimate.efficiency)
+    return cells
+
+
+def _elements(symbols: Iterable[str], matrices: FloatArray | None) -> Cells:
+    values = np.asarray(matrices)
+    names = [name for symbol in symbols for name in element_names(symbol, values.shape[-1])]
+    return dict(zip(names, map(float, values.ravel()), strict=True))
+
+
+def _ellipse_cells(estimate: ImpedanceEstimate) -> Cells:
+    cells: Cells = {}
+    for field, symbol in zip(FIELDS, "MBK", strict=True):
+        cells |= ellipse_cells(symbol, ellipse_values(estimate, field))
+        if estimate.k == 3:
+            cells |= ellipsoid_cells(symbol, ellipsoid_of(estimate, field))
+    return cells
+
+
+def ellipse_cells(symbol: str, found: Mapping[str, tuple[float, float, float]]) -> Cells:
+    """``K_size, ci_low_K_size, …``; empty cells where there is no ellipse.
+
+    The columns stand in every file, so that a script finds them where no ellipse exists.
+    """
+    cells: Cells = {}
+    for name in ("size", "orientation_deg", "shape"):
+        column = f"{symbol}_{name}"
+        columns = (column, f"ci_low_{column}", f"ci_high_{column}")
+        cells |= dict(zip(columns, found.get(name, (None, None, None)), strict=True))
+    return cells
+
+
+def ellipsoid_cells(symbol: str, found: Ellipsoid | None) -> Cells:
+    """``K_axis_1`` to ``K_axis_3``: half-axes with limits and directions; empty: no ellipsoid.
+
+    ``K_size`` is the volume, ``K_axis_1_x`` and so on the direction (its largest component is
+    positive), ``K_axis_1_turn_deg`` how far it may turn towards either other axis at
+    95 %; 90: all the way.
+    """
+    cells: Cells = {}
+    names = [f"{symbol}_axis_{i}" for i in (1, 2, 3)]
+    limits = np.full((4, 2), np.nan) if found is None else found.interval()
+    for i, name in enumerate((*names, f"{symbol}_size")):
+        value = np.nan if found is None else float(np.append(found.semi_axes, found.size)[i])
+        columns = (name, f"ci_low_{name}", f"ci_high_{name}")
+        cells |= dict(zip(columns, map(_known, (value, *limits[i].tolist())), strict=True))
+    for i, name in enumerate(names):
+        direction, turn = np.full(3, np.nan), np.nan
+        if found is not None:
+            direction, turn = found.directions[i], float(np.degrees(found.turns_of(i).max()))
+        cells |= {
+            f"{name}_{axis}": _known(float(x)) for axis, x in zip(AXES, direction, strict=True)
+        }
+        cells[f"{name}_turn_deg"] = _known(turn)
+    return cells
+
+
+def _antisymmetric_cells(estimate: ImpedanceEstimate) -> Cells:
+    cells: Cells = {}
+    if estimate.k == 2:
+        part = antisymmetric_part(estimate)
+        for symbol, value, sd in zip("MBK", part.value[:, 0], part.sd[:, 0], strict=True):
+            cells |= {f"{symbol}_antisymmetric": float(value)}
+            cells |= {f"sd_{symbol}_antisymmetric": float(sd)}
+    return cells

@@ -16,14 +16,13 @@ from armimpedance.core.arrays import LARGEST, FloatArray, require_covariance
 from armimpedance.core.conventions import AXES, Level, parameter_names
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.core.records import ImpedanceEstimate, Quality
-from armimpedance.hand.show.result_row import (
+from armimpedance.hand.show.quantities import (
     group_cells,
     is_result_column,
     require_results,
     row_blocks,
 )
-from armimpedance.hand.show.results_json import result_objects
-from armimpedance.hand.show.results_mat import result_structs
+from armimpedance.hand.show.results_json_and_mat import result_objects, result_structs
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.files import (
     Cells,

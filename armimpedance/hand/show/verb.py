@@ -10,8 +10,10 @@ import numpy as np
 
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses import Which
-from armimpedance.hand.show.ellipses.ellipse import plot_ellipses_in_workspace
-from armimpedance.hand.show.ellipses.series import plot_ellipses_over_levels
+from armimpedance.hand.show.ellipse_plot import (
+    plot_ellipses_in_workspace,
+    plot_ellipses_over_levels,
+)
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
 

@@ -2,38 +2,34 @@ from .bound import bound as bound, bound_of as bound_of, inverse_information as 
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
 from .doubts.inner import (
+    INNER_DAMPING as INNER_DAMPING,
+    INNER_DIRECTIONS as INNER_DIRECTIONS,
+    INNER_HZ as INNER_HZ,
     WRIST as WRIST,
     Elbow as Elbow,
     averaged_inner as averaged_inner,
     elbow_told as elbow_told,
+    half_sphere as half_sphere,
     is_wrist_free as is_wrist_free,
     with_inner as with_inner,
-)
-from .doubts.inner_columns import (
-    INNER_DAMPING as INNER_DAMPING,
-    INNER_DIRECTIONS as INNER_DIRECTIONS,
-    INNER_HZ as INNER_HZ,
-    half_sphere as half_sphere,
 )
 from .estimation import (
     Options as Options,
     estimate as estimate,
     estimate_window as estimate_window,
     groups_of as groups_of,
+    in_order as in_order,
 )
 from .methods import METHODS as METHODS
-from .parallel import in_order as in_order
-from .reflex.guard import guard_window as guard_window, reflex_guard as reflex_guard
-from .reflex.verdict import ReflexVerdict as ReflexVerdict
+from .modal import modal_equation as modal_equation
+from .reflex import guard_window as guard_window, reflex_guard as reflex_guard
+from .reflex_verdict import ReflexVerdict as ReflexVerdict
 from .result import Group as Group
 from .side_by_side import side_by_side as side_by_side
-from .weighing.modal import modal_equation as modal_equation
-from .weighing.noise import (
-    force_covariance as force_covariance,
-    through_impedance as through_impedance,
-)
-from .weighing.weighted_fit import (
+from .weighing import (
     FEWEST_TRIALS as FEWEST_TRIALS,
     WeightedFit as WeightedFit,
+    force_covariance as force_covariance,
+    through_impedance as through_impedance,
     weighted_fit as weighted_fit,
 )

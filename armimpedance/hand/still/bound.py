@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.hand.still.weighing.modal import ModalEquation, weighted_equations
+from armimpedance.hand.still.modal import ModalEquation, weighted_equations
 from armimpedance.numerics.regression import TrialEquations
 
 

@@ -2,18 +2,284 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations, product
+from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.core.conventions import perturbation_columns
+from armimpedance.core.arrays import FloatArray, lengths
+from armimpedance.core.conventions import (
+    AXES,
+    FORCE_UNIT,
+    LARGEST_ANGLE_RAD,
+    POSITION_UNIT,
+    UNITS,
+    group_name,
+    perturbation_columns,
+)
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
-from armimpedance.core.records import Recording
-from armimpedance.hand.still.doubts.told import check_departures
-from armimpedance.hand.still.estimation import Options
-from armimpedance.hand.still.plausible import check_limb
-from armimpedance.numerics.signals import multiple_coherence
+from armimpedance.core.records import Recording, Window
+from armimpedance.hand.still.doubts.departures import check_departures
+from armimpedance.hand.still.estimation import DEFAULT_BY, Options, groups_of
+from armimpedance.hand.still.methods import exact
+from armimpedance.hand.still.prepared import fit_names, to_matrix_order
+from armimpedance.numerics.criticism import check_joint_size
+from armimpedance.numerics.regression import fit, t_factor
+from armimpedance.numerics.signals import cut_windows, disturbance_times, multiple_coherence
+
+# Can this be a limb? Units, sign and axes of force and position, judged by the inertia.
+#
+# Of M, B and K the inertia is known best, by measurement and beforehand: it is symmetric and
+# positive definite whatever the person does, and its size follows from the body's. A fit with
+# forces or positions in other units, with another sign or along other axes finds ``c Q M`` instead,
+# c the ratio of the units and Q orthogonal.
+
+#: Mean inertia along the axes per body mass: of the hand of seated adults .02 to .03 (simulated
+#: arms after Winter, every posture); a hand in forces of kgf shows a tenth of it.
+PER_BODY_MASS: Final = (0.006, 0.1)
+#: The same where the body's mass is not known, kg: from a child's to the arm of a giant.
+HAND_INERTIA: Final = (0.22, 10.0)
+#: A disturbance moves the limb by less than this (m, rad).
+WAY: Final = {"hand": 0.3, "joint": 1.0}
+#: Without lengths: no hand is further from its shoulder (m).
+LONGEST_ARM_M: Final = 1.2
+#: Times the arm's length at which a hand's distance from the shoulder is told, and refused.
+NEAR: Final = 1.05
+FAR: Final = 1.3
+#: A judgement needs the inertia within this part of itself.
+LARGEST_ERROR: Final = 0.25
+#: Standard errors beyond which a difference is no chance.
+SIGNIFICANT: Final = 4.5
+#: Force and position axes turned against each other by this much are told, by more are refused.
+TURNED_DEG: Final = (1.5, 20.0)
+
+
+@dataclass(frozen=True)
+class _Inertia:
+    """M (d, d) with the handle, its covariance, and what the motion was like."""
+
+    keys: Mapping[str, Any]
+    matrix: FloatArray
+    covariance: FloatArray
+    dof: float
+    way: float
+
+    @property
+    def mean(self) -> float:
+        """Mean over the axes of the inertia's size, whatever its sign and axes."""
+        return float(np.linalg.svd(self.matrix, compute_uv=False).mean())
+
+    @property
+    def error(self) -> float:
+        """Standard error of an element."""
+        return float(np.sqrt(np.diag(self.covariance).max()))
+
+    @property
+    def known(self) -> bool:
+        """Whether the smallest inertia is far enough from nothing to have a direction."""
+        least = float(np.linalg.svd(self.matrix, compute_uv=False)[-1])
+        return self.error < min(LARGEST_ERROR * self.mean, least / SIGNIFICANT)
+
+
+def check_limb(recording: Recording) -> tuple[Finding, ...]:
+    """Units, reach, sign and axes, from a quick fit of every condition.
+
+    Parameters
+    ----------
+    recording : Recording
+        With disturbances that return.
+
+    Returns
+    -------
+    tuple of Finding
+        "units", "reach", "force sign" (only where it is wrong) and "axes"; empty where no condition
+        can be fitted, which an estimate will say better.
+    """
+    if recording.perturbation != "returning":
+        return ()
+    found = _inertias(recording)
+    if not found:
+        return ()
+    checks = [_units(recording, found), _reach(recording)]
+    known = [one for one in found if one.known]
+    if not known:
+        text = "inertia is not known well enough to tell the sign and axes of force and position"
+        return (*checks, Finding("axes", "cannot tell", text))
+    wrong = next((wrong for one in known if (wrong := _exchanged(one)) is not None), None)
+    return (*checks, _turned(_mean(known)) if wrong is None else wrong)
+
+
+def _mean(found: Sequence[_Inertia]) -> _Inertia:
+    """The mean of several conditions: sensors have the same axes in all of them."""
+    n = len(found)
+    return replace(
+        found[0],
+        matrix=np.sum([one.matrix for one in found], axis=0) / n,
+        covariance=np.sum([one.covariance for one in found], axis=0) / n**2,
+        dof=sum(one.dof for one in found),
+    )
+
+
+def _inertias(recording: Recording) -> list[_Inertia]:
+    """A quick fit of every condition that can be fitted; of all trials together where none can."""
+    timing = disturbance_times(recording)
+    for by in (DEFAULT_BY, ()):
+        found = []
+        for keys, rows in groups_of(recording, by):
+            try:
+                found.append(_inertia(cut_windows(recording, rows, timing), recording, keys))
+            except ArmImpedanceError:
+                continue
+        if found:
+            return found
+    return []
+
+
+def _inertia(window: Window, recording: Recording, keys: Mapping[str, Any]) -> _Inertia:
+    d = recording.axes
+    factors = exact.prepare(window, recording.kind).factors
+    names, units = fit_names(recording.kind, d)
+    solved = fit(factors, covariance="cr3", parameter_names=names, parameter_units=units)
+    ordered = to_matrix_order(solved.parameters, solved.covariance, d)
+    place = window.position[window.usable]
+    moved = lengths(place - place[:, :1])
+    way = float(np.median(moved.max(axis=1)))
+    size = d * d
+    matrix, covariance = ordered[0, :size].reshape(d, d), ordered[1 : 1 + size, :size]
+    return _Inertia(keys, matrix, covariance, solved.dof, way)
+
+
+def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
+    """Size of the inertia and of the movement against what a limb can have."""
+    kind, mass = recording.kind, recording.subject.mass_kg
+    unit, length = UNITS[kind]["M"], POSITION_UNIT[kind]
+    if kind == "joint" and (turn := float(np.abs(recording.position).max())) > LARGEST_ANGLE_RAD:
+        text = f"angles up to {turn:.4g} rad, more than a turn: are these degrees?"
+        return Finding("units", "unusable", text)
+    way = float(np.median([one.way for one in found]))
+    if way > WAY[kind]:
+        text = f"disturbances of {way:.3g} {length}: is the position in another unit than {length}?"
+        return Finding("units", "unusable", text)
+    mean = float(np.median([one.mean for one in found]))
+    error = float(np.median([one.error for one in found]))
+    if kind == "joint":
+        size = check_joint_size("inertia", mean, error)
+        return replace(size, verdict="unusable") if size.verdict == "warning" else size
+    low, high = HAND_INERTIA
+    whose = "any limb's"
+    if mass is not None:
+        low, high = (mass * each for each in PER_BODY_MASS)
+        whose = f"that of a hand of a body of {mass:g} kg"
+    margin = 3 * error
+    text = f"mean inertia {mean:.3g} {unit}, {whose} {low:.2g} to {high:.2g}"
+    if low <= mean + margin and mean - margin <= high:
+        factor = max(mean / low, high / mean)
+        return Finding("units", "ok", text, smallest=f"a factor of {factor:.2g}")
+    hint = f"{FORCE_UNIT[kind]} and {length} are expected: check the units of force and position"
+    return Finding("units", "unusable", f"{text}: {hint}")
+
+
+def _reach(recording: Recording) -> Finding:
+    """Whether the hand is within the arm's length of the shoulder."""
+    if recording.kind != "hand" or recording.shoulder_m is None:
+        return Finding("reach", "ok", "no shoulder to measure it from")
+    upper, fore = recording.subject.upper_arm_m, recording.subject.forearm_hand_m
+    known = upper is not None and fore is not None
+    longest = upper + fore if known else LONGEST_ARM_M  # type: ignore[operator]
+    far = float(np.median(lengths(recording.position - recording.shoulder_m)))
+    text = f"the hand is {far:.3g} m from the shoulder, the arm {longest:.3g} m long"
+    if far > FAR * longest:
+        return Finding("reach", "unusable", f"{text}: check the unit of position and shoulder_m")
+    if far > NEAR * longest:
+        return Finding("reach", "warning", f"{text}: check the lengths and shoulder_m")
+    return Finding("reach", "ok", text, smallest=f"{NEAR:g} times the arm's length")
+
+
+def _orthogonal(matrix: FloatArray) -> FloatArray:
+    """Q (d, d) of the polar decomposition ``M = Q P``, P positive definite."""
+    left, _, right = np.linalg.svd(matrix)
+    # (d, d) (d, d)
+    return np.asarray(left @ right)
+
+
+def _exchanged(one: _Inertia) -> Finding | None:
+    """What is wrong where sign or axes of one condition are quite other ones; None else."""
+    Q = _orthogonal(one.matrix)
+    nearest = max(_signed_permutations(len(Q)), key=lambda C: float(np.trace(Q.T @ C)))
+    where = group_name(one.keys)
+    if (nearest == np.eye(len(Q))).all():
+        return None
+    if (nearest == -np.eye(len(Q))).all():
+        text = (
+            f"{where}: inertia is negative: the force has the other sign; is it that of the "
+            "device on the limb (force_by)?"
+        )
+        return Finding("force sign", "unusable", text)
+    text = (
+        f"{where}: inertia is not positive: {_difference(nearest)} in force or position; compare "
+        "the axes of the two sensors"
+    )
+    return Finding("axes", "unusable", text)
+
+
+def _turned(mean: _Inertia) -> Finding:
+    """Whether the axes of force are turned against those of position."""
+    angle, error = _angle_deg(_orthogonal(mean.matrix)), _angle_error_deg(mean)
+    certain = SIGNIFICANT * t_factor(mean.dof) / t_factor(np.inf) * error
+    told, refused = (max(limit, certain) for limit in TURNED_DEG)
+    if angle <= told:
+        text = "inertia is symmetric and positive: force and position have the same axes"
+        return Finding("axes", "ok", text, smallest=f"{told:.1f} deg")
+    text = (
+        f"inertia is not symmetric: the axes of force are turned by {angle:.1f} deg (sd "
+        f"{error:.1f}) against those of position, or the channels of a sensor are crossed; turn "
+        "the force back, or calibrate the sensor"
+    )
+    return Finding("axes", "unusable" if angle > refused else "warning", text)
+
+
+def _signed_permutations(d: int) -> Iterator[FloatArray]:
+    """All ways to exchange and mirror d axes, (d, d) each."""
+    for order in permutations(range(d)):
+        for signs in product((1.0, -1.0), repeat=d):
+            yield np.eye(d)[list(order)] * np.array(signs)
+
+
+def _difference(C: FloatArray) -> str:
+    """What a signed permutation does to the axes, in words."""
+    d = len(C)
+    names = AXES[:d]
+    moved = [name for i, name in enumerate(names) if C[i, i] == 0]
+    mirrored = [name for i, name in enumerate(names) if C[i, i] < 0]
+    words = [f"axes {' and '.join(moved)} are exchanged"] if moved else []
+    words += [f"axis {name} is mirrored" for name in mirrored]
+    if moved and C[C != 0].min() < 0 and not mirrored:
+        words.append("one of them is mirrored")
+    return ", ".join(words)
+
+
+def _angle_deg(Q: FloatArray) -> float:
+    """By how much a rotation (d, d) turns; 0 with one axis."""
+    d = len(Q)
+    if d == 1:
+        return 0.0
+    cosine = np.trace(Q) / 2 if d == 2 else (np.trace(Q) - 1) / 2
+    return float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def _angle_error_deg(one: _Inertia) -> float:
+    """Standard error of that angle: of the antisymmetric part over the mean inertia."""
+    d = len(one.matrix)
+    if d == 1:
+        return 0.0
+    swap = np.arange(d * d).reshape(d, d).T.ravel()
+    A = (np.eye(d * d) - np.eye(d * d)[swap]) / 2
+    spread = float(np.trace(A @ one.covariance @ A.T)) / 2
+    return float(np.degrees(np.sqrt(spread) / one.mean))
+
 
 #: Motion that explains less of the force than this gives no M, B and K; trials that are asked.
 LEAST_COHERENCE: Final = 0.3

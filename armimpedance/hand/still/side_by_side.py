@@ -30,9 +30,9 @@ from armimpedance.hand.still.estimation import (
     error_in_group,
     estimate_window,
     groups_of,
+    in_order,
 )
 from armimpedance.hand.still.methods import METHODS
-from armimpedance.hand.still.parallel import in_order
 from armimpedance.hand.still.prepared import Prepared
 from armimpedance.hand.still.result import Group
 from armimpedance.numerics.regression import leave_one_out_shift, solve_total

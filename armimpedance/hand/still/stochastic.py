@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Recording, Response
-from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.hand.still.prepared import impedance_factors
 from armimpedance.hand.still.result import ClusteredKind, Group, to_estimate
 from armimpedance.numerics.regression import TrialFactors
 from armimpedance.numerics.signals import bandpass, multiple_coherence, spline_kernels

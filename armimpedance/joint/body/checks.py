@@ -51,7 +51,7 @@ def check_body(recording: MotionRecording, *, weight_tolerance: float = WEIGHT_T
         )
     _check_forces(recording, recording.wrenches, weight_tolerance)
     # where it is used: every inspection may come here, and few need Pinocchio
-    from armimpedance.joint.body.contacts import about_world_origin
+    from armimpedance.joint.body.rows import about_world_origin
 
     _check_moments(recording, about_world_origin(recording.wrenches, recording.plate_origins_m))
 
@@ -154,7 +154,7 @@ def _not_the_weight(
 
 
 def _check_moments(recording: MotionRecording, world: FloatArray) -> None:
-    from armimpedance.joint.body.contacts import LEAST_LOAD_N
+    from armimpedance.joint.body.rows import LEAST_LOAD_N
 
     total = world.sum(axis=1)
     loaded = total[:, 2] > LEAST_LOAD_N

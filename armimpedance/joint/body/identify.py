@@ -26,23 +26,26 @@ from armimpedance.joint.body.angle_noise import (
 )
 from armimpedance.joint.body.base_parameters import (
     BaseParameters,
-    base_parameters,
-    essential_base_parameters,
-)
-from armimpedance.joint.body.checks import check_body
-from armimpedance.joint.body.equations import BodyEquations, body_equations
-from armimpedance.joint.body.estimate import BaseFit, clustered_covariance, fit_base
-from armimpedance.joint.body.exciting import (
     MotionChoice,
+    base_parameters,
     choose_motions,
+    essential_base_parameters,
     motion_conditions,
     scaled_condition,
 )
-from armimpedance.joint.body.methods import METHODS, Method
+from armimpedance.joint.body.checks import check_body
+from armimpedance.joint.body.equations import BodyEquations, body_equations
+from armimpedance.joint.body.estimate import (
+    BaseFit,
+    BodySolution,
+    WeightedSolution,
+    clustered_covariance,
+    fit_base,
+)
+from armimpedance.joint.body.methods import METHODS, BodyMethod
 from armimpedance.joint.body.plates import plates_findings, weight_finding
 from armimpedance.joint.body.result import BodyFit
 from armimpedance.joint.body.rows import RowChoice
-from armimpedance.joint.body.solution import Solution, WeightedSolution
 
 #: Draws of added noise: the mean shift is then known to .4 of its own spread.
 _NOISE_DRAWS: Final = 6
@@ -126,7 +129,7 @@ def identify_body(
     inflation = float(np.median(np.diag(robust) / np.diag(least.fit.covariance)))
     fitted_motion = recording.select(chosen.chosen)
     noise = _noise_shift(fitted_motion, choice, base, least, draws, progress)
-    solution = Solution(least.values, least.fit.covariance, robust).without(noise)
+    solution = BodySolution(least.values, least.fit.covariance, robust).without(noise)
     expected = (prior or skeleton, prior_sd)
     given = WeightedSolution(fitted, base, least, solution, inflation, noise, *expected)
     if way.improve is not None:
@@ -149,7 +152,9 @@ def identify_body(
     return _result(method, recording, choice, equations, chosen, given, solution)
 
 
-def _draws(asked: int | None, method: Method, recording: MotionRecording, choice: RowChoice) -> int:
+def _draws(
+    asked: int | None, method: BodyMethod, recording: MotionRecording, choice: RowChoice
+) -> int:
     """How often noise is added.
 
     Raises
@@ -256,7 +261,7 @@ def _result(
     equations: BodyEquations,
     chosen: MotionChoice,
     given: WeightedSolution,
-    solution: Solution,
+    solution: BodySolution,
 ) -> BodyFit:
     base, least = given.base, given.least
     phi = base.lift(solution.values) if solution.phi is None else solution.phi

@@ -12,9 +12,8 @@ from armimpedance.core.motion import MotionRecording
 from armimpedance.core.skeleton import GRAVITY_M_S2
 from armimpedance.joint.body.base_parameters import BaseParameters
 from armimpedance.joint.body.checks import known_mass_kg
-from armimpedance.joint.body.contacts import wrench_on_root
 from armimpedance.joint.body.estimate import BaseFit
-from armimpedance.joint.body.rows import RowChoice, TrialRows, each_trial
+from armimpedance.joint.body.rows import RowChoice, TrialRows, each_trial, wrench_on_root
 from armimpedance.numerics.regression import split_blocks
 from armimpedance.numerics.signals import lowpass
 

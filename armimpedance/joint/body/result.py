@@ -16,12 +16,11 @@ from armimpedance.core.findings import Finding
 from armimpedance.core.motion import MotionRecording
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.angle_noise import NoiseShift
-from armimpedance.joint.body.base_parameters import BaseParameters
-from armimpedance.joint.body.exciting import MotionChoice
+from armimpedance.joint.body.base_parameters import BaseParameters, MotionChoice
+from armimpedance.joint.body.equations import BodyValidation
 from armimpedance.joint.body.methods import METHODS
-from armimpedance.joint.body.parameters import segment_parameters, with_inertial_parameters
+from armimpedance.joint.body.regressor import segment_parameters, with_inertial_parameters
 from armimpedance.joint.body.rows import RowChoice
-from armimpedance.joint.body.validation import BodyValidation
 from armimpedance.numerics.regression import Fit, FitSummary, Parameters
 
 if TYPE_CHECKING:

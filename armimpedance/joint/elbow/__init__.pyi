@@ -1,9 +1,9 @@
 from .cascade.identify import identify_cascade as identify_cascade
 from .cascade.methods import CASCADE_METHODS as CASCADE_METHODS
+from .elbow_result import ElbowFit as ElbowFit, VaryingImpedance as VaryingImpedance
 from .emg.imcj import calibrate_imcj as calibrate_imcj, imcj as imcj
 from .emg.law import fit_emg_law_of as fit_emg_law_of, fit_law as fit_law
 from .emg.law_result import EmgLaw as EmgLaw, LinearLaw as LinearLaw
-from .result import ElbowFit as ElbowFit
 from .samples import JointSamples as JointSamples, from_recording as from_recording
 from .stationary.identify import (
     estimate_joint as estimate_joint,
@@ -13,4 +13,3 @@ from .stationary.identify import (
 from .stationary.methods import METHODS as METHODS
 from .varying.identify import identify_varying as identify_varying
 from .varying.methods import VARYING_METHODS as VARYING_METHODS
-from .varying_result import VaryingImpedance as VaryingImpedance

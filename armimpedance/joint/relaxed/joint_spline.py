@@ -19,10 +19,9 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
-from armimpedance.joint.relaxed.equations import Equations, parallel_equations
+from armimpedance.joint.relaxed.equations import Equations, Terms, parallel_equations
 from armimpedance.joint.relaxed.linear import TwoFits, solve_linear
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.terms import Terms
 
 _DEGREE: Final = 5
 _MOST_TURNS: Final = 50

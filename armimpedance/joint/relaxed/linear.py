@@ -19,16 +19,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import NotIdentifiableError
-from armimpedance.joint.relaxed.equations import Equations
+from armimpedance.core.errors import ArmImpedanceError, InputError, NotIdentifiableError
+from armimpedance.core.records import Recording
+from armimpedance.joint.relaxed.equations import UNITS, Equations, Terms, parallel_equations
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.terms import Terms
 from armimpedance.numerics.regression import Fit, long_run_covariance
+from armimpedance.numerics.signals import lowpass, refuse_degrees, smoothed_derivatives
 
 #: The band about the swing's own frequencies whose noise counts, Hz.
 BAND_HZ: Final = 0.25
@@ -159,3 +160,184 @@ def number_of_cosines(rows: int, sample_rate_hz: float) -> int:
     seconds = rows / sample_rate_hz
     within = round(2 * seconds * BAND_HZ)
     return int(np.clip(np.clip(within, _FEWEST, _MOST), 1, max(rows // 4, 1)))
+
+
+# Where the data put the rest angle, where somebody stated another one.
+
+#: Of the interval that must exclude the stated angle.
+_LEVEL: Final = 0.99
+#: How far outside of it the stated angle must lie, rad: that moves k by some 4 %.
+_CLEARLY_RAD: Final = 0.05
+#: A stiffness of fewer robust standard errors puts the rest angle nowhere.
+_LEAST_STIFFNESS: Final = 5.0
+
+
+@dataclass(frozen=True)
+class FreeRestAngle:
+    """The rest angle that the motion shows, and its 99 % interval, rad."""
+
+    value: float
+    low: float
+    high: float
+
+    def contradicts(self, stated: float) -> bool:
+        """Whether an angle lies clearly outside of the interval."""
+        return not self.low - _CLEARLY_RAD <= stated <= self.high + _CLEARLY_RAD
+
+
+def free_rest_angle(
+    equations: Equations, terms: Terms, sample_rate_hz: float
+) -> FreeRestAngle | None:
+    """Fit the rest angle too, to the equations of one that is stated.
+
+    Parameters
+    ----------
+    equations : Equations
+        Equations of a single joint, by these terms.
+    terms : Terms
+        Terms of the model, with a stated rest angle.
+    sample_rate_hz : float
+
+    Returns
+    -------
+    FreeRestAngle or None
+        None where the motion does not show it.
+    """
+    try:
+        fits = solve_linear(_with_offset(equations), sample_rate_hz)
+        fitted = replace(terms, rest_angle="free").parameters(fits.robust)
+    except ArmImpedanceError:
+        return None
+    k, rest = fitted.names.index("k"), fitted.names.index("q_r")
+    shown = abs(fitted.values[k]) > _LEAST_STIFFNESS * fitted.sd[k]
+    low, high = fitted.interval(_LEVEL)[rest] + terms.reference
+    if not (shown and np.isfinite([low, high]).all()):
+        return None
+    return FreeRestAngle(float(fitted.values[rest]) + terms.reference, float(low), float(high))
+
+
+def rest_angle_note(equations: Equations, terms: Terms, sample_rate_hz: float) -> str | None:
+    """A sentence where the data contradict the stated rest angle, else None."""
+    if terms.free:
+        return None
+    fitted = free_rest_angle(equations, terms, sample_rate_hz)
+    if fitted is None or not fitted.contradicts(terms.reference):
+        return None
+    return (
+        f"the data put the rest angle at {fitted.value:.3f} ({fitted.low:.3f} to "
+        f"{fitted.high:.3f}) rad, not at {terms.reference:g}, and k depends on it: is "
+        f"{terms.reference:g} in radians, from the same zero?"
+    )
+
+
+def _with_offset(equations: Equations) -> Equations:
+    """The same rows with the column of ones that a free rest angle needs.
+
+    Angles count from the stated one, so that the fitted one comes out as the difference.
+    """
+
+    def more(W: FloatArray) -> FloatArray:
+        return np.insert(W, before, 1.0, axis=1)
+
+    before = len(set(equations.columns) - {"K"})
+    columns = (*equations.columns[:before], "offset", *equations.columns[before:])
+    units = (*equations.column_units[:before], UNITS["f"], *equations.column_units[before:])
+    return Equations(columns, units, tuple(more(w) for w in equations.W), equations.Y)
+
+
+# Passive samples from a recording of joint angle and torque (kind "joint").
+
+#: One-sided 95 % of the normal distribution.
+_ONE_SIDED: Final = 1.645
+
+
+def from_joint_recording(
+    recording: Recording,
+    *,
+    cutoff_hz: float | None = 8.0,
+    torque_sign: Literal[1, -1] | None = None,
+) -> PassiveSamples:
+    """Filter angle and torque of every trial alike; the torque column holds the passive torque.
+
+    The passive torque is the left side of ``k (q - q_r) + h qd + f sign(qd)``: positive stiffness
+    and viscosity for a passive joint. Laboratories store the limb's torque on the device too,
+    which is the opposite. Without `torque_sign` the sign stays as it is, unless stiffness **and**
+    the power that viscosity and friction take up are both negative beyond doubt (upper one-sided
+    95 % limits below zero): no passive joint can do that, so the sign is turned, and a note says
+    so.
+
+    Parameters
+    ----------
+    recording : Recording
+        A recording of kind "joint"; its joints are called ``q1``, ``q2``, ... in messages and
+        results.
+    cutoff_hz : float or None
+        Cut-off of the zero-phase low-pass that angle and torque go through.
+    torque_sign : 1, -1 or None
+        Factor of the torque column.
+
+    Returns
+    -------
+    PassiveSamples
+
+    Raises
+    ------
+    InputError
+        Another kind of recording, too few samples, a cut-off beyond the Nyquist frequency,
+        angles that cannot be radians, another sign.
+    """
+    if recording.kind != "joint":
+        raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
+    if torque_sign not in (None, 1, -1):
+        raise InputError(f"torque sign {torque_sign}", expected="1, -1, or none")
+    joints = tuple(f"q{j + 1}" for j in range(recording.axes))
+    refuse_degrees(recording.position, joints)
+    rate = recording.sample_rate_hz
+    trials = [recording.samples_of(t) for t in range(recording.n_trials)]
+    smooth = [smoothed_derivatives(recording.position[s], rate, cutoff_hz) for s in trials]
+    q, qd, qdd = (np.concatenate([trial[d] for trial in smooth]) for d in range(3))
+    torque = (torque_sign or 1) * recording.force
+    filtered = [lowpass(torque[s], cutoff_hz, rate, axis=0) for s in trials]
+    samples = PassiveSamples(
+        sample_rate_hz=rate,
+        offsets=recording.offsets,
+        joints=joints,
+        q=q,
+        qd=qd,
+        torque=np.concatenate(filtered),
+        measured_q=recording.position,
+        cutoff_hz=cutoff_hz,
+        qdd=qdd,
+        measured_torque=torque,
+        trials=tuple(str(t) for t in recording.trials["trial"]),
+    )
+    if torque_sign is not None or not _impossible(samples):
+        return samples
+    return samples.with_torque_turned(
+        "as read, the torque would be that of a joint with negative stiffness that drives the "
+        "motion: its sign was turned (a torque sign of 1 keeps it)"
+    )
+
+
+def _impossible(samples: PassiveSamples) -> bool:
+    """Whether every joint's stiffness and dissipation are negative beyond doubt."""
+    return all(_negative(samples.only(j)) for j in range(len(samples.joints)))
+
+
+def _negative(samples: PassiveSamples) -> bool:
+    equations = parallel_equations(samples, Terms("free"))
+    try:
+        fit = solve_linear(equations, samples.sample_rate_hz).robust
+    except (NotIdentifiableError, InputError):
+        return False
+    W, _ = equations.stacked()
+    # mean power of h qd + f sign(qd): h mean(qd^2) + f mean(|qd|), W's columns k, h, f, offset
+    power = np.array([0.0, np.mean(W[:, 1] ** 2), np.mean(W[:, 1] * W[:, 2]), 0.0])
+    stiffness = np.array([1.0, 0.0, 0.0, 0.0])
+    return _upper(fit, stiffness) < 0 and _upper(fit, power) < 0
+
+
+def _upper(fit: Fit, weights: FloatArray) -> float:
+    """Upper one-sided 95 % limit of a weighted sum of the parameters."""
+    spread = float(weights @ fit.covariance @ weights)
+    return float(weights @ fit.parameters) + _ONE_SIDED * float(np.sqrt(spread))

@@ -7,15 +7,104 @@ The passive torque is the right-hand side of Venture's equation (6),
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray, frozen_array
 from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.motion import MotionRecording
 from armimpedance.core.trials import check_rate, trial_slices
-from armimpedance.joint.relaxed.hinge import HingeDynamics
+from armimpedance.limb.arm import skeleton_model
+from armimpedance.numerics.signals import (
+    SPLINE_DEGREE,
+    lowpass,
+    refuse_degrees,
+    smoothed_derivatives,
+)
+
+# One hinge of a skeleton that moves freely while the other coordinates move as measured.
+#
+# The generalised force of hinge j is ``H_j = I(t) qdd + B(t) qd + g(t, q)``: its own turning makes
+# no centrifugal torque about its own axis, and what the other coordinates do enters through one
+# rotation by q or two, so that g is a trigonometric polynomial of degree 2 in q. Five angles and
+# two unit motions give all of it.
+
+#: Steps of the forward simulation per sample.
+SUBSTEPS: Final = 4
+
+#: Five equally spaced angles determine 1, cos, sin, cos 2q, sin 2q.
+_ANGLES: Final = 2 * np.pi * np.arange(5) / 5
+
+
+@dataclass(frozen=True)
+class HingeDynamics:
+    """Coefficients of H_j, per trial, on a grid of ``2 SUBSTEPS`` points per sample.
+
+    Attributes
+    ----------
+    coefficients : tuple of T arrays (2 SUBSTEPS (S_t - 1) + 1, 7)
+        I (kg m^2), B (N m s/rad), then g in N m: 1, cos q, sin q, cos 2q, sin 2q.
+    """
+
+    coefficients: tuple[FloatArray, ...]
+
+    def __post_init__(self) -> None:
+        checked = tuple(frozen_array(c, "coefficients", (None, 7)) for c in self.coefficients)
+        object.__setattr__(self, "coefficients", checked)
+
+    def select(self, rows: list[int]) -> HingeDynamics:
+        """The dynamics of these trials only."""
+        return HingeDynamics(tuple(self.coefficients[r] for r in rows))
+
+    def cut(self, edges: list[int]) -> HingeDynamics:
+        """A single trial cut at these samples, the first 0 and the last its number of samples."""
+        per = 2 * SUBSTEPS
+        parts = zip(edges[:-1], edges[1:], strict=True)
+        whole = self.coefficients[0]
+        return HingeDynamics(tuple(whole[per * a : per * (b - 1) + 1] for a, b in parts))
+
+
+def hinge_coefficients(
+    model: Any, joint: int, q: FloatArray, qd: FloatArray, qdd: FloatArray
+) -> FloatArray:
+    """Coefficients (N, 7) of H_joint from the motion (N, n) of all coordinates.
+
+    Parameters
+    ----------
+    model : pinocchio.Model
+    joint : int
+        Number of the coordinate that is free; its own motion is not used.
+    q, qd, qdd : (N, n)
+    """
+    import pinocchio as pin
+
+    data = model.createData()
+    q, qd, qdd = q.copy(), qd.copy(), qdd.copy()
+    qd[:, joint] = qdd[:, joint] = 0.0
+    at_angles = np.empty((len(q), 5))
+    own = np.empty((len(q), 2))
+    for i in range(len(q)):
+        position, velocity, acceleration = q[i], qd[i], qdd[i]
+        for a, angle in enumerate(_ANGLES):
+            position[joint] = angle
+            at_angles[i, a] = pin.rnea(model, data, position, velocity, acceleration)[joint]
+        # still at the last angle: one unit of acceleration, one unit of velocity
+        acceleration[joint] = 1.0
+        own[i, 0] = pin.rnea(model, data, position, velocity, acceleration)[joint]
+        acceleration[joint], velocity[joint] = 0.0, 1.0
+        own[i, 1] = pin.rnea(model, data, position, velocity, acceleration)[joint]
+    own -= at_angles[:, -1:]
+    # g (N, 5) = h (N, 5) A^-T, A (5, 5) the harmonics at the five angles
+    harmonics = at_angles @ np.linalg.inv(harmonics_at(_ANGLES)).T
+    return np.concatenate([own, harmonics], axis=1)
+
+
+def harmonics_at(q: FloatArray) -> FloatArray:
+    """``1, cos q, sin q, cos 2q, sin 2q``, (..., 5)."""
+    return np.stack([np.ones_like(q), np.cos(q), np.sin(q), np.cos(2 * q), np.sin(2 * q)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -142,3 +231,143 @@ class PassiveSamples(FrozenRecord):
         turned = None if self.measured_torque is None else -self.measured_torque
         notes = (*self.notes, sentence)
         return replace(self, torque=-self.torque, measured_torque=turned, notes=notes)
+
+
+# Coordinates no livelier than they show: what is held still is taken as still.
+#
+# Noise of the coordinates about a joint pushes it in a simulation, at its own resonance too, where
+# no cut-off can take it away from motion. But a limb that somebody holds moves by less than its
+# markers' noise, and its mean is then the better guess (generalised cross-validation: P. Craven, G.
+# Wahba, Numer. Math. 31 (1979) 377-403).
+
+
+def as_still_as_shown(
+    coordinates: FloatArray, sample_rate_hz: float, cutoff_hz: float | None
+) -> FloatArray:
+    """One trial's coordinates (S, n) after the low-pass, or their mean where it predicts better.
+
+    Motion of less than about three quarters of its noise counts as none.
+
+    Parameters
+    ----------
+    coordinates : (S, n)
+    sample_rate_hz : float
+    cutoff_hz : float or None
+        Of the zero-phase second-order Butterworth low-pass; None: the coordinates have no noise
+        and stay as they are.
+    """
+    if cutoff_hz is None:
+        return coordinates
+    S = len(coordinates)
+    still = np.repeat(coordinates.mean(axis=0, keepdims=True), S, axis=0)
+    smooth = lowpass(coordinates, cutoff_hz, sample_rate_hz, axis=0)
+    moves = _score(coordinates, smooth, _freedom(S, cutoff_hz, sample_rate_hz))
+    return np.where(_score(coordinates, still, 1.0) <= moves, still, smooth)
+
+
+def _score(signal: FloatArray, smooth: FloatArray, freedom: float) -> FloatArray:
+    """Mean square (n,) that would be left of samples that the smooth (S, n) had not seen."""
+    left = ((signal - smooth) ** 2).mean(axis=0)
+    return np.asarray(left / (1 - freedom / len(signal)) ** 2)
+
+
+def _freedom(samples: int, cutoff_hz: float, rate_hz: float) -> float:
+    """Trace of the low-pass: its mean gain ``1 / (1 + r^4)``, r the ratio of warped frequencies."""
+    frequency = (np.arange(512) + 0.5) / 1024
+    ratio = np.tan(np.pi * frequency) / np.tan(np.pi * cutoff_hz / rate_hz)
+    return samples * float(np.mean(1 / (1 + ratio**4)))
+
+
+# Passive samples from the joint motion of a skeleton whose inertia is known.
+#
+# Import this module only where a skeleton is used: it loads Pinocchio.
+
+
+def from_motion(
+    motion: MotionRecording,
+    joints: Sequence[str],
+    *,
+    cutoff_hz: float | None = 8.0,
+) -> PassiveSamples:
+    """Smooth every trial for itself, and take the passive torque ``-H_j`` from the skeleton.
+
+    All coordinates are measured, so all enter H (Venture elbow, eq. (6), Gamma = 0 and Q = 0).
+
+    Parameters
+    ----------
+    motion : MotionRecording
+        Recording whose skeleton has masses and inertias.
+    joints : names of coordinates
+    cutoff_hz : float or None
+        Cut-off of the zero-phase low-pass; None for data without noise. The default keeps an
+        elbow's swing of 1.5 Hz and takes most of the markers' noise off its acceleration; joints
+        that swing at 5 Hz need 15.
+
+    Returns
+    -------
+    PassiveSamples
+
+    Raises
+    ------
+    InputError
+        Unknown joints, a skeleton without mass, too few samples, a cut-off beyond the Nyquist
+        frequency, angles that cannot be radians.
+    """
+    names = motion.skeleton.coordinates
+    chosen = _columns(joints, names, motion.skeleton.root_coordinates)
+    if motion.skeleton.mass_kg <= 0:
+        raise InputError("a skeleton without mass", expected="masses and inertias in skeleton.json")
+    refuse_degrees(motion.coordinates[:, chosen], tuple(joints))
+    model = skeleton_model(motion.skeleton)
+    trials = [motion.coordinates[motion.samples_of(t)] for t in range(motion.n_trials)]
+    smooth = [smoothed_derivatives(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
+    q, qd, qdd = (np.concatenate([trial[d] for trial in smooth]) for d in range(3))
+    torque = -_inverse_dynamics(model, q, qd, qdd)
+    # the torque keeps the noise of what is held still: it cancels that of the angle; see stillness
+    still = [as_still_as_shown(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
+    fine = [_between_samples(q, motion.sample_rate_hz) for q in still]
+    return PassiveSamples(
+        sample_rate_hz=motion.sample_rate_hz,
+        offsets=motion.offsets,
+        joints=tuple(joints),
+        q=q[:, chosen],
+        qd=qd[:, chosen],
+        torque=torque[:, chosen],
+        measured_q=motion.coordinates[:, chosen],
+        cutoff_hz=cutoff_hz,
+        qdd=qdd[:, chosen],
+        hinges=tuple(
+            HingeDynamics(tuple(hinge_coefficients(model, j, *trial) for trial in fine))
+            for j in chosen
+        ),
+        trials=tuple(str(t) for t in motion.trials["trial"]),
+    )
+
+
+def _columns(joints: Sequence[str], names: tuple[str, ...], root: tuple[str, ...]) -> list[int]:
+    turning = [name for name in names if name not in root]
+    if not joints or len(set(joints)) != len(joints):
+        raise InputError(f"joints {', '.join(joints)}", expected="one or more, none twice")
+    for name in joints:
+        if name not in turning:
+            raise InputError(f"no joint {name!r}", expected=f"one of {', '.join(turning)}")
+    return [names.index(name) for name in joints]
+
+
+def _inverse_dynamics(model: Any, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+    """H (N, n)."""
+    import pinocchio as pin
+
+    data = model.createData()
+    rows = zip(q, qd, qdd, strict=True)
+    return np.array([pin.rnea(model, data, *row).copy() for row in rows])
+
+
+def _between_samples(smooth: FloatArray, rate_hz: float) -> tuple[FloatArray, ...]:
+    """The smoothed motion (S, n) and its derivatives at ``2 SUBSTEPS`` points per sample."""
+    from scipy.interpolate import make_interp_spline
+
+    samples = np.arange(len(smooth)) / rate_hz
+    points = np.arange(2 * SUBSTEPS * (len(smooth) - 1) + 1) / (2 * SUBSTEPS * rate_hz)
+    spline = make_interp_spline(samples, smooth, k=SPLINE_DEGREE)
+    return tuple(spline(points, nu=d) for d in range(3))

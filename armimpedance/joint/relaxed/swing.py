@@ -9,11 +9,18 @@ still. No step chatters, and the motion stays a smooth function of the parameter
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.relaxed.hinge import SUBSTEPS
-from armimpedance.joint.relaxed.terms import Terms
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.joint.relaxed.equations import Equations, Terms, parallel_equations
+from armimpedance.joint.relaxed.linear import TwoFits, solve_linear
+from armimpedance.joint.relaxed.samples import SUBSTEPS, PassiveSamples
+from armimpedance.joint.relaxed.state_noise import StateSteps
+from armimpedance.numerics.regression import Fit
 
 
 def simulate_swings(
@@ -118,3 +125,236 @@ def _mean_sign(before: FloatArray, free: FloatArray, kick: FloatArray) -> FloatA
     # at rest friction holds against what it can
     hold = np.where(kick > 0, free / np.where(kick == 0, 1.0, kick), np.sign(free))
     return np.asarray(np.clip(np.where(v == 0, hold, r * s), -1.0, 1.0))
+
+
+# Output error of a hinge: the swing that the parameters would make, fitted to the measured one.
+#
+# The hinge moves by its equation with the other coordinates as measured, and the measured angle,
+# unfiltered, is what it does plus noise: no derivative of a noisy signal enters, and no sign. The
+# other coordinates' noise pushes the hinge too, at random, so that the swing forgets: a torque that
+# is white, whose size the residual likelihood chooses, stands for that, and whitens what is left.
+# Without it the fit is plain output error; where it is large the fit trusts no longer than a few
+# samples. All trials are fitted together, each with an initial angle and velocity of its own.
+# Gauss-Newton on steps of one sample about the likeliest motion so far, from the `parallel`
+# estimate.
+
+_MOST_STEPS: Final = 30
+
+#: Differences for the steps' derivatives: of parameters in standard errors, of angle (rad),
+#: velocity (rad/s) and torque (N m).
+_DIFFERENCE: Final = 1.0
+_STATE_DIFFERENCES: Final = (1e-5, 1e-4)
+_TORQUE_DIFFERENCE: Final = 1e-3
+
+#: What the random torque of a step moves in it, over the noise of the angle: none, and 21 sizes.
+_PUSHES: Final = np.concatenate([[0.0], 10 ** np.linspace(-4, 1, 21)])
+
+#: Done when the step, in standard errors along its own direction, is shorter than this, or than
+#: a billionth of the parameters.
+_STILL: Final = 0.02
+_STILL_EXACT: Final = 1e-9
+#: After all steps, as a reversal that just happens or just does not may bring about, this will do.
+_STILL_ENOUGH: Final = 0.5
+
+
+@dataclass(frozen=True)
+class Swings:
+    """The hinge from sample to sample; T trials of at most S samples.
+
+    Attributes
+    ----------
+    coefficients : (2 SUBSTEPS + 1, 7, (S - 1) T)
+        Of every step from one sample to the next, sample by sample.
+    measured : (S, T)
+    seen : (S, T) bool
+    terms : Terms
+    sample_rate_hz : float
+    """
+
+    coefficients: FloatArray
+    measured: FloatArray
+    seen: BoolArray
+    terms: Terms
+    sample_rate_hz: float
+
+    def step(self, x: FloatArray, states: FloatArray, torque: float = 0.0) -> FloatArray:
+        """States (S - 1, T, 2) one sample after each of `states` (S, T, 2), under a torque too."""
+        S, T, _ = states.shape
+        count = (S - 1) * T
+        at = self.coefficients
+        if torque:
+            at = at.copy()
+            at[:, 2] -= torque
+        parameters = np.repeat(x[:, None], count, axis=1)
+        begin = states[:-1].reshape(count, 2).T
+        ends = simulate_swings(at, parameters, begin, self.terms, self.sample_rate_hz)[-1]
+        return ends.T.reshape(S - 1, T, 2)
+
+
+class Linear(NamedTuple):
+    """The steps about some motion, linear in the state, the push and the p parameters.
+
+    `by_parameters` is (S - 1, T, 2, p); `jump` (S - 1, T, 2) the end of a step less the next state.
+    """
+
+    steps: StateSteps
+    by_parameters: FloatArray
+    jump: FloatArray
+
+
+class SwingSolution(NamedTuple):
+    """One Gauss-Newton step: the fit of the white rows, and the likeliest motion (S, T, 2)."""
+
+    fit: Fit
+    states: FloatArray
+
+
+def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
+    """Fit the swing of a single joint whose hinge dynamics are known.
+
+    Raises
+    ------
+    EstimationError
+        The simulated swing does not settle on the measured one.
+    NotIdentifiableError, InputError
+        The same cases as in `solve_linear`, which finds the `parallel` start.
+    """
+    fit, _ = settled(samples, terms)
+    return TwoFits(fit, fit)
+
+
+def settled(samples: PassiveSamples, terms: Terms) -> SwingSolution:
+    """The fit, and the likeliest states.
+
+    Raises
+    ------
+    EstimationError, NotIdentifiableError, InputError
+        As `solve_swing`.
+    """
+    fit = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
+    swings = swings_of(samples, terms)
+    states = np.stack([_padded(samples, s[:, 0]) for s in (samples.q, samples.qd)], axis=-1)
+    length = np.inf
+    for _ in range(_MOST_STEPS):
+        x = fit.parameters
+        fit, states = _gauss_newton(swings, x, states, linearised(swings, x, states, fit.sd))
+        if not (np.isfinite(fit.parameters).all() and np.isfinite(states).all()):
+            raise EstimationError(f"{samples.joints[0]}: the simulated swing runs away")
+        change = fit.parameters - x
+        length = _length(change, fit)
+        if length <= _STILL or (np.abs(change) <= _STILL_EXACT * np.abs(x)).all():
+            return SwingSolution(fit, states)
+    if length <= _STILL_ENOUGH:
+        return SwingSolution(fit, states)
+    raise EstimationError(
+        f"{samples.joints[0]}: the simulated swing did not settle in {_MOST_STEPS} steps"
+    )
+
+
+def swings_of(samples: PassiveSamples, terms: Terms) -> Swings:
+    """The steps of all trials from sample to sample."""
+    if samples.hinges is None:
+        raise InputError("no skeleton to simulate", expected="samples from a motion recording")
+    parts = samples.hinges[0].coefficients
+    per, S = 2 * SUBSTEPS, int(np.diff(samples.offsets).max())
+    # (points, 7, T), shorter trials hold their last row; then (points of a step, 7, S - 1, T)
+    padded = np.stack(
+        [np.pad(c, ((0, per * (S - 1) + 1 - len(c)), (0, 0)), mode="edge") for c in parts], axis=2
+    )
+    at = per * np.arange(S - 1) + np.arange(per + 1)[:, None]
+    steps = padded[at].transpose(0, 2, 1, 3).reshape(per + 1, 7, -1)
+    seen = np.arange(S)[:, None] < np.diff(samples.offsets)
+    return Swings(
+        steps, _padded(samples, samples.measured_q[:, 0]), seen, terms, samples.sample_rate_hz
+    )
+
+
+def _padded(samples: PassiveSamples, signal: FloatArray) -> FloatArray:
+    """A signal (N,) trial beside trial (S, T); shorter trials hold their last value."""
+    parts = [signal[s] for s in samples.slices()]
+    longest = max(map(len, parts))
+    return np.stack([np.pad(part, (0, longest - len(part)), mode="edge") for part in parts], axis=1)
+
+
+def linearised(swings: Swings, x: FloatArray, states: FloatArray, sd: FloatArray) -> Linear:
+    """The steps linearised about states (S, T, 2) and parameters (p,)."""
+    ends = swings.step(x, states)
+    columns = []
+    for i, step in enumerate(_STATE_DIFFERENCES):
+        moved = states.copy()
+        moved[..., i] += step
+        columns.append((swings.step(x, moved) - ends) / step)
+    push = (swings.step(x, states, _TORQUE_DIFFERENCE) - ends) / _TORQUE_DIFFERENCE
+    slopes = []
+    for j, step in enumerate(np.maximum(_DIFFERENCE * sd, 1e-7)):
+        slopes.append((swings.step(x + step * (np.arange(len(x)) == j), states) - ends) / step)
+    if not np.isfinite(ends).all():
+        raise EstimationError("the simulated swing runs away")
+    steps = StateSteps(np.stack(columns, axis=-1), push, swings.seen)
+    return Linear(steps, np.stack(slopes, axis=-1), ends - states[1:])
+
+
+def _gauss_newton(
+    swings: Swings, x: FloatArray, states: FloatArray, linear: Linear
+) -> SwingSolution:
+    """Parameters, starts and motion that fit the linearised steps best, by the likeliest push."""
+    S, T, p = *swings.measured.shape, len(x)
+    left = swings.measured - states[..., 0]
+    # columns: what is left, then what p parameters and two starts do; their sign makes W of them
+    measured, start = np.zeros((S, T, 1 + p + 2)), np.zeros((T, 2, 1 + p + 2))
+    measured[..., 0] = left
+    start[:, [0, 1], [1 + p, 2 + p]] = -1.0
+    inputs = np.zeros((S - 1, T, 2, 1 + p + 2))
+    inputs[..., 0], inputs[..., 1 : 1 + p] = linear.jump, -linear.by_parameters
+    ratios = push_ratios(linear)
+    rows, lost = linear.steps.whiten(measured, inputs, start, ratios)
+    best = int(np.argmin(_criterion(rows, lost, int(swings.seen.sum()), p)))
+    equations, moves = _equations(swings, rows[best], x)
+    fit = equations.fit("classical", 2)
+    change = fit.parameters - x
+    begin = np.stack([alone - along @ change for alone, along in moves])
+    inputs = linear.jump + linear.by_parameters @ change
+    motion = linear.steps.smooth(left, inputs, begin, float(ratios[best]))
+    return SwingSolution(fit, states + motion)
+
+
+def push_ratios(linear: Linear) -> FloatArray:
+    """Variances (V,) of a random torque over that of the angle's noise that are tried."""
+    return np.asarray((_PUSHES / np.median(np.abs(linear.steps.push[..., 0]))) ** 2)
+
+
+def _criterion(rows: FloatArray, lost: FloatArray, count: int, p: int) -> FloatArray:
+    """Minus twice the residual log-likelihood (V,) of white rows (V, T, S, 1 + p + 2)."""
+    Q, R = np.linalg.qr(rows[..., 1 + p :])
+    free = rows[..., : 1 + p] - Q @ (Q.swapaxes(-1, -2) @ rows[..., : 1 + p])
+    # [W, Y] = Z R: R holds the determinant of W, and its last entry the residual
+    ordered = np.roll(free.reshape(len(rows), -1, 1 + p), -1, axis=-1)
+    own = np.abs(np.diagonal(np.linalg.qr(ordered, mode="r"), axis1=-2, axis2=-1))
+    starts = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
+    tiny = np.finfo(np.float64).tiny
+    volume = 2 * np.log(own[:, :p]).sum(axis=-1) + 2 * np.log(starts).sum(axis=(-1, -2))
+    dof = count - p - 2 * rows.shape[1]
+    return np.asarray(2 * dof * np.log(own[:, p] + tiny) + lost + volume)
+
+
+def _equations(
+    swings: Swings, rows: FloatArray, x: FloatArray
+) -> tuple[Equations, list[tuple[FloatArray, FloatArray]]]:
+    """The white rows (T, S, 1 + p + 2) as a regression; per trial what moves the start with it."""
+    W, Y, moves = [], [], []
+    p = len(x)
+    for trial, seen in zip(rows, swings.seen.T, strict=True):
+        e, w_x, w_start = np.split(trial[seen], [1, 1 + p], axis=1)
+        # e (S,) = W_x (S, p) dx + W_start (S, 2) ds: the start is projected out of each trial
+        Q, R = np.linalg.qr(w_start)
+        moves.append((np.linalg.solve(R, Q.T @ e)[:, 0], np.linalg.solve(R, Q.T @ w_x)))
+        W.append(w_x - Q @ (Q.T @ w_x))
+        Y.append(e - Q @ (Q.T @ e) + W[-1] @ x[:, None])
+    return Equations(swings.terms.columns, swings.terms.column_units, tuple(W), tuple(Y)), moves
+
+
+def _length(change: FloatArray, fit: Fit) -> float:
+    """``sqrt(dx^T C^-1 dx)`` of a step (p,): standard errors along its own direction."""
+    # C^-1 (p, p) = R^T R / sigma^2
+    sigma = max(fit.residual_sd, np.finfo(np.float64).tiny)
+    return float(np.linalg.norm(fit.triangle @ change) / sigma)

@@ -1,20 +1,29 @@
 from .arm.calibrate import identify_arm as identify_arm
-from .arm.calibration import ArmCalibration as ArmCalibration, AxisCalibration as AxisCalibration
 from .arm.mockup import MockupCheck as MockupCheck, check_mockup as check_mockup, pipes as pipes
-from .arm.movements import movement_torques as movement_torques
-from .arm.passive_arm import ArmSegment as ArmSegment, Elastic as Elastic, PassiveArm as PassiveArm
-from .arm.person import segments_of as segments_of
-from .arm.torques import MovementTorques as MovementTorques
-from .live.replay import replay as replay
+from .arm.movements import MovementTorques as MovementTorques, movement_torques as movement_torques
+from .arm.passive_arm import (
+    ArmSegment as ArmSegment,
+    Elastic as Elastic,
+    PassiveArm as PassiveArm,
+    segments_of as segments_of,
+)
+from .arm.verdict import ArmCalibration as ArmCalibration, AxisCalibration as AxisCalibration
+from .live_replay import replay as replay
 from .robot.calibrate import RobotCalibration as RobotCalibration, identify_robot as identify_robot
+from .robot.checks import AxisValidation as AxisValidation, validate_robot as validate_robot
 from .robot.holds import fit_holds as fit_holds
-from .robot.rigid import robot_bodies as robot_bodies
-from .robot.sliding import slides as slides
-from .robot.smooth import SmoothTrial as SmoothTrial, smooth_trials as smooth_trials
-from .robot.steady import SteadyPart as SteadyPart
+from .robot.steady import (
+    SmoothTrial as SmoothTrial,
+    SteadyPart as SteadyPart,
+    slides as slides,
+    smooth_trials as smooth_trials,
+)
 from .robot.sweeps import AxisSweeps as AxisSweeps, fit_axis as fit_axis
-from .robot.therapy_robot import Loads as Loads, TherapyRobot as TherapyRobot
-from .robot.validation import AxisValidation as AxisValidation, validate_robot as validate_robot
+from .robot.therapy_robot import (
+    Loads as Loads,
+    TherapyRobot as TherapyRobot,
+    robot_bodies as robot_bodies,
+)
 from .share.of_movement import contribution_of as contribution_of
 from .share.over_time import STEADY_S as STEADY_S, sample_contribution as sample_contribution
 from .share.result import Contribution as Contribution

@@ -10,8 +10,8 @@ from hashlib import file_digest, sha256
 from pathlib import Path
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.json_text import Fields, read_json
-from armimpedance.lab.benchmark.asked import Asked, Known
+from armimpedance.core.json_text import Fields, json_text, read_json
+from armimpedance.core.outputs import staged_file
 from armimpedance.lab.benchmark.layout import (
     ASKED,
     ASKED_COLUMNS,
@@ -21,10 +21,14 @@ from armimpedance.lab.benchmark.layout import (
     TRUTH,
     TRUTH_COLUMNS,
     VERSION,
+    AskedQuantity,
     Half,
+    Key,
+    KnownTruth,
+    commitment,
     half_of,
+    record_folder,
 )
-from armimpedance.lab.benchmark.sealing import Key, commitment
 
 
 @dataclass(frozen=True)
@@ -38,14 +42,14 @@ class BenchmarkFolder:
         File, from the folder -> its SHA-256.
     key_sha256 : str or None
         Of the key that sealed it; None: it has a public half alone.
-    asked : tuple of Asked
+    asked : tuple of AskedQuantity
         Of both halves.
     """
 
     path: Path
     sums: Mapping[str, str]
     key_sha256: str | None
-    asked: tuple[Asked, ...]
+    asked: tuple[AskedQuantity, ...]
 
     @classmethod
     def open(cls, path: Path) -> BenchmarkFolder:
@@ -83,7 +87,7 @@ class BenchmarkFolder:
         own = (a.record for a in self.asked if a.task == task and half_of(a.record) == half)
         return tuple(dict.fromkeys(own))
 
-    def public_truth(self) -> list[Known]:
+    def public_truth(self) -> list[KnownTruth]:
         """The truths that everybody may read.
 
         Raises
@@ -104,7 +108,7 @@ class BenchmarkFolder:
         if key.fingerprint != self.key_sha256:
             raise InputError("sealed with another key, or with none", file=self.path / MARK)
 
-    def holds_sealed(self, task: str, truth: Sequence[Known], key: Key) -> bool:
+    def holds_sealed(self, task: str, truth: Sequence[KnownTruth], key: Key) -> bool:
         """Whether a sealed truth is the one whose hash was published."""
         file = self._checked(f"tasks/{task}/{SEALED_TRUTH}")
         made = commitment(key.salt(VERSION, task), known_text(truth))
@@ -124,25 +128,25 @@ def file_sha256(file: Path) -> str:
         return file_digest(stream, sha256).hexdigest()
 
 
-def known_text(truth: Iterable[Known]) -> str:
+def known_text(truth: Iterable[KnownTruth]) -> str:
     """A table of truths as text."""
     return _csv(TRUTH_COLUMNS, [(*k.asked, repr(k.value), repr(k.scale)) for k in truth])
 
 
-def asked_text(asked: Iterable[Asked]) -> str:
+def asked_text(asked: Iterable[AskedQuantity]) -> str:
     """A table of what is asked as text."""
     return _csv(ASKED_COLUMNS, list(asked))
 
 
-def read_known(file: Path) -> list[Known]:
+def read_known(file: Path) -> list[KnownTruth]:
     """A table of truths."""
     rows = _rows(file, TRUTH_COLUMNS)
-    return [Known(Asked(*row[:-2]), float(row[-2]), float(row[-1])) for row in rows]
+    return [KnownTruth(AskedQuantity(*row[:-2]), float(row[-2]), float(row[-1])) for row in rows]
 
 
-def read_asked(file: Path) -> list[Asked]:
+def read_asked(file: Path) -> list[AskedQuantity]:
     """A table of what is asked."""
-    return [Asked(*row) for row in _rows(file, ASKED_COLUMNS)]
+    return [AskedQuantity(*row) for row in _rows(file, ASKED_COLUMNS)]
 
 
 def _csv(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -172,3 +176,90 @@ def _is_asked(name: str) -> bool:
     """Whether a file of the folder says what a task asks."""
     parts = name.split("/")
     return len(parts) == 3 and parts[0] == "tasks" and parts[2] == ASKED
+
+
+# What the benchmark's folder holds beside its recordings.
+
+
+def write_task(top: Path, task: str, truth: Sequence[KnownTruth], key: Key | None) -> None:
+    """Write what a task asks, the truth of its public records, the hash of the sealed one.
+
+    Parameters
+    ----------
+    top : Path
+        The benchmark's folder, its records' folders made.
+    task : str
+    truth : sequence of KnownTruth
+        Of all records.
+    key : Key or None
+        None: there is no sealed half.
+    """
+    folder = top / "tasks" / task
+    (folder / ASKED).write_text(asked_text(known.asked for known in truth), encoding="utf-8")
+    for record in dict.fromkeys(known.asked.record for known in truth):
+        if half_of(record) == "public":
+            own = [known for known in truth if known.asked.record == record]
+            file = record_folder(top, task, record) / TRUTH
+            file.write_text(known_text(own), encoding="utf-8")
+    if key is not None:
+        sealed = [known for known in truth if half_of(known.asked.record) == "sealed"]
+        told = commitment(key.salt(VERSION, task), known_text(sealed))
+        (folder / SEALED_TRUTH).write_text(told + "\n", encoding="ascii")
+
+
+def write_index(top: Path, lines: Mapping[str, str], key: Key | None) -> None:
+    """Write what the whole is, and the SHA-256 of every file, as `sha256sum -c` reads them.
+
+    Parameters
+    ----------
+    top : Path
+        All else is written.
+    lines : mapping
+        Task -> what it is.
+    key : Key or None
+    """
+    about = {
+        "format": "armimpedance-benchmark",
+        "version": VERSION,
+        "key_sha256": key.fingerprint if key else None,
+        "tasks": lines,
+    }
+    (top / MARK).write_text(json_text(about), encoding="utf-8")
+    files = sorted(p.relative_to(top).as_posix() for p in top.rglob("*") if p.is_file())
+    sums = [f"{file_sha256(top / f)}  {f}\n" for f in files if f != SUMS]
+    (top / SUMS).write_text("".join(sums), encoding="utf-8")
+
+
+def keep_truth(key_file: Path, truth: Sequence[KnownTruth]) -> None:
+    """Keep the sealed truths beside the key, where only its owner reads them.
+
+    It saves their simulation at each scoring; what is believed of them is checked by their hash.
+
+    Parameters
+    ----------
+    key_file : Path
+    truth : sequence of KnownTruth
+        Of both halves.
+    """
+    sealed = [known for known in truth if half_of(known.asked.record) == "sealed"]
+    with staged_file(_beside(key_file)) as staged:
+        staged.touch(0o600)
+        staged.write_text(known_text(sealed), encoding="utf-8")
+
+
+def kept_truth(key_file: Path) -> list[KnownTruth]:
+    """What `keep_truth` kept; nothing if it did not.
+
+    Parameters
+    ----------
+    key_file : Path
+
+    Returns
+    -------
+    list of KnownTruth
+    """
+    return read_known(_beside(key_file)) if _beside(key_file).is_file() else []
+
+
+def _beside(key_file: Path) -> Path:
+    return key_file.with_name(f"{key_file.name}.truth.csv")

@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.lab.benchmark import MARK, TOP, BenchmarkFolder, keep_truth
     from armimpedance.lab.benchmark_command.task import TASKS
     from armimpedance.lab.benchmark_command.written import Wanted, write_benchmark
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
 
     check_folder(arguments.out, TOP, replace=arguments.replace, mark=MARK)
     key = _key(arguments.key, arguments.out)

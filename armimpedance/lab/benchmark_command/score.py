@@ -19,7 +19,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.show.command.outputs import Output, check_outputs
 
 if TYPE_CHECKING:
-    from armimpedance.lab.benchmark import BenchmarkFolder, Known
+    from armimpedance.lab.benchmark import BenchmarkFolder, KnownTruth
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _sealed_truth(benchmark: BenchmarkFolder, file: Path) -> list[Known]:
+def _sealed_truth(benchmark: BenchmarkFolder, file: Path) -> list[KnownTruth]:
     """As it was kept beside the key or made again, and shown to be the one that was fixed.
 
     Raises

@@ -1,1 +1,1 @@
-"""Forms of a laboratory's files, one file each; `armimpedance.lab.parts.lab_form` finds them."""
+"""Forms of a laboratory's files, one file each; `armimpedance.lab.parts.simulation` finds them."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.lab.parts.lab_form import LabForm
-from armimpedance.show.command.sharing import SHARED_FORMS
+from armimpedance.lab.parts.simulation import LabForm
+from armimpedance.show.command.options import SHARED_FORMS
 
 if TYPE_CHECKING:
     from armimpedance.recordings import AnyRecording

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from armimpedance.core.records import Recording
-from armimpedance.lab.parts.lab_form import LabForm
+from armimpedance.lab.parts.simulation import LabForm
 
 
 def _write(recording: Recording, folder: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.records import Recording
-from armimpedance.lab.parts.lab_form import LabForm
+from armimpedance.lab.parts.simulation import LabForm
 
 #: Column of the simulator -> topic and field.
 _TOPICS: Final = {f"{axis}_m": f"/robot/pose.pose.position.{axis}" for axis in "xyz"} | {

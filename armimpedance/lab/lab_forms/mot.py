@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from armimpedance.core.motion import MotionRecording
-from armimpedance.lab.parts.lab_form import LabForm
+from armimpedance.lab.parts.simulation import LabForm
 
 
 def _write(recording: MotionRecording, folder: Path) -> None:

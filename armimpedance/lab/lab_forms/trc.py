@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.motion import MarkerRecording
-from armimpedance.lab.parts.lab_form import LabForm
+from armimpedance.lab.parts.simulation import LabForm
 
 _SKELETON: Final = "skeleton.json"
 

@@ -6,16 +6,22 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.method_table import MethodTable
+from armimpedance.lab.parts.simulation import FORMS, TRUTH_FILE, Truth
+
+if TYPE_CHECKING:
+    from armimpedance.core.motion import MarkerRecording
+    from armimpedance.core.records import Recording
+    from armimpedance.recordings import AnyRecording
 
 #: What the folder holds beside the data.
 README, SCRIPT, NOTEBOOK = "README.md", "analysis.py", "analysis.ipynb"
 
 
 @dataclass(frozen=True)
-class Cell:
+class NotebookCell:
     """One step of an analysis: what it does, in words, and the code."""
 
     text: str
@@ -40,7 +46,7 @@ class Starter:
         Writes the data and their truth into an empty folder.
     commands : tuple of (str, str)
         What a command does, and the command.
-    cells : tuple of Cell
+    cells : tuple of NotebookCell
         The same in Python.
     own : str
         What to change for one's own files.
@@ -52,7 +58,7 @@ class Starter:
     data: tuple[tuple[str, str], ...]
     write: Callable[[Path], None]
     commands: tuple[tuple[str, str], ...]
-    cells: tuple[Cell, ...]
+    cells: tuple[NotebookCell, ...]
     own: str
 
     @property
@@ -62,18 +68,18 @@ class Starter:
 
 
 #: How every analysis goes on once the recording is read.
-LOOK: Final = Cell(
+LOOK: Final = NotebookCell(
     "Look at it before anything is estimated: every check says what it would have seen.",
     "print(ai.inspect(recording))",
 )
 #: Pushes of the hand, from the recording to what is shown.
 HAND_CELLS: Final = (
     LOOK,
-    Cell(
+    NotebookCell(
         "Inertia, viscosity and stiffness of the hand, one row a condition.",
         'hand = ai.estimate(recording)\nhand.to_csv("hand.csv")\nprint(hand)',
     ),
-    Cell(
+    NotebookCell(
         "The ellipses, and a page to show.",
         'axes = ai.plot_ellipses(hand)\nai.save(axes.figure, "ellipses")\n'
         'ai.write_report(recording, "report.html")',
@@ -160,3 +166,61 @@ def notebook_text(starter: Starter) -> str:
 
 def _markdown(name: str, text: str) -> dict[str, Any]:
     return {"id": name, "cell_type": "markdown", "metadata": {}, "source": text}
+
+
+# The simulated sessions of the example folders, in a laboratory's own files.
+
+#: Every folder of a kind holds the same session.
+SEED: Final = 2026
+_LEVELS: Final = ("cocontraction_00", "cocontraction_10", "cocontraction_30")
+
+
+def hand_session() -> tuple[Recording, Truth]:
+    """Pushes of the hand at three levels of co-contraction, two sets each, and the truth."""
+    from manipulandum_sim.hand import simulate
+
+    return simulate("cocontraction", seed=SEED, sets=2, conditions=_LEVELS)
+
+
+def joint_session() -> tuple[Recording, Truth]:
+    """One joint under a random perturbation, two trials of ten seconds, and the truth."""
+    from manipulandum_sim.elbow import simulate_elbow
+
+    return simulate_elbow("posture", subject="1", seed=SEED, repetitions=2)
+
+
+def filmed_session() -> tuple[MarkerRecording, Truth]:
+    """A relaxed arm while the trunk is shaken, filmed, and the truth."""
+    from manipulandum_sim.passive import simulate_passive
+
+    return simulate_passive("p5", subject="1", seed=SEED)
+
+
+def write_form(form: str, recording: AnyRecording, truth: Truth, folder: Path) -> None:
+    """Write a session in a laboratory's form, and its truth."""
+    FORMS[form].write(recording, folder)
+    truth.write(folder / TRUTH_FILE)
+
+
+def write_small_csv(recording: Recording, truth: Truth, folder: Path) -> None:
+    """Write a CSV file for each trial in ms and mm with the device's force, and the truth."""
+    from manipulandum_sim.lab_files import (
+        column_name,
+        mapping_text,
+        numeric_facts,
+        write_trial_files,
+    )
+
+    facts = numeric_facts(recording)
+    write_trial_files(recording, folder / "trials", units="small", by="device", facts=facts)
+    text = mapping_text(
+        recording,
+        lambda name: column_name(name, "small"),
+        head=['files = "*.csv"'],
+        trials=['pattern = "{condition}_{trial}.csv"'],
+        condition=None,
+        units="small",
+        by="device",
+    )
+    (folder / "trials" / "columns.toml").write_text(text, encoding="utf-8")
+    truth.write(folder / TRUTH_FILE)

@@ -73,10 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
 def carry_out(config: Config, blocks: Blocks, engine: Engine) -> int:
     """Do what is missing, write the tables, print; the exit status."""
     from armimpedance.lab.simulate_study.drawing import with_drawn
-    from armimpedance.lab.simulate_study.results import results_of
     from armimpedance.lab.simulate_study.tables import printed, write_tables
-    from armimpedance.lab.simulate_study.work import tasks_of, work_off
-    from armimpedance.show.command.progress import bar
+    from armimpedance.lab.simulate_study.work import results_of, tasks_of, work_off
+    from armimpedance.show.command.screen import bar
 
     blocks.prepare()
     tasks = tasks_of(config, blocks)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.lab.simulate_study.cells import Cell
+from armimpedance.lab.simulate_study.blocks import Cell
 from armimpedance.lab.simulate_study.fields import Field, Value, one_of, whole
 from armimpedance.lab.simulate_study.rig import RIGS
 

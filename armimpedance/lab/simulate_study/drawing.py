@@ -20,13 +20,11 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError
-from armimpedance.lab.simulate_study.blocks import Blocks
-from armimpedance.lab.simulate_study.cells import Cell
-from armimpedance.lab.simulate_study.change import ChangeSums, change_sums
+from armimpedance.lab.simulate_study.blocks import Blocks, Cell
 from armimpedance.lab.simulate_study.config import Config
-from armimpedance.lab.simulate_study.results import Drawn, Pair, Result, pairs_of, sessions_of
 from armimpedance.lab.simulate_study.rig import BOUND, TRUTH
-from armimpedance.lab.simulate_study.summary import Sums, sums_of
+from armimpedance.lab.simulate_study.summary import ChangeSums, Sums, change_sums, sums_of
+from armimpedance.lab.simulate_study.work import Drawn, Pair, Result, pairs_of, sessions_of
 
 #: Sessions that are drawn at once.
 CHUNK: Final = 4096

@@ -5,15 +5,18 @@ A new rig is a new file in the folder `rigs`, with the record RIG.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.method_table import MethodTable
 from armimpedance.lab.simulate_study.fields import Field, Settings
+from armimpedance.numerics.regression import t_factor, t_interval
 
 #: Sessions of one task and one file of the store. It is part of how sessions are seeded.
 BLOCK: Final = 25
@@ -24,7 +27,7 @@ ESTIMATE, LOW, HIGH, SD, DOF, TRUTH, BOUND = range(len(COLUMNS))
 Kind = Literal["difference", "ratio", "share", "axis"]
 
 
-class Quantity(NamedTuple):
+class StudyQuantity(NamedTuple):
     """What is estimated.
 
     Attributes
@@ -105,7 +108,7 @@ class Rig:
         What it is.
     fields : tuple of Field
         What can be set in a grid.
-    quantities : tuple of Quantity
+    quantities : tuple of StudyQuantity
     extras : int
         Numbers of a session and condition that its shortcut draws.
     conditions : callable
@@ -120,7 +123,7 @@ class Rig:
 
     line: str
     fields: tuple[Field, ...]
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[StudyQuantity, ...]
     extras: int
     conditions: Callable[[Settings], tuple[str, ...]]
     simulate: Callable[[Settings, Seeds, range], Any]
@@ -131,3 +134,74 @@ class Rig:
 RIGS: Final[MethodTable[Rig]] = MethodTable(
     "armimpedance.lab.simulate_study.rigs", "RIG", "rig", default="hand"
 )
+
+# Fitted numbers with standard errors, and nothing made of them, as rows; how they are drawn.
+
+
+class FittedNumbers(NamedTuple):
+    """Values and standard errors (Q,), degrees of freedom, and the truth (Q,)."""
+
+    values: FloatArray
+    sd: FloatArray
+    dof: float
+    truth: FloatArray
+
+
+def extras_of(quantities: int) -> int:
+    """How many numbers of a session are drawn: values, logarithms of their errors and of dof."""
+    return 2 * quantities + 1
+
+
+def numbers_of(
+    fits: Iterable[Callable[[], FittedNumbers]], sessions: int, quantities: int
+) -> Numbers:
+    """Every session of one condition; what fails is nan, and its reason counted.
+
+    Parameters
+    ----------
+    fits : iterable of callable
+        One for each session.
+    sessions, quantities : int
+
+    Returns
+    -------
+    Numbers
+    """
+    values = np.full((1, sessions, quantities, len(COLUMNS)), np.nan)
+    extras = np.full((1, sessions, extras_of(quantities)), np.nan)
+    problems: Counter[str] = Counter()
+    for s, fit in enumerate(fits):
+        try:
+            found = fit()
+        except ArmImpedanceError as error:
+            problems[str(error)] += 1
+            continue
+        low, high = t_interval(found.values, found.sd, found.dof).T
+        dof, unknown = np.full(quantities, found.dof), np.full(quantities, np.nan)
+        columns = [found.values, low, high, found.sd, dof, found.truth, unknown]
+        values[0, s] = np.column_stack(columns)
+        # normal intervals stay normal: 1e300 stands for no end of degrees of freedom
+        known = np.log(np.minimum(found.dof, 1e300))
+        extras[0, s] = np.concatenate([found.values, np.log(found.sd), [known]])
+    return Numbers(values, extras, dict(problems))
+
+
+def _drawn(extras: FloatArray, truth: FloatArray, bound: FloatArray) -> FloatArray:
+    """Numbers (n, Q, 7) from extras (n, 2 Q + 1)."""
+    quantities = len(truth)
+    value, sd = extras[:, :quantities], np.exp(extras[:, quantities:-1])
+    dof = np.exp(extras[:, -1:])
+    steady = bool(np.ptp(dof) <= 1e-9 * dof[0, 0])
+    reach = sd * (t_factor(float(dof[0, 0])) if steady else _factors(dof))
+    shape = value.shape
+    wide = [np.broadcast_to(part, shape) for part in (dof, truth, bound)]
+    return np.stack([value, value - reach, value + reach, sd, *wide], axis=-1)
+
+
+def _factors(dof: FloatArray) -> FloatArray:
+    from scipy.special import stdtrit
+
+    return np.asarray(stdtrit(dof, 0.975))
+
+
+SHORTCUT = Shortcut(_drawn)

@@ -11,13 +11,11 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.outputs import staged_file
-from armimpedance.lab.simulate_study.blocks import Blocks
-from armimpedance.lab.simulate_study.cells import Cell
-from armimpedance.lab.simulate_study.change import ChangeSums
+from armimpedance.lab.simulate_study.blocks import Blocks, Cell
 from armimpedance.lab.simulate_study.config import Config
-from armimpedance.lab.simulate_study.results import Pair, Result, sessions_of
 from armimpedance.lab.simulate_study.rig import COLUMNS, Numbers
-from armimpedance.lab.simulate_study.summary import Sums, Z, wilson
+from armimpedance.lab.simulate_study.summary import ChangeSums, Sums, Z, wilson
+from armimpedance.lab.simulate_study.work import Pair, Result, sessions_of
 
 FULL: Final = "simulated"
 DRAWN: Final = "drawn"

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from warnings import catch_warnings, simplefilter
 
 from armimpedance.app.study import Engine
+from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError
-from armimpedance.lab.simulate_study.blocks import Blocks
-from armimpedance.lab.simulate_study.cells import Cell
+from armimpedance.lab.simulate_study.blocks import Blocks, Cell
 from armimpedance.lab.simulate_study.config import Config
-from armimpedance.lab.simulate_study.rig import BLOCK
+from armimpedance.lab.simulate_study.rig import BLOCK, Numbers
+from armimpedance.lab.simulate_study.summary import ChangeSums, Sums, change_sums, sums_of
 
 
 @dataclass(frozen=True)
-class Task:
+class BlockTask:
     """A block of sessions.
 
     Attributes
@@ -34,7 +36,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Ended:
+class EndedBlock:
     """What a task came to: nothing but where it stands and why it failed, if it did."""
 
     name: str
@@ -53,7 +55,7 @@ class BlockWork:
 
     blocks: Blocks
 
-    def __call__(self, task: Task) -> Ended:
+    def __call__(self, task: BlockTask) -> EndedBlock:
         """Simulate once, estimate for each cell, keep the numbers."""
         try:
             # a million sessions would say a million times what the study is about
@@ -62,9 +64,9 @@ class BlockWork:
                 self._done(task)
         except (ArmImpedanceError, OSError) as error:
             return self.failed(task, str(error))
-        return Ended(task.name)
+        return EndedBlock(task.name)
 
-    def _done(self, task: Task) -> None:
+    def _done(self, task: BlockTask) -> None:
         first = task.cells[0]
         start = task.block * BLOCK
         sessions = range(start, start + task.sessions)
@@ -72,12 +74,12 @@ class BlockWork:
         for cell in task.cells:
             self.blocks.put(cell, task.block, cell.rig.estimate(cell.settings, made))
 
-    def failed(self, task: Task, problem: str) -> Ended:
+    def failed(self, task: BlockTask, problem: str) -> EndedBlock:
         """What stands for a block that could not be done."""
-        return Ended(task.name, problem)
+        return EndedBlock(task.name, problem)
 
 
-def tasks_of(config: Config, blocks: Blocks) -> list[Task]:
+def tasks_of(config: Config, blocks: Blocks) -> list[BlockTask]:
     """The blocks that are not done yet.
 
     Parameters
@@ -87,7 +89,7 @@ def tasks_of(config: Config, blocks: Blocks) -> list[Task]:
 
     Returns
     -------
-    list of Task
+    list of BlockTask
         Those of one simulated part hold only the cells that miss it.
     """
     parts: dict[object, list[Cell]] = {}
@@ -98,7 +100,7 @@ def tasks_of(config: Config, blocks: Blocks) -> list[Task]:
         for block, count in blocks_of(config.sessions):
             missing = tuple(c for c in cells if blocks.get(c, block, count) is None)
             if missing:
-                tasks.append(Task(f"{number}-{block}", missing, block, count))
+                tasks.append(BlockTask(f"{number}-{block}", missing, block, count))
     return tasks
 
 
@@ -108,18 +110,20 @@ def blocks_of(sessions: int) -> Iterator[tuple[int, int]]:
         yield block, min(BLOCK, sessions - block * BLOCK)
 
 
-def work_off(tasks: list[Task], blocks: Blocks, engine: Engine) -> Iterator[tuple[Task, str]]:
+def work_off(
+    tasks: list[BlockTask], blocks: Blocks, engine: Engine
+) -> Iterator[tuple[BlockTask, str]]:
     """Do the tasks.
 
     Parameters
     ----------
-    tasks : list of Task
+    tasks : list of BlockTask
     blocks : Blocks
     engine : Engine
 
     Yields
     ------
-    Task
+    BlockTask
         As it ends, in any order.
     str
         Why it failed; empty where it did not.
@@ -127,3 +131,104 @@ def work_off(tasks: list[Task], blocks: Blocks, engine: Engine) -> Iterator[tupl
     by_name = {task.name: task for task in tasks}
     for ended in engine(BlockWork(blocks), tasks):
         yield by_name[ended.name], ended.problem
+
+
+# What a study came to: sums of every cell and condition, and of the changes asked for.
+
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What the drawn sessions of a cell came to, and how sure that is.
+
+    Attributes
+    ----------
+    sums : mapping
+        Condition -> sums.
+    errors : mapping
+        Condition -> name of a column of cells.csv -> its standard error (Q,).
+    changes : mapping
+        Pair of conditions -> sums.
+    change_errors : mapping
+        Pair of conditions -> name of a column of changes.csv -> its standard error (Q,).
+    """
+
+    sums: Mapping[str, Sums]
+    errors: Mapping[str, Mapping[str, FloatArray]]
+    changes: Mapping[Pair, ChangeSums]
+    change_errors: Mapping[Pair, Mapping[str, FloatArray]]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a cell came to.
+
+    Attributes
+    ----------
+    cell : Cell
+    sums : mapping
+        Condition -> sums of the simulated sessions; without those that could not be done.
+    changes : mapping
+        Pair of conditions -> sums.
+    problems : mapping
+        Why there was no estimate -> how often.
+    drawn : Drawn or None
+    undrawn : str
+        Why nothing was drawn, where it was asked for.
+    """
+
+    cell: Cell
+    sums: Mapping[str, Sums]
+    changes: Mapping[Pair, ChangeSums]
+    problems: Mapping[str, int] = field(default_factory=dict)
+    drawn: Drawn | None = None
+    undrawn: str = ""
+
+
+def results_of(config: Config, blocks: Blocks) -> list[Result]:
+    """Read the store and add up.
+
+    Parameters
+    ----------
+    config : Config
+    blocks : Blocks
+
+    Returns
+    -------
+    list of Result
+        One for each cell.
+    """
+    return [_result(cell, config, blocks) for cell in config.cells]
+
+
+def sessions_of(cell: Cell, config: Config, blocks: Blocks) -> Iterator[tuple[int, Numbers]]:
+    """Number of the first session, and the numbers, of every block that was done."""
+    start = 0
+    for block, count in blocks_of(config.sessions):
+        found = blocks.get(cell, block, count)
+        if found is not None:
+            yield start, found
+        start += count
+
+
+def _result(cell: Cell, config: Config, blocks: Blocks) -> Result:
+    quantities = cell.rig.quantities
+    sums: dict[str, Sums] = {}
+    changes: dict[Pair, ChangeSums] = {}
+    problems: Counter[str] = Counter()
+    for _, found in sessions_of(cell, config, blocks):
+        problems.update(found.problems)
+        values = dict(zip(cell.conditions, found.values, strict=True))
+        for condition, some in values.items():
+            part = sums_of(some, quantities)
+            sums[condition] = sums[condition] + part if condition in sums else part
+        for pair in pairs_of(cell, config):
+            change = change_sums(values[pair[0]], values[pair[1]], quantities)
+            changes[pair] = changes[pair] + change if pair in changes else change
+    return Result(cell, sums, changes, dict(problems))
+
+
+def pairs_of(cell: Cell, config: Config) -> list[Pair]:
+    """The changes asked for whose conditions a cell has."""
+    return [pair for pair in config.power if set(pair) <= set(cell.conditions)]

@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import MARKER_NOISE_M, Rig, Simulated
+from armimpedance.lab.parts.simulation import MARKER_NOISE_M, Simulated, SimulatedRig
 
 #: Level of noise -> noise of angles (rad), forces (N) and moments (N m).
 _NOISE: Final = {"nominal": (0.001, 1.0, 0.5), "sensor": (0.001, 1.0, 0.5), "none": (0.0, 0.0, 0.0)}
@@ -33,7 +33,7 @@ def _simulate(_name: str, arguments: argparse.Namespace, _progress: Progress) ->
 
 
 RIGS: Final = (
-    Rig(
+    SimulatedRig(
         "body",
         "twelve motions of a body on two force plates, joint angles and contact forces",
         "--markers --out filmed",

@@ -6,7 +6,7 @@ import argparse
 from typing import Any, Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import Rig, Simulated, given
+from armimpedance.lab.parts.simulation import Simulated, SimulatedRig, given
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -46,9 +46,9 @@ def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> S
     return Simulated(recording, truth)
 
 
-def _rig(name: str, line: str, add_options: Any = _add_options) -> Rig:
+def _rig(name: str, line: str, add_options: Any = _add_options) -> SimulatedRig:
     options = "--subject 3 --duration-s 5 --out session"
-    return Rig(name, line, options, _simulate, add_options, subjects="1 (default) to 4")
+    return SimulatedRig(name, line, options, _simulate, add_options, subjects="1 (default) to 4")
 
 
 RIGS: Final = (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import Rig, Simulated
+from armimpedance.lab.parts.simulation import Simulated, SimulatedRig
 
 if TYPE_CHECKING:
     from manipulandum_sim.hand import Servo
@@ -69,9 +69,9 @@ def _servo(asked: str | None) -> Servo:
         raise InputError(f"--servo {asked}", expected="N/m, or ideal") from error
 
 
-def _rig(name: str, line: str) -> Rig:
+def _rig(name: str, line: str) -> SimulatedRig:
     options = "--subject B --noise sensor --seed 7 --out session"
-    return Rig(name, line, options, _simulate, _add_options, subjects="A (default) to D")
+    return SimulatedRig(name, line, options, _simulate, _add_options, subjects="A (default) to D")
 
 
 RIGS: Final = (

@@ -6,7 +6,7 @@ import argparse
 from typing import Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import Rig, Simulated
+from armimpedance.lab.parts.simulation import Simulated, SimulatedRig
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +49,7 @@ def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> S
 
 
 RIGS: Final = (
-    Rig(
+    SimulatedRig(
         "reaches",
         "a hand that reaches, some of its reaches pushed at three phases",
         "--push servo --device curl --seed 7 --out session",

@@ -6,7 +6,7 @@ import argparse
 from typing import Any, Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import MARKER_NOISE_M, Rig, Simulated
+from armimpedance.lab.parts.simulation import MARKER_NOISE_M, Simulated, SimulatedRig
 
 
 def _simulate(name: Any, arguments: argparse.Namespace, progress: Progress) -> Simulated:
@@ -22,9 +22,9 @@ def _simulate(name: Any, arguments: argparse.Namespace, progress: Progress) -> S
     return Simulated(recording, truth)
 
 
-def _rig(name: str, line: str) -> Rig:
+def _rig(name: str, line: str) -> SimulatedRig:
     options = "--subject 2 --out relaxed"
-    return Rig(name, line, options, _simulate, subjects="1 (default) or 2")
+    return SimulatedRig(name, line, options, _simulate, subjects="1 (default) or 2")
 
 
 RIGS: Final = (

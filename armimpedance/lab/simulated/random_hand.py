@@ -6,7 +6,7 @@ import argparse
 from typing import Any, Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import Rig, Simulated, given
+from armimpedance.lab.parts.simulation import Simulated, SimulatedRig, given
 
 
 def _add_session(parser: argparse.ArgumentParser, pushed: str) -> None:
@@ -85,7 +85,7 @@ def _simulate_joint(name: str, arguments: argparse.Namespace, progress: Progress
 
 
 RIGS: Final = (
-    Rig(
+    SimulatedRig(
         "random",
         "a hand under random forces or displacements in two or three axes",
         "--axes 3 --imposed force --seed 7 --out session",
@@ -93,14 +93,14 @@ RIGS: Final = (
         _add_options,
         subjects="A (default) to D",
     ),
-    Rig(
+    SimulatedRig(
         "wrist",
         "a wrist that a robot turns at random in flexion and radial deviation",
         "--imposed torque --seed 7 --out session",
         _simulate_joint,
         _add_joint_options,
     ),
-    Rig(
+    SimulatedRig(
         "ankle",
         "an ankle that a robot turns at random in dorsiflexion and inversion",
         "--reflex 0.25 --out session",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import MOMENT_ARMS_FILE, Rig, Simulated, given
+from armimpedance.lab.parts.simulation import MOMENT_ARMS_FILE, Simulated, SimulatedRig, given
 
 if TYPE_CHECKING:
     from manipulandum_sim.space import SpaceCondition
@@ -108,7 +108,7 @@ def _conditions(arguments: argparse.Namespace) -> list[SpaceCondition]:
 
 
 RIGS: Final = (
-    Rig(
+    SimulatedRig(
         "space",
         "a hand in space, pushed along directions on a sphere",
         "--elbow free --cocontraction 5 20 --seed 7 --out session",

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.progress import Progress
-from armimpedance.lab.parts.simulation import DRAWINGS_FILE, Rig, Simulated, given
+from armimpedance.lab.parts.simulation import DRAWINGS_FILE, Simulated, SimulatedRig, given
 
 if TYPE_CHECKING:
     from armimpedance.core.records import Recording
@@ -97,9 +97,11 @@ def drawings_of(device: TherapyDevice) -> TherapyRobot:
     )
 
 
-def _rig(name: str, line: str, options: str, add_options: Any = None, subjects: str = "") -> Rig:
+def _rig(
+    name: str, line: str, options: str, add_options: Any = None, subjects: str = ""
+) -> SimulatedRig:
     noise = ("nominal", "none")
-    return Rig(name, line, options, _simulate, add_options, subjects=subjects, noise=noise)
+    return SimulatedRig(name, line, options, _simulate, add_options, subjects=subjects, noise=noise)
 
 
 RIGS: Final = (

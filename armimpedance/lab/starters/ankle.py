@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.lab.parts.starter import LOOK, Cell, Starter
+from armimpedance.lab.parts.starter import LOOK, NotebookCell, Starter
 
 
 def _write(folder: Path) -> None:
-    from armimpedance.lab.parts.starter_data import joint_session, write_form
+    from armimpedance.lab.parts.starter import joint_session, write_form
 
     write_form("matlab", *joint_session(), folder)
 
@@ -36,16 +36,16 @@ STARTER = Starter(
         ("a page to show", "armimpedance report session.mat --out report.html"),
     ),
     cells=(
-        Cell(
+        NotebookCell(
             "Read the file. The mapping lies beside it, so that nothing has to be told.",
             'import armimpedance as ai\n\nrecording = ai.read("session.mat")\nprint(recording)',
         ),
         LOOK,
-        Cell(
+        NotebookCell(
             "Inertia, viscosity and stiffness about the operating point.",
             "fit = ai.elbow(recording)\nprint(fit.summary)",
         ),
-        Cell("A page to show.", 'ai.write_report(recording, "report.html")'),
+        NotebookCell("A page to show.", 'ai.write_report(recording, "report.html")'),
     ),
     own=(
         "Run `armimpedance map-columns yours.mat --out columns.toml` and decide what it marks with "

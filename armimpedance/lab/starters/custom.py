@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.lab.parts.starter import HAND_CELLS, Cell, Starter
+from armimpedance.lab.parts.starter import HAND_CELLS, NotebookCell, Starter
 
 
 def _write(folder: Path) -> None:
-    from armimpedance.lab.parts.starter_data import hand_session, write_small_csv
+    from armimpedance.lab.parts.starter import hand_session, write_small_csv
 
     write_small_csv(*hand_session(), folder)
 
@@ -37,7 +37,7 @@ STARTER = Starter(
         ("a page to show", "armimpedance report session --out report.html"),
     ),
     cells=(
-        Cell(
+        NotebookCell(
             "Read all trials. Units and signs are turned once, here, as the mapping says.",
             'import armimpedance as ai\n\nrecording = ai.read("trials")\nprint(recording)',
         ),

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from armimpedance.lab.parts.starter import HAND_CELLS, Cell, Starter
+from armimpedance.lab.parts.starter import HAND_CELLS, NotebookCell, Starter
 
 _EVENTS: Final = 'onset_event="PERTURB_ON", end_event="PERTURB_OFF"'
 
 
 def _write(folder: Path) -> None:
-    from armimpedance.lab.parts.starter_data import hand_session, write_form
+    from armimpedance.lab.parts.starter import hand_session, write_form
 
     write_form("kinarm", *hand_session(), folder)
 
@@ -44,7 +44,7 @@ STARTER = Starter(
         ("a page to show", "armimpedance report session --out report.html"),
     ),
     cells=(
-        Cell(
+        NotebookCell(
             "Read the exam. The events say when each push begins and ends; whose force the sensor "
             "holds is found from the robot's own dynamics, or stated with force_by.",
             f'import armimpedance as ai\n\nrecording = ai.read("exam.kinarm", {_EVENTS})\n'

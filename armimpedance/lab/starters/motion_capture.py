@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.lab.parts.starter import LOOK, Cell, Starter
+from armimpedance.lab.parts.starter import LOOK, NotebookCell, Starter
 
 
 def _write(folder: Path) -> None:
-    from armimpedance.lab.parts.starter_data import filmed_session, write_form
+    from armimpedance.lab.parts.starter import filmed_session, write_form
 
     write_form("trc", *filmed_session(), folder)
 
@@ -39,13 +39,13 @@ STARTER = Starter(
         ),
     ),
     cells=(
-        Cell(
+        NotebookCell(
             "Read the markers and the skeleton that they sit on.",
             'import armimpedance as ai\n\nrecording = ai.read("markers/p5_001.trc", '
             'skeleton="skeleton.json")\nprint(recording)',
         ),
         LOOK,
-        Cell(
+        NotebookCell(
             "Stiffness, viscosity and friction of the relaxed elbow. Its rest angle is known here; "
             'rest_angle="free" fits it.',
             "fits = ai.passive(recording, rest_angle=1.5)\nprint(fits.summary)",

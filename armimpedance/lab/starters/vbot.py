@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.lab.parts.starter import HAND_CELLS, Cell, Starter
+from armimpedance.lab.parts.starter import HAND_CELLS, NotebookCell, Starter
 
 
 def _write(folder: Path) -> None:
-    from armimpedance.lab.parts.starter_data import hand_session, write_form
+    from armimpedance.lab.parts.starter import hand_session, write_form
 
     write_form("matlab", *hand_session(), folder)
 
@@ -40,7 +40,7 @@ STARTER = Starter(
         ("a page to show", "armimpedance report session.mat --out report.html"),
     ),
     cells=(
-        Cell(
+        NotebookCell(
             "Read the file. The mapping lies beside it, so that nothing has to be told.",
             'import armimpedance as ai\n\nrecording = ai.read("session.mat")\nprint(recording)',
         ),

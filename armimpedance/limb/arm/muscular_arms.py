@@ -7,21 +7,100 @@ depend on it, the curvature term aside.
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from pathlib import Path
-from typing import Final, cast
+from typing import Annotated, Final, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import MUSCLE_SIGNS, MUSCLES
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ArmPosture
-from armimpedance.limb.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
-from armimpedance.limb.arm.path_tables import path_table, with_joints_locked
-from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, constant_paths
+from armimpedance.limb.arm.polynomial_paths import (
+    STIFFNESS_PER_TENSION,
+    MuscularArm,
+    PolynomialPaths,
+    constant_paths,
+)
 from armimpedance.limb.arm.rods import LOCKED_WRIST
 from armimpedance.limb.arm.table_paths_csv import read_moment_arm_table
+
+# Arms of published models that come with the package: lengths as polynomials, in tables.
+
+
+@dataclass(frozen=True)
+class PathTable(FrozenRecord):
+    """The muscles of a table ``arm/muscles/NAME.csv``.
+
+    Attributes
+    ----------
+    paths : PolynomialPaths
+    max_tension : (m,)
+        N.
+    """
+
+    paths: PolynomialPaths
+    max_tension: Annotated[FloatArray, "m"]
+
+
+def path_table(name: str, angles: tuple[str, ...], box: ArrayLike) -> PathTable:
+    """Read a table of the package: a row for each muscle and term.
+
+    Parameters
+    ----------
+    name : str
+    angles : (n,) tuple of str
+        The table has the power of each as ``{angle}_power``.
+    box : (n, 2)
+        Angles that are scaled to -1 and 1, rad.
+    """
+    with (files("armimpedance.limb.arm") / "muscles" / f"{name}.csv").open(
+        encoding="utf-8"
+    ) as stream:
+        terms = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+    powers = [tuple(int(term[f"{angle}_power"]) for angle in angles) for term in terms]
+    muscles = tuple(dict.fromkeys(term["muscle"] for term in terms))
+    every = sorted(set(powers))
+    coefficients = np.zeros((len(muscles), len(every)))
+    tension = np.zeros(len(muscles))
+    for term, power in zip(terms, powers, strict=True):
+        row = muscles.index(term["muscle"])
+        coefficients[row, every.index(power)] = float(term["length_m"])
+        tension[row] = float(term["max_tension_N"])
+    paths = PolynomialPaths(muscles, np.array(every), coefficients, np.array(box, dtype=float))
+    return PathTable(paths, tension)
+
+
+def with_joints_locked(paths: PolynomialPaths, free: int) -> PolynomialPaths:
+    """The same muscles over the first joints alone, the others locked at zero angles.
+
+    Parameters
+    ----------
+    paths : PolynomialPaths
+    free : int
+        Number of joints that are left.
+
+    Returns
+    -------
+    PolynomialPaths
+        Without the muscles that span none of them.
+    """
+    middle, half = paths.box.mean(axis=1), np.diff(paths.box, axis=1)[:, 0] / 2
+    # a term's locked factors are a number: u^e at the scaled angle u of zero
+    at_zero = np.prod((-middle[free:] / half[free:]) ** paths.exponents[:, free:], axis=1)
+    left, where = np.unique(paths.exponents[:, :free], axis=0, return_inverse=True)
+    summed = np.zeros((len(paths.muscles), len(left)))
+    np.add.at(summed.T, where.ravel(), (paths.coefficients * at_zero).T)
+    moving = left.any(axis=1)
+    spans = (summed[:, moving] != 0).any(axis=1)
+    names = tuple(np.array(paths.muscles)[spans].tolist())
+    return PolynomialPaths(names, left[moving], summed[np.ix_(spans, moving)], paths.box[:free])
+
 
 #: Shoulder and elbow (m) of the muscles in the order of `core.conventions.MUSCLES`: Selen,
 #: Franklin and Wolpert 2009 (J Neurosci 29:12606-12616, PMC2784227), Table 1, without signs.

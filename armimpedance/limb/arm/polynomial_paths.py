@@ -1,22 +1,110 @@
-"""Muscle lengths that are polynomials of the joint angles; moment arms are their gradient.
+"""What muscles tell of a posture: moment arms and the curvature of their lengths.
 
-With lengths of order L + 1 the moment arms have order L, Tsuji (1997), eqs. (36)-(37). The source
-lets the two arms of a two-joint muscle be any two polynomials; here both come from one length, so
-that the muscle gives back the energy that it takes up and the curvature belongs to the arms.
+L is positive in lengthening, so that ``dL = G dtheta`` (Tsuji 1997, eq. (5)) and tensions give the
+torque ``tau = -G^T f`` (6): flexors have negative rows in G, extensors positive ones.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Annotated
+from typing import Annotated, Final, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, frozen_array
 from armimpedance.core.errors import InputError, NotIdentifiableError
-from armimpedance.limb.arm.muscle_paths import check_angles
+
+#: Stiffness over tension (1/m) where nothing better is known: Selen, Franklin and Wolpert 2009 (J
+#: Neurosci 29:12606-12616), Table 1.
+STIFFNESS_PER_TENSION: Final = 75.0
+
+
+class MusclePaths(Protocol):
+    """m muscles over n joints. All methods take leading batch axes: `q` is (..., n) in rad."""
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the m muscles."""
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+
+    def moment_arms(self, q: ArrayLike) -> FloatArray:
+        """``G = dL/dq``, m, (..., m, n)."""
+
+    def curvature(self, q: ArrayLike) -> FloatArray:
+        """``d2L/dq2``, m, (..., m, n, n), symmetric in its last two axes."""
+
+
+def check_angles(q: ArrayLike, n: int) -> FloatArray:
+    """Joint angles (..., n) as finite numbers.
+
+    Raises
+    ------
+    InputError
+    """
+    angles = np.asarray(q, dtype=float)
+    if angles.ndim == 0 or angles.shape[-1] != n:
+        raise InputError(f"joint angles of shape {angles.shape}", expected=f"{n} on the last axis")
+    if not np.isfinite(angles).all():
+        raise InputError("a joint angle is not finite", expected="finite numbers, rad")
+    return angles
+
+
+@dataclass(frozen=True)
+class MuscularArm(FrozenRecord):
+    """The muscles of an arm: where they pull, how hard, how stiff they are when they do.
+
+    Attributes
+    ----------
+    name : str
+    paths : MusclePaths
+    max_tension : (m,)
+        Tension of each muscle at full activation, N.
+    stiffness_per_tension : float
+        1/m: a muscle's stiffness over its tension.
+    angle_range : (n, 2)
+        Joint angles (rad) that `paths` hold for.
+    source : str
+        Origin of the numbers, in words.
+    sagittal : bool
+        The arm moves in a plane in which gravity acts.
+    """
+
+    name: str
+    paths: MusclePaths
+    max_tension: Annotated[FloatArray, "m"]
+    stiffness_per_tension: float
+    angle_range: Annotated[FloatArray, "n 2"]
+    source: str
+    sagittal: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        have = (len(self.max_tension), len(self.angle_range))
+        if have != (len(self.paths.muscles), self.paths.joints):
+            raise InputError(
+                f"arm {self.name}: {have[0]} tensions, {have[1]} ranges of angles",
+                expected=f"{len(self.paths.muscles)} and {self.paths.joints}, as its paths",
+            )
+        if not (self.max_tension > 0).all():
+            raise InputError(f"arm {self.name}: a muscle without tension", expected="max > 0 N")
+        if not (np.isfinite(self.stiffness_per_tension) and self.stiffness_per_tension > 0):
+            raise InputError(
+                f"arm {self.name}: stiffness per tension {self.stiffness_per_tension}",
+                expected="a positive number, 1/m",
+            )
+
+
+# Muscle lengths that are polynomials of the joint angles; moment arms are their gradient.
+#
+# With lengths of order L + 1 the moment arms have order L, Tsuji (1997), eqs. (36)-(37). The source
+# lets the two arms of a two-joint muscle be any two polynomials; here both come from one length, so
+# that the muscle gives back the energy that it takes up and the curvature belongs to the arms.
 
 
 @dataclass(frozen=True)
@@ -203,3 +291,73 @@ def _solve(name: str, W: FloatArray, G: FloatArray, spanned: BoolArray) -> Float
             (name,),
         )
     return np.asarray(coefficients)
+
+
+# Moment arms of an arm of n joints, known at any postures: lengths that are polynomials.
+
+#: Orders of the moment arms over posture that are tried: the highest that the postures tell.
+HIGHEST_ORDER: Final = 3
+#: Moment arms that no smooth length has may be off by this part of the muscle's own (rms), as those
+#: of a table over shoulder and elbow.
+LARGEST_MISFIT: Final = 0.1
+#: A joint with smaller moment arms (m) everywhere is not spanned.
+_NO_ARM_M: Final = 1e-6
+
+
+def paths_of_table(
+    muscles: tuple[str, ...], q: Sequence[FloatArray], G: Sequence[FloatArray]
+) -> PolynomialPaths:
+    """Lengths whose gradients are nearest to tabled moment arms.
+
+    Parameters
+    ----------
+    muscles : (m,) tuple of str
+    q : (m,) sequence of (P, n)
+        Postures of each muscle's rows, rad; the same for all.
+    G : (m,) sequence of (P, n)
+        Moment arms dL/dq there, m.
+
+    Returns
+    -------
+    PolynomialPaths
+        Its box is the range of the postures.
+
+    Raises
+    ------
+    InputError
+        A muscle has other postures than the first one, or moment arms that no such length has.
+    NotIdentifiableError
+        The postures tell not even a constant arm.
+    """
+    for name, own in zip(muscles, q, strict=True):
+        if own.shape != q[0].shape or (own != q[0]).any():
+            raise InputError(
+                f"muscle {name} at other postures than {muscles[0]}",
+                expected="all muscles at the same postures, in the same order",
+            )
+    arms = np.stack(G, axis=1)
+    fitted = _highest(muscles, q[0], arms)
+    size = np.sqrt((arms**2).sum(axis=2).mean(axis=0))
+    apart = np.sqrt((fitted.rms**2).sum(axis=1))
+    for name, missed, own in zip(muscles, apart, size, strict=True):
+        if missed > LARGEST_MISFIT * own:
+            raise InputError(
+                f"muscle {name}: no smooth length has these moment arms (they miss by "
+                f"{1e3 * missed:.2g} mm rms of {1e3 * own:.2g} mm)",
+                expected=f"at most {100 * LARGEST_MISFIT:g} %: dG_i/dq_j and dG_j/dq_i are one",
+            )
+    return fitted.paths
+
+
+def _highest(muscles: tuple[str, ...], q: FloatArray, G: FloatArray) -> FittedPaths:
+    """The paths of the highest order that the postures tell with as many numbers to spare."""
+    P, n = q.shape
+    spans = (np.abs(G) > _NO_ARM_M).any(axis=0)
+    for order in range(HIGHEST_ORDER, 0, -1):
+        if n * P < 2 * len(monomial_exponents(n, order + 1)):
+            continue
+        try:
+            return fit_paths(muscles, q, G, order, spans)
+        except NotIdentifiableError:
+            continue
+    return fit_paths(muscles, q, G, 0, spans)

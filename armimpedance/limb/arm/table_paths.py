@@ -14,7 +14,7 @@ from scipy.sparse.linalg import lsqr
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.core.errors import InputError
-from armimpedance.limb.arm.muscle_paths import check_angles
+from armimpedance.limb.arm.polynomial_paths import check_angles
 
 #: Fewer angles than these along a joint do not hold a cubic spline.
 LEAST_ANGLES: Final = 4

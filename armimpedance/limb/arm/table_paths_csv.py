@@ -21,8 +21,12 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.inputs import unchanged
-from armimpedance.limb.arm.muscle_paths import STIFFNESS_PER_TENSION, MusclePaths, MuscularArm
-from armimpedance.limb.arm.posture_table import paths_of_table
+from armimpedance.limb.arm.polynomial_paths import (
+    STIFFNESS_PER_TENSION,
+    MusclePaths,
+    MuscularArm,
+    paths_of_table,
+)
 from armimpedance.limb.arm.table_paths import TablePaths
 
 ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")

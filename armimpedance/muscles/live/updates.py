@@ -12,22 +12,19 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording, Subject
 from armimpedance.limb.arm import Arm
-from armimpedance.muscles.live.activity import ActivationChannels, Channels
-from armimpedance.muscles.live.clock import Clock
+from armimpedance.muscles.live.activity import ActivationChannels, Channels, StreamClock
 from armimpedance.muscles.live.emg_channels import EmgChannels
-from armimpedance.muscles.live.emg_levels import EmgLevels
-from armimpedance.muscles.live.form import StiffnessForm
-from armimpedance.muscles.live.hand_stiffness import HandEquations
+from armimpedance.muscles.live.hand_stiffness import HandEquations, StiffnessForm
 from armimpedance.muscles.live.inputs import (
     Elbow,
+    EmgLevels,
     arm_for,
     form_for,
     levels_for,
     moving_for,
     vector,
 )
-from armimpedance.muscles.live.result import LiveStiffness
-from armimpedance.muscles.live.spring import VaryingSpring
+from armimpedance.muscles.live.result import LiveStiffness, VaryingSpring
 from armimpedance.muscles.models import MuscleModel
 
 #: An activation this far beyond the measured range is still inside, as for `predict`.
@@ -117,7 +114,7 @@ class Live:
 
     def reset(self) -> None:
         """Forget all samples."""
-        self._clock = Clock(self._rate)
+        self._clock = StreamClock(self._rate)
         self._channels.reset()
         self._spring = VaryingSpring(self._limit, 1 / self._rate)
 

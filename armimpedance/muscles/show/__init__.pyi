@@ -1,6 +1,5 @@
-from .explore.write import write_explore as write_explore
-from .fields import Predicted as Predicted
-from .maps_plot import plot_map as plot_map
+from .explore_verb import write_explore as write_explore
+from .maps_plot import Predicted as Predicted, plot_map as plot_map
 from .plot import (
     PARAMETERS as PARAMETERS,
     activation_surfaces as activation_surfaces,
@@ -9,8 +8,11 @@ from .plot import (
     posture_points as posture_points,
     posture_surfaces as posture_surfaces,
 )
-from .predicted_plot import plot_predicted_against_measured as plot_predicted_against_measured
-from .predictions_plot import plot_model_fit as plot_model_fit, plot_predictions as plot_predictions
+from .predictions_plot import (
+    plot_model_fit as plot_model_fit,
+    plot_predicted_against_measured as plot_predicted_against_measured,
+    plot_predictions as plot_predictions,
+)
 from .predictions_verb import at_hand as at_hand, predict as predict
 from .rows_csv import read_joint_rows as read_joint_rows
 from .verb import (

@@ -116,10 +116,9 @@ def run(args: argparse.Namespace) -> int:
     from armimpedance.muscles.show.predictions_verb import predict
     from armimpedance.muscles.show.text import model_text
     from armimpedance.muscles.show.verb import fit_model
-    from armimpedance.show.command.checks import check_seed
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.outputs import FIGURE, FIT, Output, check_outputs
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import FIGURE, FIT, Output, check_outputs, check_seed
+    from armimpedance.show.command.screen import bar
 
     check_seed(args.seed)
     check_outputs(

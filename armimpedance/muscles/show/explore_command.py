@@ -17,8 +17,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from armimpedance.show.command.options import PAGE
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
-from armimpedance.show.command.page import PAGE
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page."""
-    from armimpedance.muscles.show.explore.write import write_explore
+    from armimpedance.muscles.show.explore_verb import write_explore
 
     given = [*arguments.sources, arguments.recording]
     check_outputs(Output("--out", arguments.out, PAGE), reads=given)

@@ -14,15 +14,15 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.limb.arm import TwoLinkArm
 from armimpedance.muscles.models import ActivationModel, HandPrediction, PostureModel, at_hand
-from armimpedance.muscles.show.fields import (
+from armimpedance.muscles.show.maps_plot import (
     EllipseField,
     Predicted,
     mean_axis_deg,
     measured_field,
+    plot_map,
     predicted_field,
     turned_near,
 )
-from armimpedance.muscles.show.maps_plot import plot_map
 from armimpedance.show.plots import (
     TWO_COLUMNS_IN,
     MeasuredPoints,

@@ -27,7 +27,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from armimpedance.muscles.show.predict_tables import JOINTS, NUMBERED
+from armimpedance.muscles.show.predictions_verb import JOINTS, NUMBERED
 
 if TYPE_CHECKING:
     from armimpedance.muscles.models import HandPrediction, JointPrediction
@@ -69,12 +69,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read, predict, write; say how much of it is extrapolated."""
-    from armimpedance.muscles.show.prediction_csv import predictions_content
     from armimpedance.muscles.show.predictions_plot import plot_predictions
     from armimpedance.muscles.show.predictions_verb import at_hand, predict
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.outputs import FIGURE, TABLE, Output, check_outputs
-    from armimpedance.show.command.written import check_long, write_result
+    from armimpedance.muscles.show.rows_csv import predictions_content
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import (
+        FIGURE,
+        TABLE,
+        Output,
+        check_long,
+        check_outputs,
+        write_result,
+    )
 
     _check(args)
     reads = [args.model, args.postures, args.activations, args.recording]
@@ -104,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_muscles(args: argparse.Namespace) -> int:
     """Write what is asked of single muscles."""
-    from armimpedance.muscles.show.predict_tables import moment_arm_rows, muscle_rows
+    from armimpedance.muscles.show.predictions_verb import moment_arm_rows, muscle_rows
     from armimpedance.show.files import table_content, write_content
 
     note = ""

@@ -1,8 +1,13 @@
-from .blocks import split_blocks as split_blocks
-from .covariance import CovarianceKind as CovarianceKind, long_run_covariance as long_run_covariance
+from .covariance import (
+    CovarianceKind as CovarianceKind,
+    bootstrap as bootstrap,
+    leave_one_out as leave_one_out,
+    long_run_covariance as long_run_covariance,
+)
 from .diagnose import (
     Conditioning as Conditioning,
     conditioning as conditioning,
+    pool as pool,
     refuse_rank_loss as refuse_rank_loss,
 )
 from .equations import (
@@ -24,10 +29,11 @@ from .factors import (
     ragged_factors as ragged_factors,
     trial_factors as trial_factors,
 )
-from .intervals import t_factor as t_factor, t_interval as t_interval
-from .parameters import NamedParameter as NamedParameter, Parameters as Parameters
-from .pooled import pool as pool
-from .resample import bootstrap as bootstrap, leave_one_out as leave_one_out
-from .result import Fit as Fit, Validation as Validation
-from .solve import fit as fit
-from .summary import FitSummary as FitSummary
+from .parameters import (
+    NamedParameter as NamedParameter,
+    Parameters as Parameters,
+    t_factor as t_factor,
+    t_interval as t_interval,
+)
+from .result import Fit as Fit, FitSummary as FitSummary, Validation as Validation
+from .solve import fit as fit, split_blocks as split_blocks

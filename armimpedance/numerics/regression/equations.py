@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.numerics.regression.covariance import check_strata, replicate_sum
+from armimpedance.numerics.regression.covariance import check_strata, draw_counts, replicate_sum
 from armimpedance.numerics.regression.factors import TrialFactors
-from armimpedance.numerics.regression.resample import draw_counts
 
 #: Equations whose scaled condition number exceeds this have no solution worth the name.
 WORST_CONDITION: Final = 1e12

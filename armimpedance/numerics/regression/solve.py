@@ -14,9 +14,8 @@ from armimpedance.numerics.regression.covariance import (
     residual_covariance,
     residual_dof,
 )
-from armimpedance.numerics.regression.diagnose import conditioning_warnings
+from armimpedance.numerics.regression.diagnose import Pooled, conditioning_warnings, pool
 from armimpedance.numerics.regression.factors import TrialFactors
-from armimpedance.numerics.regression.pooled import Pooled, pool
 from armimpedance.numerics.regression.result import Fit
 
 
@@ -104,3 +103,35 @@ def _default_units(factors: TrialFactors) -> tuple[str, ...]:
     return tuple(
         o + per[r] if o and r else "" for o in factors.output_units for r in factors.regressor_units
     )
+
+
+# A long record as blocks that take the place of trials.
+
+
+def split_blocks(n_rows: int, block_rows: int) -> tuple[slice, ...]:
+    """Split a long trial into blocks that serve as its clusters.
+
+    All blocks have `block_rows` rows or up to twice less one more: a short rest would be a
+    cluster that says little, so it joins the last block. Blocks must be much longer than the
+    memory of the residuals.
+
+    Parameters
+    ----------
+    n_rows, block_rows : int
+
+    Returns
+    -------
+    tuple of slice
+
+    Raises
+    ------
+    InputError
+        Fewer than two blocks fit.
+    """
+    count = n_rows // block_rows if block_rows > 0 else 0
+    if count < 2:
+        raise InputError(
+            f"{n_rows} rows in blocks of {block_rows}", expected="room for two blocks or more"
+        )
+    edges = [*range(0, count * block_rows, block_rows), n_rows]
+    return tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))

@@ -11,14 +11,53 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated
+from math import comb
+from typing import Annotated, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.cardinal import cardinal_spline
+from armimpedance.numerics.signals.filters import lowpass
+
+# B-splines on whole numbers: the pieces that kernels and test functions are made of.
+#
+# By the recursion over degrees, which adds nothing but positive parts. The general splines of SciPy
+# give the same to rounding; to import them takes longer than to estimate a session.
+
+
+def cardinal_spline(places: ArrayLike, degree: int, order: int = 0) -> FloatArray:
+    """Values of the B-spline with knots 0, 1, ..., degree + 1, or of a derivative of it.
+
+    Parameters
+    ----------
+    places : array
+        Any numbers; outside the knots the spline is zero.
+    degree : int
+    order : int
+        Of the derivative, at most `degree` - 1.
+
+    Returns
+    -------
+    array of the same shape
+    """
+    x = np.asarray(places, dtype=np.float64)
+    # the derivative of order m is the m-th difference of a spline of so much lower degree
+    parts = [(-1) ** k * comb(order, k) * _spline(x - k, degree - order) for k in range(order + 1)]
+    return np.asarray(sum(parts))
+
+
+def _spline(x: FloatArray, degree: int) -> FloatArray:
+    pieces = [((x >= k) & (x < k + 1)).astype(np.float64) for k in range(degree + 1)]
+    for p in range(1, degree + 1):
+        # pieces[k] of x becomes that of degree p which begins at k
+        pieces = [
+            ((x - k) * pieces[k] + (k + p + 1 - x) * pieces[k + 1]) / p
+            for k in range(len(pieces) - 1)
+        ]
+    return pieces[0]
+
 
 SPLINE_DEGREE = 5
 
@@ -105,3 +144,49 @@ def derivatives(signal: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, 
     """
     first = np.gradient(signal, 1.0 / sample_rate_hz, axis=1)
     return first, np.gradient(first, 1.0 / sample_rate_hz, axis=1)
+
+
+# Smooth sampled motion and differentiate it, where samples are few per movement.
+#
+# At the 30 frames/s of a motion-capture studio a central difference loses 3 % of a 2 Hz swing's
+# velocity. The zero-phase filter's output is therefore joined by a spline of degree 5 and the
+# spline is differentiated.
+
+#: Fewer samples than this say nothing about an acceleration.
+FEWEST: Final = 16
+
+
+def smoothed_derivatives(
+    signal: FloatArray, sample_rate_hz: float, cutoff_hz: float | None, *, order: int = 2
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A signal after a zero-phase Butterworth low-pass, with its first two time derivatives.
+
+    Parameters
+    ----------
+    signal : (S, ...)
+        One trial, equally spaced along the first axis.
+    sample_rate_hz : float
+    cutoff_hz : float or None
+        None leaves the signal as it is.
+    order : int
+        Order of the filter, which runs forward and backward.
+
+    Returns
+    -------
+    signal, first, second : (S, ...)
+
+    Raises
+    ------
+    InputError
+        Too few samples, or a cut-off beyond the Nyquist frequency.
+    """
+    import numpy as np
+    from scipy.interpolate import make_interp_spline
+
+    if len(signal) < FEWEST:
+        raise InputError(f"{len(signal)} samples in a trial", expected=f"{FEWEST} or more")
+    given = np.asarray(signal, dtype=np.float64)
+    smooth = lowpass(given, cutoff_hz, sample_rate_hz, order=order, axis=0)
+    time = np.arange(len(smooth)) / sample_rate_hz
+    spline = make_interp_spline(time, smooth, k=SPLINE_DEGREE)
+    return smooth, spline(time, nu=1), spline(time, nu=2)

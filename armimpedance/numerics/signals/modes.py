@@ -18,8 +18,7 @@ from scipy.linalg import solve_triangular
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.cardinal import cardinal_spline
-from armimpedance.numerics.signals.differentiate import SPLINE_DEGREE
+from armimpedance.numerics.signals.differentiate import SPLINE_DEGREE, cardinal_spline
 
 #: Distance of the knots (s); docs/estimate/methods.md says how it was chosen.
 SPACING_S = 0.020
@@ -114,3 +113,161 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
     L = np.linalg.cholesky(rows[0] @ rows[0].T)
     smooth, first, second = (solve_triangular(L, each, lower=True) for each in rows)
     return Modes(smooth, first, second)
+
+
+# Noise of the measured position, from the record itself.
+#
+# Three kinds of sensor:
+#
+# - one whose readings lie on a grid, an encoder: its error depends on the motion, constant at rest
+# (where referencing removes it), a saw-tooth in slow motion, nearly white in fast motion. The
+# smoothed motion is read again with the grid elsewhere; the spread of what comes out is the noise;
+# - one that stands still at rest and is noisy in motion without such a grid, an encoder of joint
+# angles behind kinematics: white noise in motion and a pulse of the same variance, the error at
+# rest that stays in the motion as a constant; - an analogue one, noisy at rest and in motion alike:
+# white noise.
+
+#: A reading counts as in motion if it changes within this time before or after (s).
+NEAR_S = 0.010
+#: A fourth difference of white noise has this many times its variance: 1 + 16 + 36 + 16 + 1.
+_FOURTH_DIFFERENCE = 70.0
+#: Fourth differences below this part of their rms are none.
+_STILL = 0.05
+#: The smoothed motions are read again at least this often in all, with the grid elsewhere.
+_READINGS = 160
+#: Steps within this part of a whole number of the smallest one lie on a grid.
+_ON_GRID = 0.01
+
+
+@dataclass(frozen=True)
+class PositionNoise:
+    """What the position sensor adds.
+
+    Attributes
+    ----------
+    variance : float
+        Noise variance of single samples while the reading changes, m^2 (rad^2).
+    covariance : (d, 3 n, 3 n)
+        Per axis, of what the modes make of the noise in x'', x', x; mean over trials.
+    step : float
+        Spacing of the grid on which the readings lie, m (rad); 0: there is none.
+    """
+
+    variance: float
+    covariance: FloatArray
+    step: float = 0.0
+
+
+def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:
+    """Noise of displacements from rest (T, S, d).
+
+    Parameters
+    ----------
+    position : (T, S, d)
+        Displacements as recorded, m (rad); trials start at rest.
+    sample_rate_hz : float
+    modes : Modes
+        Modes of the window.
+
+    Returns
+    -------
+    PositionNoise
+        Variance of single samples, covariance in the modes, and the step of the readings' grid.
+    """
+    step = grid_step(position)
+    if step > 0:
+        reach = max(1, round(NEAR_S * sample_rate_hz))
+        return PositionNoise(step**2 / 12, _read_again(position, modes, step, reach), step)
+    return _from_differences(position, sample_rate_hz, modes)
+
+
+def grid_step(position: FloatArray) -> float:
+    """Step of the grid on which positions (T, S, d) lie within each trial; 0 if on none."""
+    steps = np.diff(position, axis=1)
+    np.abs(steps, out=steps)
+    # rounding of positions of a metre is 1e-16
+    told = steps > 1e-13 + 1e-9 * steps.max(initial=0.0)
+    if not told.any():
+        return 0.0
+    smallest = float(np.where(told, steps, np.inf).min())
+    # where there is no step, no step lies on any grid
+    steps *= told
+    steps /= smallest
+    off = np.abs(np.subtract(steps, np.round(steps), out=steps), out=steps).max()
+    # the largest whole number must still be told from its neighbours
+    return smallest if off < _ON_GRID else 0.0
+
+
+def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> FloatArray:
+    """Covariance (d, 3 n, 3 n) of the error of readings of the smoothed motion."""
+    T, S, d = position.shape
+    padded = np.empty((T, d, S + 2 * reach))
+    moved = padded[:, :, reach : reach + S]
+    np.subtract(position.transpose(0, 2, 1), position[:, 0, :, None], out=moved)
+    padded[:, :, :reach] = moved[:, :, :1]
+    padded[:, :, reach + S :] = moved[:, :, -1:]
+    # a mean over near samples: what stands still goes on to stand still
+    smooth = _sums(padded.reshape(T * d, -1), 2 * reach + 1)
+    smooth /= (2 * reach + 1) * step
+    readings = -(-_READINGS // (T * d))
+    # places of the grid spread evenly over a step, others in every trial
+    place = (np.arange(readings)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / readings
+    grid = smooth + place[:, :, None]
+    error = np.subtract(np.round(grid), grid, out=grid).reshape(-1, S)
+    projected = error @ modes.stacked.T
+    # referencing takes off the error at rest
+    projected -= error[:, :1] * modes.stacked.sum(axis=1)
+    projected = projected.reshape(readings, T, d, -1)
+    per_axis = projected.transpose(2, 0, 1, 3).reshape(d, readings * T, -1)
+    spread = per_axis.transpose(0, 2, 1) @ per_axis
+    return np.asarray(step**2 * spread / (readings * T))
+
+
+def _sums(rows: FloatArray, width: int) -> FloatArray:
+    """Sums over `width` neighbours (..., N - width + 1): of 1, 2, 4, ... of them, then of these."""
+    count, covered, length = rows.shape[-1] - width + 1, 0, 1
+    total = np.zeros((*rows.shape[:-1], count))
+    while length <= width:
+        if width & length:
+            total += rows[..., covered : covered + count]
+            covered += length
+        rows = rows[..., length:] + rows[..., :-length]
+        length *= 2
+    return total
+
+
+def _from_differences(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:
+    """White noise and pulses, by differences that no limb can make.
+
+    The fourth difference of a limb's motion at 1 kHz is nanometres; what it shows is noise.
+    """
+    fourth = np.diff(position, 4, axis=1)
+    level = np.sqrt((fourth**2).mean())
+    changing = np.zeros(position.shape, dtype=bool)
+    changing[:, 2:-2] = np.abs(fourth) > _STILL * level
+    moving = _dilate(changing, max(1, round(NEAR_S * sample_rate_hz)))
+    inside = moving[:, 2:-2]
+    variance = float((fourth[inside] ** 2).mean()) / _FOURTH_DIFFERENCE if inside.any() else 0.0
+    still = ~inside
+    at_rest = float((fourth[still] ** 2).mean()) / _FOURTH_DIFFERENCE if still.any() else variance
+    operators = modes.stacked
+    covariances = [
+        at_rest * operators @ operators.T
+        + (variance - at_rest) * _pulse_covariance(moving[:, :, axis], operators)
+        for axis in range(position.shape[2])
+    ]
+    return PositionNoise(variance, np.stack(covariances))
+
+
+def _dilate(flags: np.ndarray, reach: int) -> np.ndarray:
+    """True within `reach` samples of a true one, along axis 1."""
+    padded = np.pad(flags.astype(np.int32), ((0, 0), (reach + 1, reach), (0, 0)))
+    running = np.cumsum(padded, axis=1)
+    return np.asarray(running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1] > 0)
+
+
+def _pulse_covariance(moving: np.ndarray, operators: FloatArray) -> FloatArray:
+    """Mean over trials of ``Q (diag m + m m^T) Q^T`` for stretches of motion m (T, S)."""
+    m = moving.astype(np.float64)
+    pulse = m @ operators.T
+    return np.asarray((operators * m.mean(axis=0)) @ operators.T + pulse.T @ pulse / len(m))

@@ -12,7 +12,7 @@ from armimpedance.core.conventions import FORCE_UNIT, POSITION_UNIT
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, Verdict
 from armimpedance.core.records import Recording, Window
-from armimpedance.numerics.signals.held import check_held
+from armimpedance.numerics.signals.sample_faults import check_held
 from armimpedance.numerics.signals.windows import Timing, cut_windows, disturbance_times, flawed
 
 LOWEST_RATE_HZ = 200.0
@@ -298,7 +298,7 @@ def _work(window: Window, rows: IntArray, start: int, end: int) -> FloatArray:
     r = (window.lag_s - window.lag_s[start]) / (window.lag_s[end] - window.lag_s[start])
 
     def ended(signal: FloatArray, part: slice) -> FloatArray:
-        # P s = s - s(t0) - r (s(tf) - s(t0)), see `numerics.signals.drift`
+        # P s = s - s(t0) - r (s(tf) - s(t0)), see `numerics.signals.response`
         first, last = signal[:, start, None], signal[:, end, None]
         return np.asarray(signal[:, part] - first - r[part, None] * (last - first))
 

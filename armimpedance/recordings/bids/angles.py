@@ -9,15 +9,14 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
+from armimpedance.core.findings import not_taken
 from armimpedance.core.motion import MotionRecording
-from armimpedance.core.not_taken import not_taken
 from armimpedance.core.records import Subject
 from armimpedance.core.skeleton import Skeleton
-from armimpedance.recordings.bids.clocked import Clocked, clock_of, clocked, trial_table
 from armimpedance.recordings.bids.dataset import Person
-from armimpedance.recordings.bids.runs import Run
+from armimpedance.recordings.bids.runs import Clocked, Run, clock_of, clocked, trial_table
 from armimpedance.recordings.bids.systems import Channel, System
-from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.mapped.mapping import known_unit
 
 
 def has_angles(runs: Sequence[Run]) -> bool:

@@ -10,9 +10,8 @@ from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import read_json
-from armimpedance.recordings.bids.names import BidsName, parsed
-from armimpedance.recordings.bids.tsv import headed_rows, is_missing
-from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.bids.tsv import BidsName, headed_rows, is_missing, parsed
+from armimpedance.recordings.mapped.mapping import known_unit
 
 DESCRIPTION: Final = "dataset_description.json"
 _LARGEST_JSON_BYTES: Final = 5_000_000

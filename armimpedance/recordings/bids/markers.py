@@ -11,17 +11,24 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
+from armimpedance.core.findings import not_taken
 from armimpedance.core.json_text import is_number
 from armimpedance.core.motion import EmgSignals, MarkerRecording
-from armimpedance.core.not_taken import not_taken
 from armimpedance.core.records import Subject
-from armimpedance.recordings.bids.clocked import TRIAL_TIME, Clocked, clock_of, clocked, trial_table
 from armimpedance.recordings.bids.dataset import Person
-from armimpedance.recordings.bids.runs import Run, rows_of, times_of
+from armimpedance.recordings.bids.runs import (
+    TRIAL_TIME,
+    Clocked,
+    Run,
+    clock_of,
+    clocked,
+    rows_of,
+    times_of,
+    trial_table,
+)
 from armimpedance.recordings.bids.systems import System
-from armimpedance.recordings.mapped.units import known_unit
-from armimpedance.recordings.motion.lab_axes import lab_rotation
-from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
+from armimpedance.recordings.mapped.mapping import known_unit
+from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M, lab_rotation
 
 _AXES: Final = ("x", "y", "z")
 #: Direction of an axis -> forward, left, up.

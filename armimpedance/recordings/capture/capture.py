@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,210 @@ from numpy.typing import NDArray
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d_file import check_c3d
-from armimpedance.recordings.capture.layout import BLOCK, Layout, layout_of
-from armimpedance.recordings.capture.parameters import Parameters, read_parameters
+from armimpedance.recordings.capture.parameters import C3dParameters, Processor, read_parameters
+
+# Where the samples of a C3D file lie and in which form, checked against the file's length.
+
+BLOCK: Final = 512
+#: The counts of frames in the header have 16 bits.
+_WRAP: Final = 65536
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The form of the samples.
+
+    Attributes
+    ----------
+    start : int
+        Position of the first frame, in bytes.
+    frames, points, channels, samples_per_frame : int
+    real : bool
+        Words are reals, else 16-bit integers.
+    point_scale : float
+        File's unit of length per count; 1 for reals.
+    first_frame : int
+        Number of the first frame, from 1.
+    rate_hz : float
+    remarks : tuple of str
+        Sentences on what the file says wrongly of itself.
+    """
+
+    start: int
+    frames: int
+    points: int
+    channels: int
+    samples_per_frame: int
+    real: bool
+    point_scale: float
+    first_frame: int
+    rate_hz: float
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def words_per_frame(self) -> int:
+        """Words of a frame: four a point, then the analog samples."""
+        return 4 * self.points + self.channels * self.samples_per_frame
+
+    @property
+    def word_bytes(self) -> int:
+        """Bytes of a word."""
+        return 4 if self.real else 2
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The first block. Words of the C3D guide 2 to 5 and 7 to 12."""
+
+    points: int
+    analog: int
+    first: int
+    last: int
+    scale: float
+    block: int
+    per_frame: int
+    rate_hz: float
+
+    @staticmethod
+    def parse(data: bytes, processor: Processor) -> _Header:
+        words = np.frombuffer(data, processor.dtype("u2"), 12)
+        counts = [int(n) for n in words]
+        reals = np.frombuffer(data[12:16] + data[20:24], processor.dtype("f4"))
+        scale, rate = (float(x) for x in processor.decoded(reals))
+        return _Header(
+            counts[1], counts[2], counts[3], counts[4], scale, counts[8], counts[9], rate
+        )
+
+    @property
+    def frames(self) -> int:
+        """Frames that the header claims; a last frame 0 is none."""
+        return (self.last - self.first + 1) % _WRAP if self.last else 0
+
+
+def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
+    """The layout of a C3D file's samples.
+
+    C3dParameters
+    ----------
+    data : bytes
+        The whole file.
+    name : str
+        The file's name, for messages.
+    parameters : C3dParameters
+
+    Raises
+    ------
+    InputError
+        The header contradicts itself, or claims what the file does not hold.
+    """
+    header = _Header.parse(data, parameters.processor)
+    scale = _scale(header, parameters)
+    if not np.isfinite(scale) or scale == 0:
+        problem = f"a scale of the points of {scale:g}"
+        raise InputError(problem, file=name, expected="negative for reals, else mm a count")
+    start = _start(data, name, header, parameters)
+    channels, per_frame, remarks = _analog(data, name, header, parameters, start)
+    real = scale < 0
+    bytes_per_frame = (4 * header.points + channels * per_frame) * (4 if real else 2)
+    if not bytes_per_frame:
+        turned = len(parameters.texts("ROTATION", "LABELS"))
+        beside = f", only rotations of {turned} segments" if turned else ""
+        problem = f"holds neither points nor analog channels{beside}"
+        raise InputError(problem, file=name, expected="a C3D file with markers")
+    frames = _frames(data, name, header, parameters, start, bytes_per_frame)
+    return Layout(
+        start=start,
+        frames=frames,
+        points=header.points,
+        channels=channels,
+        samples_per_frame=per_frame,
+        real=real,
+        point_scale=1.0 if real else scale,
+        first_frame=max(header.first, 1),
+        rate_hz=_rate(name, header, parameters),
+        remarks=remarks,
+    )
+
+
+def _analog(
+    data: bytes, name: str, header: _Header, parameters: C3dParameters, start: int
+) -> tuple[int, int, tuple[str, ...]]:
+    """Channels, samples a frame, and a remark where the header has it wrong."""
+    per_frame = header.per_frame
+    if not header.analog:
+        return 0, max(per_frame, 1), ()
+    whole = per_frame > 0 and header.analog % per_frame == 0
+    # Some programs write the channels there instead of the samples of all channels: so they do
+    # where there are as many and the file is long enough.
+    if per_frame > 1 and parameters.first("ANALOG", "USED", -1.0) == header.analog:
+        words = header.frames * (4 * header.points + header.analog * per_frame)
+        if not whole or len(data) - start >= words * (4 if _scale(header, parameters) < 0 else 2):
+            remark = f"The header has {header.analog} analog values a frame: taken as the channels."
+            return header.analog, per_frame, (remark,)
+    if whole:
+        return header.analog // per_frame, per_frame, ()
+    problem = f"{header.analog} analog values in {per_frame} samples per frame"
+    raise InputError(problem, file=name, expected="a multiple")
+
+
+def _scale(header: _Header, parameters: C3dParameters) -> float:
+    return parameters.first("POINT", "SCALE", header.scale)
+
+
+def _start(data: bytes, name: str, header: _Header, parameters: C3dParameters) -> int:
+    block = header.block or parameters.first("POINT", "DATA_START", 0.0)
+    if not 1 < block <= len(data) / BLOCK + 1:
+        problem = f"the data are said to start at block {block:g}"
+        raise InputError(problem, file=name, expected="a block of the file, after the header")
+    return (int(block) - 1) * BLOCK
+
+
+def _frames(
+    data: bytes, name: str, header: _Header, parameters: C3dParameters, start: int, size: int
+) -> int:
+    """How many frames there are, where 16 bits may not have sufficed to say so."""
+    claimed, held = header.frames, (len(data) - start) // size
+    for exact in _long_counts(parameters):
+        # What the header says is the same count without its upper half, or all that fits into it.
+        same = exact % _WRAP == claimed or claimed == _WRAP - 1
+        if claimed < exact <= held and same:
+            return exact
+    if claimed > held:
+        problem = f"the header claims {claimed} frames, the file holds {held}"
+        raise InputError(problem, file=name, expected="a file that is not cut off")
+    if "ROTATION" in parameters.groups:
+        return claimed
+    if claimed == _WRAP - 1:
+        while held > claimed and not any(data[start + (held - 1) * size : start + held * size]):
+            held -= 1
+        return held
+    wrapped = claimed + (held - claimed) // _WRAP * _WRAP
+    return wrapped if held - wrapped <= (BLOCK - 1) // size else claimed
+
+
+def _long_counts(parameters: C3dParameters) -> list[int]:
+    """Counts of frames that programs write beside the header's 16 bits."""
+    counts = []
+    ends = [
+        parameters.numbers("TRIAL", f"ACTUAL_{end}_FIELD")[:2] % _WRAP for end in ("START", "END")
+    ]
+    if all(len(e) == 2 and np.isfinite(e).all() for e in ends):
+        first, last = (int(e[0] + _WRAP * e[1]) for e in ends)
+        counts.append(last - first + 1)
+    for parameter in ("LONG_FRAMES", "FRAMES"):
+        value = parameters.first("POINT", parameter, 0.0)
+        if np.isfinite(value) and value > 0:
+            counts.append(int(value))
+    return counts
+
+
+def _rate(name: str, header: _Header, parameters: C3dParameters) -> float:
+    rate = header.rate_hz
+    if not (np.isfinite(rate) and rate > 0):
+        rate = parameters.first("POINT", "RATE", 0.0)
+    if not (np.isfinite(rate) and 0 < rate < 1e6):
+        raise InputError(f"a rate of {rate} frames/s", file=name, expected="a positive number")
+    return float(rate)
 
 
 @dataclass(frozen=True)
@@ -28,7 +231,7 @@ class Capture:
         For messages.
     header : bytes
         The first block.
-    parameters : Parameters
+    parameters : C3dParameters
     layout : Layout
     words : (F, W)
         As stored: of each frame x, y, z, residual of each point, then the analog samples.
@@ -38,7 +241,7 @@ class Capture:
 
     name: str
     header: bytes
-    parameters: Parameters
+    parameters: C3dParameters
     layout: Layout
     words: NDArray[np.generic]
     point_labels: tuple[str, ...]
@@ -133,7 +336,7 @@ def read_capture(path: str | os.PathLike[str]) -> Capture:
 def parse_capture(data: bytes, name: str) -> Capture:
     """The content of a C3D file from its bytes.
 
-    Parameters
+    C3dParameters
     ----------
     data : bytes
     name : str
@@ -161,7 +364,7 @@ def parse_capture(data: bytes, name: str) -> Capture:
     )
 
 
-def _labels(parameters: Parameters, group: str, count: int) -> tuple[str, ...]:
+def _labels(parameters: C3dParameters, group: str, count: int) -> tuple[str, ...]:
     """Labels of points or channels; those without one get a number."""
     given = list(parameters.texts(group, "LABELS")[:count])
     # Some programs write four letters as the label and the marker's name as the description.

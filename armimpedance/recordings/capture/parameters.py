@@ -5,14 +5,67 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, shown
-from armimpedance.recordings.capture.processor import PROCESSORS, Processor
+
+# How the three processors that wrote C3D files lay out a number: Intel, DEC (VAX), MIPS (SGI).
+
+#: A VAX exponent counts from 128 and its mantissa lies between 1/2 and 1: 4 times IEEE's number.
+_VAX_FACTOR: Final = 0.25
+
+
+@dataclass(frozen=True)
+class Processor:
+    """The order of bytes, and the form of real numbers.
+
+    Attributes
+    ----------
+    name : str
+    order : {"<", ">"}
+        Of integers, and of reals where they are IEEE's.
+    vax : bool
+        Reals are DEC's F_floating.
+    """
+
+    name: str
+    order: Literal["<", ">"]
+    vax: bool = False
+
+    def dtype(self, kind: Literal["i2", "u2", "f4"]) -> np.dtype:
+        """The numpy type of stored words; DEC's reals are to be decoded."""
+        return np.dtype(f"{self.order}{'u4' if self.vax and kind == 'f4' else kind}")
+
+    def decoded(self, words: NDArray[np.generic]) -> FloatArray:
+        """Stored words of `dtype` as numbers."""
+        if not (self.vax and words.dtype.kind == "u" and words.dtype.itemsize == 4):
+            with np.errstate(invalid="ignore"):
+                return words.astype(np.float64)
+        # The halves of a VAX number stand the other way round.
+        stored = words.view(np.uint32)
+        bits = (stored << np.uint32(16)) | (stored >> np.uint32(16))
+        exponent = (bits >> np.uint32(23)) & np.uint32(0xFF)
+        largest = exponent == 0xFF
+        # Such an exponent is a number to a VAX and none to IEEE: one less, and twice the value.
+        safe = np.where(largest, bits - np.uint32(1 << 23), bits).astype(np.uint32)
+        values = safe.view(np.float32).astype(np.float64) * _VAX_FACTOR
+        values[largest] *= 2.0
+        values[exponent == 0] = 0.0
+        # A sign without an exponent is the VAX's "reserved operand": no number.
+        values[(exponent == 0) & (bits >> np.uint32(31) == 1)] = np.nan
+        return values
+
+
+#: The code in the parameter section's fourth byte -> processor.
+PROCESSORS: Final = {
+    84: Processor("Intel", "<"),
+    85: Processor("DEC", "<", vax=True),
+    86: Processor("MIPS", ">"),
+}
 
 #: The bytes of a value of each type: text, byte, integer, real.
 _BYTES: Final = {-1: 1, 1: 1, 2: 2, 4: 4}
@@ -39,7 +92,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Parameters:
+class C3dParameters:
     """All parameters of a file, by group and name in capitals.
 
     Attributes
@@ -85,10 +138,10 @@ class Parameters:
         return next(iter(self.texts(group, name)), "")
 
 
-def read_parameters(data: bytes, name: str, start: int) -> Parameters:
+def read_parameters(data: bytes, name: str, start: int) -> C3dParameters:
     """The parameter section of a C3D file.
 
-    Parameters
+    C3dParameters
     ----------
     data : bytes
         The whole file.
@@ -111,7 +164,7 @@ class _Section:
     def __init__(self, data: bytes, name: str, start: int) -> None:
         self.data, self.name, self.at = data, name, start
 
-    def parse(self) -> Parameters:
+    def parse(self) -> C3dParameters:
         code = self._take(4)[3]
         if code not in PROCESSORS:
             expected = "84 (Intel), 85 (DEC) or 86 (MIPS)"
@@ -128,7 +181,7 @@ class _Section:
         named: dict[str, dict[str, Entry]] = {label: {} for label in groups.values()}
         for group, label, entry in entries:
             named.setdefault(groups.get(group, f"GROUP{group}"), {})[label] = entry
-        return Parameters(self.processor, named)
+        return C3dParameters(self.processor, named)
 
     def _entry(self, groups: dict[int, str], entries: list[tuple[int, str, Entry]]) -> bool:
         """Read a group or parameter; whether there may be another one."""

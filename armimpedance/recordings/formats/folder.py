@@ -6,10 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.kind import recording_kind
-from armimpedance.recordings.motion.marker_folder import read_markers
-from armimpedance.recordings.motion.motion_folder import read_motion
-from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions, RecordedSubject
+from armimpedance.recordings.motion.marker_and_motion_folder import read_markers, read_motion
+from armimpedance.recordings.reading import (
+    AnyRecording,
+    Format,
+    ReadOptions,
+    RecordedSubject,
+    recording_kind,
+)
 from armimpedance.recordings.tables.folder import METADATA_FILE, is_recording_folder, read_folder
 from armimpedance.recordings.tables.metadata import read_metadata, recording_fields, subject_of
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import MotionRecording
-from armimpedance.recordings.motion.opensim_motion import opensim_motion
+from armimpedance.recordings.motion.opensim_tables import opensim_motion
 from armimpedance.recordings.reading import Format, ReadOptions
 
 

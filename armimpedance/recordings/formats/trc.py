@@ -6,9 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from armimpedance.core.motion import MarkerRecording
-from armimpedance.recordings.motion.ground_forces import with_ground_forces
-from armimpedance.recordings.motion.lab_axes import Y_UP
-from armimpedance.recordings.motion.trc import read_trc
+from armimpedance.recordings.motion.moving_metadata import Y_UP
+from armimpedance.recordings.motion.trc import read_trc, with_ground_forces
 from armimpedance.recordings.reading import Format, ReadOptions
 
 

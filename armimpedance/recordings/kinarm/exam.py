@@ -11,14 +11,15 @@ import pandas as pd
 
 from armimpedance.core.arrays import FloatArray, frozen
 from armimpedance.core.errors import InputError
-from armimpedance.core.findings import Finding
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.findings import Finding, not_taken
 from armimpedance.core.records import Recording, Subject
 from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.kinarm.channels import (
     channels,
+    channels_not_taken,
     force_labels,
     further_channels,
+    labels_there,
     link_labels,
     sound_trials,
     wanted_channels,
@@ -37,7 +38,6 @@ from armimpedance.recordings.kinarm.force_balance import (
     force_findings,
 )
 from armimpedance.recordings.kinarm.hand import hand_position
-from armimpedance.recordings.kinarm.others import channels_not_taken, labels_there
 from armimpedance.recordings.kinarm.robot import Robot, Side, choose_side, robot_of, with_own_names
 from armimpedance.recordings.kinarm.trials import (
     Choice,

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import mmap
 import re
-from collections.abc import Container, Iterable, Mapping, Sequence
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
 import numpy as np
@@ -126,7 +131,7 @@ def _doubled(values: NDArray[Any]) -> FloatArray:
         return values.astype(np.float64)
 
 
-class Store:
+class ExamStore:
     """Room for the samples of an exam, a hundred thousand short arrays: single precision where that
     is exact, nothing for the zeros of sensors that are not there.
 
@@ -162,13 +167,13 @@ class Store:
         return taken.reshape(values.shape)
 
 
-def from_c3d(c3d: C3DFile, store: Store) -> ExamFile:
+def from_c3d(c3d: C3DFile, store: ExamStore) -> ExamFile:
     """A file of an exam from the C3D file that it is.
 
     Parameters
     ----------
     c3d : C3DFile
-    store : Store
+    store : ExamStore
         Where the samples are kept.
 
     Raises
@@ -197,3 +202,199 @@ def _column(c3d: C3DFile, label: str, index: int) -> Samples:
     """One channel of a C3D file, in its unit; of a status word the bits as they are stored."""
     is_word = STATUS_WORD.fullmatch(label) and c3d.stored.dtype == np.float32
     return np.ascontiguousarray((c3d.stored if is_word else c3d.analog)[:, index])
+
+
+# What holds the files of a Kinarm exam: a folder, a zip, or one trial beside `common.c3d`.
+#
+# Nothing is unpacked to the disk, and a zip is read only after what it claims was checked: how many
+# members, how large, how densely packed, and that none of them lies outside of its folder.
+
+#: More than any exam unpacked: an hour at 1 kHz with 100 channels is 1.4 GB.
+LARGEST_EXAM_BYTES: Final = 4 * 1024**3
+#: A thousand trials with a hundred channels each are 100,000 members.
+MOST_MEMBERS: Final = 200_000
+#: Half of an exam may be the zeros of absent sensors, which pack a thousandfold; the other half
+#: hardly packs at all. Beyond so much the whole is nothing that was measured.
+LARGEST_RATIO: Final = 100
+#: A small archive may pack as densely as it likes.
+SMALL_BYTES: Final = 64 * 1024**2
+#: One channel of a day at 1 kHz is 346 MB.
+LARGEST_MEMBER_BYTES: Final = 1024**3
+
+#: How deep below its root an exam may lie: `raw/`, or `name/raw/`.
+DEEPEST: Final = 2
+
+COMMON_NAME: Final = "common.c3d"
+
+#: The files by their names, each with what reads it: its first bytes, so many, or (None) all.
+Files = Mapping[str, Callable[[int | None], bytes]]
+
+
+@contextmanager
+def files_of(path: Path) -> Iterator[Files]:
+    """The files by their names relative to `path`.
+
+    Parameters
+    ----------
+    path : Path
+        A folder, a zip (`.zip` or `.kinarm`), or a trial's `.c3d` with `common.c3d` beside it.
+
+    Yields
+    ------
+    mapping
+        Name -> what reads the file.
+
+    Raises
+    ------
+    InputError
+        There is nothing to read, or the zip is broken, too large, packed too densely, or has paths
+        outside of its folder.
+    """
+    if path.is_dir():
+        yield {name: _reading(path / name) for name in folder_files(path)}
+        return
+    if not path.is_file():
+        raise InputError("no such file or folder", file=path, expected="a Kinarm exam")
+    if path.suffix.lower() == ".c3d":
+        yield _single_trial(path)
+        return
+    with _opened(path) as archive:
+        yield _zip_files(path, archive)
+
+
+def is_common(name: str) -> bool:
+    """Whether a file is what the trials of a C3D exam share."""
+    return name.rsplit("/", 1)[-1] == COMMON_NAME and name.count("/") <= DEEPEST
+
+
+def folder_files(path: Path) -> list[str]:
+    """C3D files at most `DEEPEST` folders below `path`, and the members of an unpacked archive."""
+    patterns = ["*/" * depth for depth in range(DEEPEST + 1)]
+    found = [
+        file
+        for pattern in patterns
+        for file in path.glob(pattern + "*")
+        if file.suffix.lower() == ".c3d" and file.is_file()
+    ]
+    for pattern in patterns:
+        for shared in path.glob(pattern + "common/parameters.bin"):
+            found += [file for file in shared.parent.parent.glob("*/*") if file.is_file()]
+    return [file.relative_to(path).as_posix() for file in found]
+
+
+def _single_trial(path: Path) -> Files:
+    """One trial, and what it shares with the others of its exam, beside it or one folder up."""
+    if is_common(path.name):
+        problem = "is what the trials of an exam share, and no trial"
+        raise InputError(problem, file=path, expected="a trial beside it, or their folder")
+    places = [path.parent / COMMON_NAME, path.absolute().parent.parent / COMMON_NAME]
+    shared = next((place for place in places if place.is_file()), None)
+    if shared is None:
+        raise InputError(
+            "is one trial of a Kinarm exam, and the exam's common.c3d, which holds the robot's "
+            "links and calibration and the trial protocols, is not beside it",
+            file=path,
+            expected="common.c3d of the same exam beside it; or give the exam's zip or folder",
+        )
+    return {path.name: _reading(path), COMMON_NAME: _reading(shared)}
+
+
+def _reading(file: Path) -> Callable[[int | None], bytes]:
+    def read(size: int | None) -> bytes:
+        try:
+            if file.stat().st_size > LARGEST_EXAM_BYTES:
+                raise _too_large(file, file.stat().st_size)
+            with file.open("rb") as opened:
+                return opened.read(-1 if size is None else size)
+        except OSError as error:
+            raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+
+    return read
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
+    try:
+        if _claimed_members(path) > MOST_MEMBERS:
+            raise InputError(
+                f"holds more than {MOST_MEMBERS} files", file=path, expected="a Kinarm exam"
+            )
+        archive = zipfile.ZipFile(path)
+    # Of a damaged directory the library lets a few of Python's own errors through.
+    except (zipfile.BadZipFile, OSError, ValueError, struct.error, NotImplementedError) as error:
+        raise InputError(f"not a readable zip: {error}", file=path) from None
+    with archive:
+        yield archive
+
+
+def _claimed_members(path: Path) -> int:
+    """How many members the directory of a zip tells, or has room for, before it is read."""
+    whole = path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(max(whole - 65_557, 0))
+        tail = file.read()
+    at = tail.rfind(b"PK\x05\x06")
+    if at < 0 or at + 22 > len(tail):
+        return 0
+    count, size = struct.unpack_from("<HI", tail, at + 10)
+    further = tail.rfind(b"PK\x06\x06", 0, at)
+    if 0 <= further <= at - 56:
+        # Of an archive of more than 65,535 members.
+        count, size = struct.unpack_from("<QQ", tail, further + 32)
+    # The library goes by the size, whatever the count is; names are some forty letters.
+    return max(int(count), min(int(size), whole) // 100)
+
+
+def _zip_files(path: Path, archive: zipfile.ZipFile) -> Files:
+    members = [info for info in archive.infolist() if not info.is_dir()]
+    total = sum(info.file_size for info in members)
+    if total > LARGEST_EXAM_BYTES:
+        raise _too_large(path, total)
+    ratio = total / max(path.stat().st_size, 1)
+    if total > SMALL_BYTES and ratio > LARGEST_RATIO:
+        problem = f"would unpack to {ratio:.0f} times its size"
+        raise InputError(problem, file=path, expected=f"at most {LARGEST_RATIO} times")
+    files: dict[str, Callable[[int | None], bytes]] = {}
+    for info in members:
+        # The name as stored: the library has cut it at a NUL and turned the system's separators.
+        name = info.orig_filename.replace("\\", "/")
+        parts = PurePosixPath(name).parts
+        outside = name.startswith("/") or ".." in parts or re.match(r"[A-Za-z]:", name)
+        if outside or not name.isprintable():
+            raise InputError(
+                f"holds a path outside of its folder: {name[:80]!r}",
+                file=path,
+                expected="a zip as Dexterit-E writes it",
+            )
+        if name in files:
+            raise InputError(f"holds {name} twice", file=path, expected="every trial once")
+        files[name] = _unpacking(path, archive, info)
+    return files
+
+
+def _too_large(path: Path, total: int) -> InputError:
+    limit = LARGEST_EXAM_BYTES / 1024**3
+    problem = f"would unpack to {total / 1024**3:.0f} GiB"
+    return InputError(problem, file=path, expected=f"at most {limit:g}")
+
+
+def _unpacking(
+    path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo
+) -> Callable[[int | None], bytes]:
+    def read(size: int | None) -> bytes:
+        try:
+            if info.file_size > LARGEST_MEMBER_BYTES:
+                raise _too_large(Path(f"{path}:{info.filename}"), info.file_size)
+            if size is None:
+                # Reads no more than the size that was checked; a longer member fails its CRC.
+                return archive.read(info)
+            with archive.open(info) as member:
+                return member.read(size)
+        except (zipfile.BadZipFile, zlib.error, EOFError, OSError, MemoryError, struct.error):
+            problem = "cannot be unpacked"
+        except (RuntimeError, NotImplementedError):
+            problem = "is encrypted or packed in an unknown way"
+        place = f"{path}:{info.filename}"
+        raise InputError(problem, file=place, expected="a zip that is whole and not encrypted")
+
+    return read

@@ -17,12 +17,14 @@ from armimpedance.core.findings import Finding
 from armimpedance.recordings.c3d_file import BLOCK, is_c3d, parse_c3d
 from armimpedance.recordings.c3d_parameters import Groups, read_groups, texts_of
 from armimpedance.recordings.kinarm.archive import Archive, archive_roots
-from armimpedance.recordings.kinarm.exam_file import ExamFile, Store, from_c3d
-from armimpedance.recordings.kinarm.packing import (
+from armimpedance.recordings.kinarm.exam_file import (
     COMMON_NAME,
+    ExamFile,
+    ExamStore,
     Files,
     files_of,
     folder_files,
+    from_c3d,
     is_common,
 )
 
@@ -216,7 +218,7 @@ class _C3DExam:
     files: Files
     root: str
     wanted: Callable[[str], bool]
-    store: Store = field(default_factory=Store)
+    store: ExamStore = field(default_factory=ExamStore)
 
     def trials(self) -> Iterator[tuple[str, _Numbers]]:
         for name in sorted(self.files):

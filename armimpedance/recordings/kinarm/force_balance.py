@@ -16,9 +16,8 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.findings import Finding
 from armimpedance.recordings.kinarm.channels import link_labels
-from armimpedance.recordings.kinarm.dynamics import link_inertias
+from armimpedance.recordings.kinarm.dynamics import FRAMES, LinkTorques, link_inertias, link_torques
 from armimpedance.recordings.kinarm.exam_file import ExamFile
-from armimpedance.recordings.kinarm.link_torques import FRAMES, LinkTorques, link_torques
 from armimpedance.recordings.kinarm.robot import Robot
 
 ForceBy = Literal["limb", "device"]

@@ -17,14 +17,13 @@ import numpy as np
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import unchanged
 from armimpedance.recordings.kinarm.channels import force_labels, sound_trials, wanted_channels
-from armimpedance.recordings.kinarm.conditions import in_words
 from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples
 from armimpedance.recordings.kinarm.files import Exam, ExamTrial, LeftOut, read_exam
 from armimpedance.recordings.kinarm.force_balance import force_balance
 from armimpedance.recordings.kinarm.hand import hand_position
 from armimpedance.recordings.kinarm.robot import SIDES, Side, choose_side, robot_of, with_own_names
 from armimpedance.recordings.kinarm.tables import protocol_of, protocol_row
-from armimpedance.recordings.kinarm.trials import event_column, trial_table
+from armimpedance.recordings.kinarm.trials import event_column, in_words, trial_table
 
 #: Samples of whole trials that are kept to find whose force the sensor holds: 2 min at 1 kHz.
 KEPT_SAMPLES: Final = 120_000

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.recordings.kinarm.others import grouped
+from armimpedance.recordings.kinarm.channels import grouped
 from armimpedance.recordings.kinarm.overview import EMPTY, SOUND, ExamOverview, overview_of
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.where import OTHER_NAMES, plain_name

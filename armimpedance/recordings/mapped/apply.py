@@ -17,15 +17,18 @@ from armimpedance.core.conventions import (
     position_columns,
 )
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.findings import not_taken
 from armimpedance.core.records import Recording
 from armimpedance.recordings.mapped.clocks import OneClock, on_one_clock
-from armimpedance.recordings.mapped.cutting import Piece, piece_time, pieces_of
-from armimpedance.recordings.mapped.mapping import ColumnMapping, Quantity
-from armimpedance.recordings.mapped.raw_file import RawFile, RawRun
-from armimpedance.recordings.mapped.side_by_side import trials_beside
-from armimpedance.recordings.mapped.trial_values import MappedTrial, trial_table
-from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.mapped.cutting import (
+    MappedTrial,
+    Piece,
+    piece_time,
+    pieces_of,
+    trial_table,
+)
+from armimpedance.recordings.mapped.mapping import ColumnMapping, ColumnQuantity, known_unit
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, trials_beside
 from armimpedance.recordings.tables.folder import recording_of_tables
 from armimpedance.recordings.tables.number_table import NumberTable
 from armimpedance.recordings.tables.sample_table import (
@@ -220,7 +223,7 @@ def _samples(
     return Samples(table, meant, np.arange(len(pieces), dtype=np.int64), offsets)
 
 
-def _named(mapping: ColumnMapping) -> dict[str, tuple[str, Quantity | None, int]]:
+def _named(mapping: ColumnMapping) -> dict[str, tuple[str, ColumnQuantity | None, int]]:
     """The recording's column -> the file's, with its quantity and which of its axes it is."""
     kind, axes = mapping.metadata.kind, len(mapping.position.columns)
     if len(mapping.force.columns) != axes:
@@ -232,7 +235,7 @@ def _named(mapping: ColumnMapping) -> dict[str, tuple[str, Quantity | None, int]
         raise InputError(
             f"{axes} columns", file=mapping.file, column="position.columns", expected=expected
         )
-    names: list[tuple[Quantity | None, tuple[str, ...]]] = [
+    names: list[tuple[ColumnQuantity | None, tuple[str, ...]]] = [
         (mapping.position, position_columns(kind, axes)),
         (mapping.force, force_columns(kind, axes)),
     ]
@@ -245,7 +248,7 @@ def _named(mapping: ColumnMapping) -> dict[str, tuple[str, Quantity | None, int]
         names.append((mapping.commanded, command_columns(kind, axes)))
     if mapping.added_torque is not None:
         names.append((mapping.added_torque, perturbation_columns(axes)))
-    found: dict[str, tuple[str, Quantity | None, int]] = {}
+    found: dict[str, tuple[str, ColumnQuantity | None, int]] = {}
     for quantity, own in names:
         if quantity is not None and len(own) != len(quantity.columns):
             problem = f"{len(quantity.columns)} columns for {', '.join(own)}"

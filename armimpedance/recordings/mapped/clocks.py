@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.mapped.mapping import ColumnMapping, Quantity
+from armimpedance.recordings.mapped.mapping import ColumnMapping, ColumnQuantity
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
 
 #: A clock of these many times the position's rate can be brought to it: a slower one says too
@@ -172,9 +172,9 @@ def _cut_to(
 
 def _of_other_clocks(
     mapping: ColumnMapping, homes: Mapping[str, RawTable], base: RawTable
-) -> dict[str, tuple[str, Quantity | None]]:
+) -> dict[str, tuple[str, ColumnQuantity | None]]:
     """What the mapping names outside of the position's table: name -> what it is for."""
-    found: dict[str, tuple[str, Quantity | None]] = {}
+    found: dict[str, tuple[str, ColumnQuantity | None]] = {}
     for kind, quantity in mapping.quantities.items():
         found |= dict.fromkeys(quantity.columns, (kind, quantity))
     found |= dict.fromkeys(mapping.keep, ("keep", None))
@@ -187,8 +187,8 @@ def _of_other_clocks(
 
 def _time_of(
     table: RawTable,
-    stated: Quantity | None,
-    quantity: Quantity | None,
+    stated: ColumnQuantity | None,
+    quantity: ColumnQuantity | None,
     homes: Mapping[str, RawTable],
     file: Path,
 ) -> FloatArray | None:

@@ -15,12 +15,16 @@ from armimpedance.core.json_text import Fields, is_number
 from armimpedance.recordings.mapped.mapping import (
     CUTS,
     ColumnMapping,
+    ColumnQuantity,
     CutBy,
-    Quantity,
+    Dimension,
     TrialCut,
     TrialValue,
+    Unit,
+    known_unit,
+    scaled,
+    unit_of,
 )
-from armimpedance.recordings.mapped.units import Dimension, Unit, known_unit, scaled, unit_of
 from armimpedance.recordings.tables.metadata import metadata_of
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
 
@@ -196,7 +200,9 @@ class _Reader:
             section, _, key = (error.column or "").rpartition(".")
             raise self.error(error.problem, section, key, error.expected or "") from None
 
-    def optional(self, values: dict[str, Any], name: str, dimension: Dimension) -> Quantity | None:
+    def optional(
+        self, values: dict[str, Any], name: str, dimension: Dimension
+    ) -> ColumnQuantity | None:
         """A quantity that need not be there."""
         return self.quantity(values, name, dimension) if name in values else None
 
@@ -206,7 +212,7 @@ class _Reader:
         name: str,
         dimension: Dimension,
         further: Collection[str] = (),
-    ) -> Quantity:
+    ) -> ColumnQuantity:
         """A section with columns, unit or scale, and signs."""
         section = values.get(name)
         if section is None:
@@ -217,7 +223,7 @@ class _Reader:
 
     def made(
         self, name: str, section: dict[str, Any], columns: tuple[str, ...], *dimensions: Dimension
-    ) -> Quantity:
+    ) -> ColumnQuantity:
         """The quantity of these columns."""
         sign = section.get("sign", 1)
         signs = tuple(sign) if isinstance(sign, list) else (sign,) * len(columns)
@@ -226,7 +232,7 @@ class _Reader:
         unit = self.unit(name, section, *dimensions)
         time = self.text(name, "time", section)
         try:
-            return Quantity(columns, unit, tuple(int(s) for s in signs), time)
+            return ColumnQuantity(columns, unit, tuple(int(s) for s in signs), time)
         except InputError as error:
             key = "sign" if error.problem == "sign" else "columns"
             raise self.error(error.problem, name, key, error.expected or "") from None
@@ -246,7 +252,7 @@ class _Reader:
             key = "unit" if text is not None else "scale"
             raise self.error(error.problem, name, key, error.expected or "") from None
 
-    def time(self, values: dict[str, Any]) -> Quantity | None:
+    def time(self, values: dict[str, Any]) -> ColumnQuantity | None:
         """The column with the time."""
         section = values.get("time")
         if section is None:
@@ -255,7 +261,7 @@ class _Reader:
         column = self.text("time", "column", section, required=True)
         return self.made("time", section, (str(column),), "time")
 
-    def emg(self, values: dict[str, Any]) -> tuple[Quantity | None, tuple[str, ...], str]:
+    def emg(self, values: dict[str, Any]) -> tuple[ColumnQuantity | None, tuple[str, ...], str]:
         """EMG, its muscles, and whether it is in V or normalised."""
         section = values.get("emg")
         if section is None:

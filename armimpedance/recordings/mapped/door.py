@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
+import os
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import unchanged
 from armimpedance.core.method_table import MethodTable
 from armimpedance.recordings.mapped.apply import ReadFile
-from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
-from armimpedance.recordings.mapped.raw_file import Source, Wanted
-from armimpedance.recordings.mapped.side_by_side import natural
+from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE, UNDECIDED
+from armimpedance.recordings.mapped.proposal import proposal_for
+from armimpedance.recordings.mapped.proposed import Proposal, ProposedColumns, ProposedValue
+from armimpedance.recordings.mapped.raw_file import Source, Wanted, natural
 
 #: One file in the folder is one kind.
 SOURCES: Final = MethodTable[Source]("armimpedance.recordings.sources", "SOURCE", "kind of file")
@@ -104,3 +108,180 @@ def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
         with unchanged(file):
             found.append(ReadFile(file, source.read(file, wanted)))
     return tuple(found)
+
+
+# The text of a proposed `columns.toml`: to be read and edited, with a reason beside each line.
+
+
+def mapping_text(found: Proposal, name: str) -> str:
+    """The text of a mapping; a "?" stands for each word that is still to be decided.
+
+    Parameters
+    ----------
+    found : Proposal
+    name : str
+        The file that it was made from.
+    """
+    lines = [
+        f"# Proposed from {_plain(name)}. Check each line; replace each ? by your word.",
+        "# Reference: docs/mapping.md",
+        *(f"# cannot tell: {_plain(question)}" for question in found.cannot_tell),
+        "",
+        f"kind = {_text(found.kind)}".ljust(30) + '# "hand" (m, N) or "joint" (rad, N m)',
+    ]
+    if found.files is not None:
+        lines.append(f"files = {_text(found.files)}")
+    if found.rate_hz is not None:
+        lines.append(f"sample_rate_hz = {found.rate_hz!r}")
+    elif any("sample rate" in question for question in found.cannot_tell):
+        lines.append(f"sample_rate_hz = {_text(None)}")
+    lines += ["# handle_mass_kg = 0.0           # mass between force sensor and hand", ""]
+    if found.time is not None:
+        lines += ["[time]", f"column = {_text(found.time.columns[0])}", _unit(found.time), ""]
+    lines += _columns("position", found.position)
+    lines += [*_columns("force", found.force)[:-1], *_whose(found), ""]
+    if found.joint_angles is not None:
+        lines += _columns("joint_angles", found.joint_angles)
+    if found.emg is not None:
+        pairs = zip(found.emg.axes, found.emg.columns, strict=True)
+        lines += ["[emg]", _unit(found.emg), "", "[emg.muscles]"]
+        lines += [f"{_key(muscle)} = {_text(column)}" for muscle, column in pairs] + [""]
+    lines += _trials(found)
+    if found.others:
+        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
+    return "\n".join(lines) + "\n"
+
+
+def _trials(found: Proposal) -> list[str]:
+    lines = ["[trials]", *(f"{key} = {_value(value)}" for key, value in found.trials.items())]
+    lines += ["", "[trials.columns]"]
+    lines += [f"{_key(name)} = {_trial_value(value)}" for name, value in found.values.items()]
+    if "condition" not in found.values:
+        lines.append('# condition = "a column", or { value = "relaxed" } for all trials')
+    if "onset_s" not in found.values and "disturbance" not in found.trials:
+        lines.append('# onset_s = { column = "a column", unit = "ms" }, where a column tells it')
+    return lines
+
+
+def _columns(section: str, found: ProposedColumns | None) -> list[str]:
+    if found is None:
+        return [f"[{section}]", f'columns = ["{UNDECIDED}"]', f'unit = "{UNDECIDED}"', ""]
+    names = ", ".join(_text(column) for column in found.columns)
+    return [f"[{section}]", f"columns = [{names}]", _unit(found), ""]
+
+
+def _unit(found: ProposedColumns) -> str:
+    return f"unit = {_text(found.unit.word)}".ljust(30) + f"# {_plain(found.unit.why)}"
+
+
+def _whose(found: Proposal) -> list[str]:
+    return [
+        "# cannot tell: whose force on the other this is. Take the # off one of the two lines.",
+        *(f"#   {_plain(sentence)}" for sentence in found.evidence),
+        '# by = "limb"                  # the force of the limb on the device',
+        '# by = "device"                # the force of the device on the limb',
+    ]
+
+
+def _text(word: str | None) -> str:
+    # JSON's strings are TOML's, but for the character 127.
+    text = json.dumps(UNDECIDED if word is None else word, ensure_ascii=False)
+    return text.replace("\x7f", "\\u007f")
+
+
+def _trial_value(value: ProposedValue) -> str:
+    if value.unit is None:
+        return _text(value.column)
+    return f"{{ column = {_text(value.column)}, unit = {_text(value.unit)} }}"
+
+
+def _value(value: Any) -> str:
+    return _text(value) if isinstance(value, str) else repr(value)
+
+
+def _key(name: str) -> str:
+    bare = name and all(c.isascii() and (c.isalnum() or c in "_-") for c in name)
+    return name if bare else _text(name)
+
+
+def _plain(text: str) -> str:
+    """One line for a comment."""
+    return "".join(c if c.isprintable() else " " for c in text)
+
+
+# A mapping that is proposed for the files at a path.
+
+
+@dataclass(frozen=True)
+class ProposedMapping:
+    """A mapping to be read and edited.
+
+    Attributes
+    ----------
+    text : str
+        TOML with a reason beside each line; a "?" for each word that is still to be decided.
+    place : Path
+        Where it would be found without being named: `columns.toml` with the file.
+    found : tuple of str
+        What the columns were taken for, one line each.
+    cannot_tell : tuple of str
+        What only the user can say.
+    """
+
+    text: str
+    place: Path
+    found: tuple[str, ...]
+    cannot_tell: tuple[str, ...]
+
+
+def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> ProposedMapping:
+    """Propose which column of a file is what, from names, units and data.
+
+    Whose force on the other the columns hold is never decided, only what the data say of it.
+
+    Parameters
+    ----------
+    path : path
+        A table of any layout, or a folder of them.
+    files : str, optional
+        Which files of a folder, such as ``"trial_*.csv"``.
+
+    Returns
+    -------
+    ProposedMapping
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or no mapping can explain such a file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from armimpedance.recordings import propose_mapping
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "log.csv")
+    ...     rows = "".join(f"{i},0.0{i},0.4,1,{i}\\n" for i in range(9))
+    ...     _ = file.write_text("Time (ms),x (m),y (m),Fx (N),Fy (N)\\n" + rows)
+    ...     print(*propose_mapping(file).found, sep="\\n")
+    time: Time (ms) in ms (stated by the file)
+    position: x (m), y (m) in m (stated by the file)
+    force: Fx (N), Fy (N) in N (stated by the file)
+    trials: by run
+    """
+    place = Path(path)
+    if not place.exists():
+        raise InputError("no such file or folder", file=path, expected="a table")
+    chosen = files_of(place, files)
+    read = read_files(chosen[:1], lambda _name: True)
+    proposal = proposal_for(read[0].raw, len(chosen))
+    if place.is_dir() and chosen[0] != place:
+        proposal.files = files or f"*{chosen[0].suffix}"
+    whose = "whose force on the other it is" + (": " + " ".join(proposal.evidence)).rstrip(": ")
+    return ProposedMapping(
+        text=mapping_text(proposal, place.name),
+        place=(place if place.is_dir() else place.parent) / MAPPING_FILE,
+        found=proposal.lines(),
+        cannot_tell=(*proposal.cannot_tell, whose),
+    )

@@ -9,26 +9,29 @@ from typing import Final
 import numpy as np
 
 from armimpedance.recordings.mapped.evidence import (
-    Found,
+    FoundMeaning,
+    ReadName,
+    Role,
     angle_unit,
     force_law,
     force_told,
     length_unit,
     moves,
+    read_name,
     roughness,
     time_steps,
     time_unit,
 )
-from armimpedance.recordings.mapped.names import ReadName, Role, read_name
-from armimpedance.recordings.mapped.proposed import Proposal, ProposedColumns, ReadColumns
-from armimpedance.recordings.mapped.proposed_trials import (
+from armimpedance.recordings.mapped.mapping import known_unit
+from armimpedance.recordings.mapped.proposed import (
+    Proposal,
+    ProposedColumns,
+    ReadColumns,
     constant_in_trials,
     propose_trials,
     trial_column,
 )
-from armimpedance.recordings.mapped.raw_file import RawFile, RawRun
-from armimpedance.recordings.mapped.side_by_side import natural
-from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, natural
 
 #: So many columns that differ in a number only are trials side by side, no joints.
 _SIDE_BY_SIDE: Final = 3
@@ -105,7 +108,7 @@ def _position_and_force(found: Proposal, columns: ReadColumns) -> None:
         found.position = _proposed(position, unit)
     if force is not None:
         word = "N m" if found.kind == "joint" else "N"
-        unit = _stated(force) or Found(None, f"nothing states it; {word} is usual")
+        unit = _stated(force) or FoundMeaning(None, f"nothing states it; {word} is usual")
         found.force = _proposed(force, unit)
     if found.position is not None and found.force is not None:
         a, b = len(found.position.columns), len(found.force.columns)
@@ -128,16 +131,16 @@ def _same_axes(found: Proposal) -> None:
         setattr(found, name, ProposedColumns(columns, axes, given.unit))
 
 
-def _proposed(names: Sequence[ReadName], unit: Found) -> ProposedColumns:
+def _proposed(names: Sequence[ReadName], unit: FoundMeaning) -> ProposedColumns:
     return ProposedColumns(tuple(n.name for n in names), tuple(n.axis for n in names), unit)
 
 
-def _stated(names: Iterable[ReadName]) -> Found | None:
+def _stated(names: Iterable[ReadName]) -> FoundMeaning | None:
     """The unit that all of these columns state."""
     units = {n.unit for n in names}
     unit = units.pop() if len(units) == 1 else None
     known = None if unit is None else known_unit(unit)
-    return None if known is None else Found(known.symbol, "stated by the file")
+    return None if known is None else FoundMeaning(known.symbol, "stated by the file")
 
 
 def _axes(found: Proposal, columns: ReadColumns, role: Role, what: str) -> list[ReadName] | None:
@@ -178,7 +181,7 @@ def _joints(found: Proposal, columns: ReadColumns) -> None:
 def _muscles(found: Proposal, columns: ReadColumns) -> None:
     names = columns.of("emg")
     if names:
-        unit = _stated(names) or Found(None, "V, mV or normalised are possible")
+        unit = _stated(names) or FoundMeaning(None, "V, mV or normalised are possible")
         muscles = [_muscle(n.name) for n in names]
         muscles = [m if muscles.count(m) == 1 else f"{m}_{i}" for i, m in enumerate(muscles)]
         found.emg = ProposedColumns(tuple(n.name for n in names), tuple(muscles), unit)
@@ -206,7 +209,7 @@ def _time(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None
             continue
         unit = _stated([name]) or time_unit(steps[0])
         if steps[0] == 1.0 and unit.why != "stated by the file" and not sure:
-            unit = Found(None, "a step of 1: ms, or a count of samples")
+            unit = FoundMeaning(None, "a step of 1: ms, or a count of samples")
         found.time = ProposedColumns((name.name,), ("",), unit)
         return
     rates = [n for n in runs[0].facts if read_name(n).role == "rate"]

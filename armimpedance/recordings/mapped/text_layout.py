@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.mapped.mapping import known_unit
 
 #: What is looked at to find the layout.
 HEAD_BYTES: Final = 2_000_000

@@ -2,16 +2,225 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.recordings.mapped.raw_file import Wanted
-from armimpedance.recordings.messages.definitions import Definitions
-from armimpedance.recordings.messages.layout import Encoding, Layout, layout_of
+from armimpedance.recordings.messages.definitions import (
+    PRIMITIVES,
+    SEQUENCE,
+    DefinitionError,
+    Definitions,
+    MessageField,
+)
+
+# Where in the bytes of a message its numbers and texts stand.
+#
+# Messages of one topic mostly have the same layout: texts and arrays of the same lengths. One
+# message is walked; the others whose lengths agree are then read as a table of bytes.
+
+#: How messages are written: ROS 1's own way, or CDR as ROS 2 has it.
+Encoding = Literal["ros1", "cdr"]
+
+#: Arrays up to this length become columns; longer ones (pictures, clouds of points) do not.
+LONGEST_ARRAY: Final = 64
+
+#: More columns than this of one topic are not a table of signals.
+_MOST_COLUMNS: Final = 4096
+_MOST_TEXTS: Final = 20_000
+_DEEPEST: Final = 16
+
+
+@dataclass
+class MessageLayout:
+    """The layout of messages of one length.
+
+    Attributes
+    ----------
+    numbers : dict
+        Path, such as "wrench.force.x" -> offset and numpy's type.
+    texts : dict
+        Path -> offset and number of bytes.
+    same : list of tuple of int
+        Offset and number of bytes that another message of this layout has alike: lengths.
+    long : set of str
+        Paths of arrays that are too long for columns.
+    """
+
+    numbers: dict[str, tuple[int, str]] = field(default_factory=dict)
+    texts: dict[str, tuple[int, int]] = field(default_factory=dict)
+    same: list[tuple[int, int]] = field(default_factory=list)
+    long: set[str] = field(default_factory=set)
+
+
+def layout_of(message: bytes, name: str, known: Definitions, encoding: Encoding) -> MessageLayout:
+    """Walk through one message.
+
+    Parameters
+    ----------
+    message : bytes
+    name : str
+        The message's type; all types in it are in `known`.
+
+    Raises
+    ------
+    DefinitionError
+        The definition is incomplete, or this message does not fit it.
+    """
+    walk = _Walk(message, known, encoding)
+    try:
+        walk.message("", name, 0)
+    except struct.error:
+        raise DefinitionError("a message does not fit its definition") from None
+    rest = len(message) - walk.place
+    # CDR may be filled up to a multiple of four.
+    if rest < 0 or rest > (3 if encoding == "cdr" else 0):
+        raise DefinitionError("a message does not fit its definition")
+    return _by_names(walk.layout, message)
+
+
+class _Walk:
+    """A place in a message, and what was found up to there."""
+
+    def __init__(self, message: bytes, known: Definitions, encoding: Encoding) -> None:
+        self.bytes, self.known, self.layout = message, known, MessageLayout()
+        self.aligned = encoding == "cdr"
+        self.start = 4 if self.aligned else 0
+        self.place, self.order = self.start, "<"
+        self.texts, self.steps = 0, 0
+        self.sizes: dict[tuple[str, int], int] = {}
+        if self.aligned:
+            if len(message) < 4 or message[0] or message[1] > 1:
+                raise DefinitionError("its messages are encoded in a way that is not read")
+            self.order = "<" if message[1] else ">"
+            self.layout.same.append((0, 2))
+
+    def message(self, path: str, name: str, depth: int, taken: bool = True) -> None:
+        """Walk through a message, or one that lies in it."""
+        self.steps += 1
+        if depth > _DEEPEST or self.steps > 1000 + 10 * len(self.bytes):
+            raise DefinitionError("messages lie in each other too deeply")
+        if name not in self.known:
+            raise DefinitionError(f"the message {name} has no definition")
+        fields = self.known[name]
+        if not fields and self.aligned:
+            self.move("u1")
+        for each in fields:
+            self.field(f"{path}.{each.name}" if path else each.name, each, depth, taken)
+
+    def field(self, path: str, each: MessageField, depth: int, taken: bool) -> None:
+        if each.length is None:
+            self.value(path, each.type, depth, taken)
+            return
+        count = self.count() if each.length == SEQUENCE else each.length
+        kind = PRIMITIVES.get(each.type)
+        if count > LONGEST_ARRAY:
+            self.layout.long.add(path)
+            taken = False
+        if kind is not None and not taken:
+            self.move(kind, count)
+        elif taken:
+            for i in range(count):
+                self.value(f"{path}[{i}]", each.type, depth, taken)
+        else:
+            self.pass_over(each.type, count, depth)
+
+    def value(self, path: str, name: str, depth: int, taken: bool) -> None:
+        kind = PRIMITIVES.get(name)
+        if kind is not None:
+            offset = self.move(kind)
+            if taken:
+                self.layout.numbers[path] = (offset, self.order + kind)
+                if len(self.layout.numbers) > _MOST_COLUMNS:
+                    raise DefinitionError(f"more than {_MOST_COLUMNS} numbers in a message")
+        elif name == "string":
+            self.text(path, taken)
+        elif name in ("wstring", "fixed", "float128", "wchar"):
+            raise DefinitionError(f"a {name} is not read")
+        else:
+            self.message(path, name, depth + 1, taken)
+
+    def move(self, kind: str, count: int = 1) -> int:
+        """Go behind numbers of a type; where they begin."""
+        size = int(kind[1:])
+        if self.aligned and count:
+            self.place += -(self.place - self.start) % size
+        offset = self.place
+        self.place += size * count
+        if self.place > len(self.bytes):
+            raise DefinitionError("a message does not fit its definition")
+        return offset
+
+    def count(self) -> int:
+        offset = self.move("u4")
+        self.layout.same.append((offset, 4))
+        (count,) = struct.unpack_from(self.order + "I", self.bytes, offset)
+        if count > len(self.bytes):
+            raise DefinitionError("a message does not fit its definition")
+        return int(count)
+
+    def text(self, path: str, taken: bool) -> None:
+        self.texts += 1
+        if self.texts > _MOST_TEXTS:
+            raise DefinitionError(f"more than {_MOST_TEXTS} texts in a message")
+        length = self.count()
+        offset = self.move("u1", length)
+        if taken:
+            # CDR counts the zero byte behind the text.
+            end = 1 if self.aligned and length else 0
+            self.layout.texts[path] = (offset, length - end)
+
+    def pass_over(self, name: str, count: int, depth: int) -> None:
+        """Go behind many texts or messages, of which none is taken."""
+        for _ in range(count):
+            if self.place > len(self.bytes):
+                break
+            key = (name, (self.place - self.start) % 8)
+            if key in self.sizes:
+                self.place += self.sizes[key]
+                continue
+            before, marks = self.place, len(self.layout.same)
+            self.value("", name, depth, taken=False)
+            if len(self.layout.same) == marks:
+                # Nothing in it has a length of its own: all others are as long.
+                self.sizes[key] = max(self.place - before, 1)
+        if self.place > len(self.bytes):
+            raise DefinitionError("a message does not fit its definition")
+
+
+def _by_names(layout: MessageLayout, message: bytes) -> MessageLayout:
+    """Numbers of joints under the joints' names, where a message lists names beside its arrays."""
+    names = list(_names(layout, message))
+    if not names or len(set(names)) < len(names):
+        return layout
+    arrays: dict[str, list[str]] = {}
+    for path in layout.numbers:
+        if path.endswith("]"):
+            arrays.setdefault(path.rpartition("[")[0], []).append(path)
+    renamed = {
+        path: f"{array}.{name}"
+        for array, paths in arrays.items()
+        if "." not in array and len(paths) == len(names)
+        for path, name in zip(paths, names, strict=True)
+    }
+    if not renamed:
+        return layout
+    layout.numbers = {renamed.get(path, path): where for path, where in layout.numbers.items()}
+    for path in [p for p in layout.texts if p.startswith("name[")]:
+        layout.same.append(layout.texts.pop(path))
+    return layout
+
+
+def _names(layout: MessageLayout, message: bytes) -> Iterator[str]:
+    for path, (offset, length) in layout.texts.items():
+        if path.startswith("name["):
+            yield message[offset : offset + length].decode(errors="replace")
+
 
 Rows = NDArray[np.intp]
 
@@ -81,7 +290,7 @@ def decode(
 
 def _alike(
     table: NDArray[np.uint8], rows: Rows, name: str, known: Definitions, encoding: Encoding
-) -> Iterator[tuple[Layout, Rows]]:
+) -> Iterator[tuple[MessageLayout, Rows]]:
     """Layouts, and the rows of a table of messages of one length that have them."""
     left = np.arange(len(rows))
     # Where nearly each message has a layout of its own, looking for others that have it is in vain.
@@ -101,7 +310,7 @@ def _alike(
 
 
 def _take(
-    block: Block, layout: Layout, table: NDArray[np.uint8], rows: Rows, wanted: Wanted
+    block: Block, layout: MessageLayout, table: NDArray[np.uint8], rows: Rows, wanted: Wanted
 ) -> None:
     block.long |= layout.long
     if all(part in layout.numbers for part in _STAMP):

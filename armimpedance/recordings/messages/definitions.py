@@ -38,7 +38,7 @@ class DefinitionError(Exception):
 
 
 @dataclass(frozen=True)
-class Field:
+class MessageField:
     """One field of a message.
 
     Attributes
@@ -55,7 +55,7 @@ class Field:
 
 
 #: Name of a message, such as "geometry_msgs/Wrench" -> its fields.
-Definitions = Mapping[str, tuple[Field, ...]]
+Definitions = Mapping[str, tuple[MessageField, ...]]
 
 
 def short_name(name: str) -> str:
@@ -80,7 +80,7 @@ def definitions_of_text(text: str, name: str) -> Definitions:
     """
     if len(text) > _LARGEST_TEXT:
         raise DefinitionError("a definition of more than a million letters")
-    found: dict[str, tuple[Field, ...]] = {}
+    found: dict[str, tuple[MessageField, ...]] = {}
     for number, block in enumerate(re.split(r"(?m)^={20,}\s*$", text)):
         lines = block.splitlines()
         title = name if number == 0 else _title(lines)
@@ -97,7 +97,7 @@ def _title(lines: list[str]) -> str:
     raise DefinitionError("a part of the definition has no name")
 
 
-def _field(line: str, package: str) -> Field | None:
+def _field(line: str, package: str) -> MessageField | None:
     """The field of a line; None for a constant, a comment or an empty line."""
     code = line.partition("#")[0].strip()
     if not code or code.startswith("@"):
@@ -107,7 +107,7 @@ def _field(line: str, package: str) -> Field | None:
         raise DefinitionError(f"the line {code[:60]!r} of the definition is not understood")
     if match["rest"].startswith("="):
         return None
-    return Field(match["name"], _resolved(match["type"], package), _length(match["array"]))
+    return MessageField(match["name"], _resolved(match["type"], package), _length(match["array"]))
 
 
 def _length(array: str | None) -> int | None:
@@ -128,7 +128,7 @@ def _resolved(name: str, package: str) -> str:
 def with_times(found: Definitions) -> Definitions:
     """The definitions, and those of times and durations, which each message may take for known."""
     times = {
-        name: (Field("sec", sec), Field("nanosec", nanosec))
+        name: (MessageField("sec", sec), MessageField("nanosec", nanosec))
         for name, (sec, nanosec) in _TIMES.items()
     }
     return {**times, **found}
@@ -149,12 +149,12 @@ def definitions_of_package(known: Mapping[str, Any]) -> Definitions:
     return with_times(found)
 
 
-def _described(name: str, description: Any) -> Field:
+def _described(name: str, description: Any) -> MessageField:
     kind, content = int(description[0]), description[1]
     if kind <= 2:
-        return Field(name, _type_of(kind, content))
+        return MessageField(name, _type_of(kind, content))
     (inner, what), length = content
-    return Field(name, _type_of(int(inner), what), int(length) if kind == 3 else SEQUENCE)
+    return MessageField(name, _type_of(int(inner), what), int(length) if kind == 3 else SEQUENCE)
 
 
 def _type_of(kind: int, content: Any) -> str:

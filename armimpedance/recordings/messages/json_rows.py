@@ -10,9 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.recordings.mapped.raw_file import Wanted
-from armimpedance.recordings.messages.decoding import LONGEST_TEXT, Block
+from armimpedance.recordings.messages.decoding import LONGEST_ARRAY, LONGEST_TEXT, Block
 from armimpedance.recordings.messages.definitions import DefinitionError
-from armimpedance.recordings.messages.layout import LONGEST_ARRAY
 
 _MOST_VALUES: Final = 4096
 _DEEPEST: Final = 16

@@ -7,18 +7,31 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.errors import InputError, needed
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
-from armimpedance.recordings.messages.decoding import Block, joined_numbers, joined_texts
-from armimpedance.recordings.messages.definitions import DefinitionError
-from armimpedance.recordings.shown_names import can_be_shown, shown_name, some_names
+from armimpedance.recordings.messages.decoding import (
+    Block,
+    Encoding,
+    decode,
+    joined_numbers,
+    joined_texts,
+)
+from armimpedance.recordings.messages.definitions import (
+    DefinitionError,
+    Definitions,
+    definitions_of_package,
+    definitions_of_text,
+    short_name,
+)
+from armimpedance.recordings.reading import can_be_shown, shown_name, some_names
 
 #: Decodes messages; the paths of the columns that are wanted.
 Decoder = Callable[[Sequence[bytes], Wanted], Block]
@@ -46,7 +59,7 @@ _OF_UNITS: Final = ("geometry_msgs/", "nav_msgs/", "sensor_msgs/Imu")
 
 
 @dataclass
-class Topic:
+class LogTopic:
     """The messages of one topic.
 
     Attributes
@@ -167,10 +180,12 @@ class Log:
 
     file: Path
     wanted: Wanted
-    topics: dict[tuple[str, str], Topic] = field(default_factory=dict)
+    topics: dict[tuple[str, str], LogTopic] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
-    def topic(self, name: str, kind: str, decode: Callable[[], Decoder | None], why: str) -> Topic:
+    def topic(
+        self, name: str, kind: str, decode: Callable[[], Decoder | None], why: str
+    ) -> LogTopic:
         """The topic of this name and type, made if it is new.
 
         Parameters
@@ -191,7 +206,7 @@ class Log:
         except DefinitionError as error:
             decoder, problem = None, str(error)
         problem = "" if decoder is not None else problem
-        self.topics[key] = Topic(shown, kind, decoder, self.wanted, problem)
+        self.topics[key] = LogTopic(shown, kind, decoder, self.wanted, problem)
         return self.topics[key]
 
     def raw_file(self) -> RawFile:
@@ -289,3 +304,74 @@ def nanoseconds(value: int, file: Path) -> int:
     if not 0 <= value <= _LATEST_NS:
         raise InputError("a message of a time beyond the year 2262", file=file, expected="ns")
     return value
+
+
+# Decoders of ROS messages: from the definition in the file, or the one that ROS gives out.
+
+
+def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: Path) -> Decoder:
+    """The decoder of a topic.
+
+    Parameters
+    ----------
+    kind : str
+        The message's type, such as "geometry_msgs/msg/Wrench".
+    text : str
+        Its definition; "" where the file has none.
+    language : {"msg", "idl"}
+        Of the definition.
+    encoding : {"ros1", "cdr"}
+    file : Path
+        For messages.
+
+    Raises
+    ------
+    DefinitionError
+        There is no definition of the type, or it is not understood.
+    """
+    name = short_name(kind)
+    if not text.strip() and language == "msg" and name != "std_msgs/Empty":
+        known = standard_definitions(file)
+        if name not in known:
+            raise DefinitionError("its type is none of ROS's own and has no definition here")
+    elif language == "msg":
+        known = definitions_of_text(text, kind)
+    else:
+        known = _of_idl(text, file)
+    if name not in known:
+        raise DefinitionError("its type has no definition")
+
+    def decoder(messages: Sequence[bytes], wanted: Wanted) -> Block:
+        return decode(messages, name, known, encoding, wanted)
+
+    return decoder
+
+
+@cache
+def standard_definitions(file: Path) -> Definitions:
+    """The messages that every ROS has, for logs that do not bear definitions.
+
+    Raises
+    ------
+    InputError
+        The package rosbags is not installed.
+    """
+    typesys = needed("rosbags.typesys", "ros", file)
+    return definitions_of_package(typesys.get_typestore(typesys.Stores.ROS2_HUMBLE).fielddefs)
+
+
+def _of_idl(text: str, file: Path) -> Definitions:
+    typesys = needed("rosbags.typesys", "ros", file)
+    if len(text) > 100_000:
+        raise DefinitionError("a definition of more than 100000 letters")
+    parts = [p.partition("\n")[2] for p in text.split("=" * 80 + "\n") if p.startswith("IDL: ")]
+    known: dict[str, Any] = {}
+    try:
+        for part in parts or [text]:
+            known |= typesys.get_types_from_idl(part)
+        return definitions_of_package(known)
+    except InputError:
+        raise
+    except Exception:
+        # The parser of the package ends in whatever its grammar meets.
+        raise DefinitionError("its definition (IDL) is not understood") from None

@@ -16,12 +16,22 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals, MarkerRecording
 from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.capture.capture import Capture, read_capture
-from armimpedance.recordings.capture.events import Event, event_columns, events_of
-from armimpedance.recordings.capture.forces import PlateForces
-from armimpedance.recordings.capture.left_out import LeftOut, beside, model_outputs, sentences
-from armimpedance.recordings.capture.taken_plates import plates_taken
-from armimpedance.recordings.motion.lab_axes import Z_UP, lab_rotation, metres_per
-from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
+from armimpedance.recordings.capture.events import (
+    Event,
+    LeftOut,
+    beside,
+    event_columns,
+    events_of,
+    model_outputs,
+    sentences,
+)
+from armimpedance.recordings.capture.forces import PlateForces, plates_taken
+from armimpedance.recordings.motion.moving_metadata import (
+    LARGEST_PLACE_M,
+    Z_UP,
+    lab_rotation,
+    metres_per,
+)
 
 #: Units of voltage in such files, in V.
 _VOLTS: Final = {"v": 1.0, "mv": 1e-3, "uv": 1e-6, "µv": 1e-6, "μv": 1e-6}

@@ -11,10 +11,10 @@ import os
 from pathlib import Path
 from typing import Any, Final
 
+from armimpedance.core.arrays import from_plain, to_plain
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import Fields, json_text, read_json
 from armimpedance.core.outputs import staged_file
-from armimpedance.core.plain import from_plain, to_plain
 from armimpedance.core.skeleton import Skeleton
 
 FORMAT: Final = "armimpedance-skeleton"

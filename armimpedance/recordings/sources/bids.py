@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.bids.dataset import is_bids, person_at
 from armimpedance.recordings.bids.runs import Run, Stretch, rows_of, runs_of, times_of
 from armimpedance.recordings.bids.systems import System

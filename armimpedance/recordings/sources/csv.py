@@ -15,7 +15,7 @@ import pyarrow.compute as pc
 import pyarrow.csv
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,

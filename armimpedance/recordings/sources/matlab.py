@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import told_not_taken
+from armimpedance.core.findings import told_not_taken
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
-from armimpedance.recordings.matlab.mat5 import read_mat5
-from armimpedance.recordings.matlab.mat73 import Mat73
-from armimpedance.recordings.matlab.tree import runs_of_tree
+from armimpedance.recordings.mat5 import read_mat5
+from armimpedance.recordings.mat73 import Mat73
+from armimpedance.recordings.matlab_tree import runs_of_tree
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 

@@ -14,19 +14,19 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
-from armimpedance.recordings.messages.compression import LARGEST_PART, decompressed
+from armimpedance.recordings.messages.decoding import Encoding
 from armimpedance.recordings.messages.json_rows import decode_json
-from armimpedance.recordings.messages.layout import Encoding
-from armimpedance.recordings.messages.ros_topics import ros_decoder
+from armimpedance.recordings.messages.ros_bags import LARGEST_PART, decompressed
 from armimpedance.recordings.messages.topics import (
     Decoder,
     Log,
-    Topic,
+    LogTopic,
     Unpack,
     nanoseconds,
     readable,
+    ros_decoder,
 )
 
 MAGIC: Final = b"\x89MCAP0\r\n"
@@ -100,7 +100,7 @@ class _Reading:
         self.log, self.path, self.unpack = log, path, unpack
         self.size = path.stat().st_size
         self.schemas: dict[int, _Schema] = {}
-        self.channels: dict[int, Topic] = {}
+        self.channels: dict[int, LogTopic] = {}
         self.attached: list[str] = []
 
     def all(self) -> None:

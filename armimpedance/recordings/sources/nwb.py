@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.hdf5 import (
     MAGIC,
     Hdf5Error,
@@ -20,9 +20,8 @@ from armimpedance.recordings.hdf5 import (
     plain_text,
 )
 from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, Source, Wanted
-from armimpedance.recordings.nwb.series import Found, Series, series_of
-from armimpedance.recordings.nwb.trials import Trial, cut, trials_of
-from armimpedance.recordings.shown_names import some_names
+from armimpedance.recordings.nwb_series import Found, NwbSeries, Trial, cut, series_of, trials_of
+from armimpedance.recordings.reading import some_names
 
 _EXPECTED: Final = "an NWB file"
 #: What the file says of the subject; who it was is not read.
@@ -78,7 +77,7 @@ def _run(path: Path, found: Found, facts: dict[str, float | str]) -> RawRun:
     return RawRun(str(path), tuple(map(_whole, found.series)), facts)
 
 
-def _whole(series: Series) -> RawTable:
+def _whole(series: NwbSeries) -> RawTable:
     return RawTable(series.columns, series.clock.time_s, series.clock.rate_hz)
 
 
@@ -100,7 +99,7 @@ def _outside(found: Found, trials: list[Trial]) -> int:
     if not found.series:
         return 0
     longest = max(found.series, key=lambda series: len(series.clock.time_s))
-    inside = sum(cut(Series(longest.clock), trial).rows for trial in trials)
+    inside = sum(cut(NwbSeries(longest.clock), trial).rows for trial in trials)
     return max(len(longest.clock.time_s) - inside, 0)
 
 

@@ -13,8 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import not_taken
-from armimpedance.recordings.mapped.claims import check_claim
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,
@@ -22,6 +21,7 @@ from armimpedance.recordings.mapped.raw_file import (
     RawTable,
     Source,
     Wanted,
+    check_claim,
 )
 from armimpedance.recordings.mapped.text_layout import stated_unit
 

@@ -9,12 +9,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from armimpedance.core.errors import InputError
-from armimpedance.core.extras import needed
+from armimpedance.core.errors import InputError, needed
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
-from armimpedance.recordings.messages.compression import decompressed
-from armimpedance.recordings.messages.ros1_bag import MAGIC as BAG, add_ros1_bag
-from armimpedance.recordings.messages.ros2_database import MAGIC as DATABASE, add_ros2_database
+from armimpedance.recordings.messages.ros_bags import (
+    MAGIC_OF_DATABASE as BAG,
+    MAGIC_OF_DATABASE as DATABASE,
+    add_ros1_bag,
+    add_ros2_database,
+    decompressed,
+)
 from armimpedance.recordings.messages.topics import Log, Unpack, readable
 from armimpedance.recordings.sources.mcap import add_mcap
 

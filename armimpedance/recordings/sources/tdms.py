@@ -12,9 +12,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.core.errors import InputError
-from armimpedance.core.extras import needed
-from armimpedance.core.not_taken import not_taken
+from armimpedance.core.errors import InputError, needed
+from armimpedance.core.findings import not_taken
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,
@@ -23,7 +22,7 @@ from armimpedance.recordings.mapped.raw_file import (
     Source,
     Wanted,
 )
-from armimpedance.recordings.shown_names import can_be_shown, shown_name, some_names
+from armimpedance.recordings.reading import can_be_shown, shown_name, some_names
 
 MAGIC: Final = b"TDSm"
 _EXPECTED: Final = "a whole TDMS file"

@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, TextIO
 
+from armimpedance.core.progress import Progress
+
 #: What an ASCII terminal is shown in place of the signs that the reports use.
 _ASCII: Final = str.maketrans(
     {"±": "+-", "×": "x", "·": "*", "–": "-", "—": "-", "…": "...", "°": " deg", "²": "^2"}
@@ -116,3 +118,22 @@ def _encodable(text: str, encoding: str) -> str:
         plain = text.translate(_ASCII)
         return plain.encode("ascii", "backslashreplace").decode("ascii")
     return text
+
+
+# Progress bars on what takes longer than a second; silent where nobody watches.
+
+DELAY_S = 1.0
+
+
+@contextmanager
+def bar(title: str) -> Iterator[Progress]:
+    """A bar fed by ``progress(done, all)``; it shows after a second, and only on a terminal."""
+    from tqdm import tqdm
+
+    with tqdm(desc=title, disable=None, delay=DELAY_S, leave=False) as shown:
+
+        def progress(done: int, total: int) -> None:
+            shown.total = total
+            shown.update(done - shown.n)
+
+        yield progress

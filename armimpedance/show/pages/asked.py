@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import file_digest
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 from armimpedance.core.findings import Finding
+from armimpedance.core.method_table import FoundTable
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
+from armimpedance.show.pages.page import Checks, Methods, Page, Printed, Section, Verdict
 from armimpedance.show.verbs.sources import read
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Packages whose versions stand on the page beside the project's own.
 NAMED: Final = ("armimpedance", "numpy", "scipy", "pandas", "matplotlib")
@@ -129,3 +134,171 @@ def _hashes(asked: Asked) -> Iterator[tuple[str, str]]:
                 yield name, file_digest(stream, "sha256").hexdigest()
         if len(files) > MOST_HASHED:
             yield f"{path.name}: {len(files) - MOST_HASHED} more files", "not listed"
+
+
+# The three sentences that a reader wants first, from what the checks found.
+
+#: Name of a check -> what to do where it is violated or cannot tell; names that several topics
+#: share mean the same in each.
+ADVICE: Final = {
+    "units": "Give SI units (N, N m, m, rad) and analyse again.",
+    "clipping": "Use a sensor with more range, or leave the trials out that are clipped.",
+    "force sign": "Say whose force the sensor holds (--force-by), or turn the sign of all axes.",
+    "force scale": "Hang a known weight on the sensor and give the force in newtons.",
+    "axes": "Push the handle by hand along each axis and see which column answers.",
+    "force axes": "Push the handle by hand along each axis and see which column answers.",
+    "delay": "Record force and motion on one clock, or say how much later one of them is.",
+    "skew": "Record all channels on one clock, or say how much later one of them is.",
+    "reflex": "Use shorter disturbances, or take the limb's own part that `reflex` gives.",
+    "own motion": "Take --method instruments or frequency, repeat each direction more often, or a "
+    "robot that imposes the motion.",
+    "amplitude": "Use smaller motions, and say at which amplitude the numbers hold.",
+    "lack of fit": "Look at the residuals, and at what the message names.",
+    "copies": "Take the copies out: each trial counts once.",
+    "imposed": "Say in recording.json what the rig imposes, and record its command.",
+    "voluntary": "Ask for a steady contraction, record longer, or disturb more strongly.",
+    "muscles": "Leave out the trials in which a muscle works.",
+    "muscles silent": "Record EMG, or leave out the trials in which a muscle works.",
+    "mass": "Weigh or scale the segments, and say how well the masses are known.",
+    "lengths": "Measure both lengths from bony landmarks.",
+    "reach": "Measure where the shoulder is in the robot's frame, in metres.",
+    "directions": "Disturb in all directions in every condition, or group trials by another column "
+    "(--by).",
+    "disturbance": "Look at the trials that the message names; leave them out.",
+    "returns to start": "Any method but `paper` allows for a hand that does not return.",
+    "coherence": "Look whether something disturbed the limb at all, and at its units.",
+    "crosstalk": "Move the electrodes apart, or record the raw EMG.",
+    "curvature": "Fit the law over a smaller range.",
+    "rest angle": "Leave the rest angle free unless it was measured.",
+    "trials": "Record more trials.",
+}
+_OTHERWISE: Final = "Read the check below and decide whether it matters for your question."
+_UNCHECKED: Final = (
+    "No result carries a warning; a file of results holds no trials that could be checked again."
+)
+#: What weighs most comes first.
+_ORDER: Final = ("unusable", "warning", "cannot tell")
+
+
+def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdict:
+    """Whether the numbers can be trusted, what is wrong, and what to do next.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        All checks, of the data and of the fits.
+    next_step : str
+        What to do where nothing is wrong.
+    count : str
+        What is judged, such as "7 conditions".
+
+    Returns
+    -------
+    Verdict
+    """
+    bad = sorted(
+        (f for f in findings if f.verdict in _ORDER), key=lambda f: _ORDER.index(f.verdict)
+    )
+    held = sum(f.verdict == "ok" for f in findings)
+    if not bad:
+        looked = f"{held} checks looked for violations and found none." if held else _UNCHECKED
+        return Verdict("ok", f"The numbers can be used: {count}.", looked, next_step)
+    first = bad[0]
+    advice = ADVICE.get(first.name, _OTHERWISE)
+    names = list(dict.fromkeys(f.name or "a check" for f in bad))
+    more = f" (also: {', '.join(names[1:])})" if len(names) > 1 else ""
+    wrong = f"{first.sentence.rstrip('.')}{more}."
+    if first.verdict == "unusable":
+        return Verdict("unusable", f"These numbers cannot be used: {count}.", wrong, advice)
+    trust = f"Use the numbers with care: {_why(first)}; {count}."
+    return Verdict("warning", trust, wrong, advice)
+
+
+def _why(first: Finding) -> str:
+    if not first.name:
+        return "there is a warning"
+    if first.verdict == "cannot tell":
+        return f"{first.name} could not be told from these data"
+    return f"the check of {first.name} failed"
+
+
+# How a page is put together: what stands on the pages of all topics, and where.
+
+
+def page_from(
+    asked: Asked,
+    findings: Sequence[Finding],
+    *,
+    title: str,
+    lead: str,
+    count: str,
+    next_step: str,
+    reader: Sequence[Section],
+    reviewer: Sequence[Section],
+    methods: Methods,
+    options: Sequence[tuple[str, Any]] = (),
+    data: Mapping[str, pd.DataFrame] | None = None,
+) -> Page:
+    """A page whose verdict follows from the findings, and that says how it was made.
+
+    Parameters
+    ----------
+    asked : Asked
+    findings : sequence of Finding
+        All checks, of the data and of the fits.
+    title : str
+        What is reported; the names of the sources follow it.
+    lead : str
+    count, next_step : str
+        See `verdict_of`.
+    reader, reviewer : sequence of Section
+    methods : Methods
+    options : sequence of (str, value)
+        See `made_from`.
+    data : mapping from a name to a DataFrame, optional
+
+    Returns
+    -------
+    Page
+    """
+    return Page(
+        title=f"{title}: {', '.join(path.stem for path in asked.sources)}",
+        lead=lead,
+        verdict=verdict_of(findings, next_step, count),
+        reader=tuple(reader),
+        reviewer=tuple(reviewer),
+        methods=methods,
+        made=made_from(asked, options),
+        data=data or {},
+    )
+
+
+def reviewed(findings: Sequence[Finding], printed: str = "", caption: str = "") -> list[Section]:
+    """The checks with their caption, and the command's own text: each where there is any."""
+    checks = [Section("Checks", (Checks(tuple(findings), caption),))] if findings else []
+    text = [Section("As the command prints it", (Printed(printed),))] if printed else []
+    return checks + text
+
+
+# A topic of the report: which sources are its own, and how they become a page.
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic; its name is that of its file.
+
+    Attributes
+    ----------
+    what : str
+        What it reports, for help texts.
+    page_of : function
+        From what was asked to the page; an `InputError` says what cannot be read, or which check
+        stops the analysis.
+    """
+
+    what: str
+    page_of: Callable[[Asked], Page]
+
+
+#: A topic's page is a file `<topic>_page.py` among its forms, with the record `TOPIC`.
+TOPICS: Final[FoundTable[Topic]] = FoundTable("armimpedance", "_page", "TOPIC", "topic")

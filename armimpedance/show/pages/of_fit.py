@@ -3,17 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from importlib.metadata import version
+from typing import Any, Final
 
 import pandas as pd
 
-from armimpedance.core.findings import Finding
+from armimpedance.core.findings import Finding, checked_sentence
 from armimpedance.numerics.regression import FitSummary, NamedParameter
-from armimpedance.show.pages.asked import Asked
-from armimpedance.show.pages.build import page_from, reviewed
-from armimpedance.show.pages.methods_text import methods_of
-from armimpedance.show.pages.page import Block, Page, Section, Table
+from armimpedance.show.pages.asked import Asked, page_from, reviewed
+from armimpedance.show.pages.page import Block, Methods, Page, Section, Table
 from armimpedance.show.text import with_half_width
+
+# Sentences that the methods paragraphs of all topics share.
+
+#: Kind of covariance -> how a paper says it.
+COVARIANCES: Final = {
+    "cr3": "the jackknife over trials (CR3)",
+    "replicates": "the spread of trials within each direction of disturbance",
+    "cr1": "the sandwich covariance clustered by trial (CR1)",
+    "bootstrap": "drawing trials with replacement",
+}
+CITED: Final = "armimpedance: impedance of the human arm, version {}."
+
+
+def software() -> str:
+    """The program and its version, as a paper names it."""
+    return f"armimpedance {version('armimpedance')}"
+
+
+def methods_of(
+    sentences: Sequence[str], references: Sequence[str] = (), findings: Sequence[Finding] = ()
+) -> Methods:
+    """Whole sentences as one paragraph, what was checked at its end; the program is cited last.
+
+    Parameters
+    ----------
+    sentences : sequence of str
+        Without a full stop where they are to get one; empty ones are left out.
+    references : sequence of str
+        Each is listed once.
+    findings : sequence of Finding
+
+    Returns
+    -------
+    Methods
+    """
+    every = (*sentences, checked_sentence(findings))
+    said = [s if s.endswith((".", "!", "?")) else f"{s}." for s in every if s]
+    cited = dict.fromkeys((*references, CITED.format(version("armimpedance"))))
+    return Methods(" ".join(said), tuple(cited))
 
 
 def parameter_table(parameters: Sequence[NamedParameter], caption: str = "") -> Table:
@@ -159,3 +197,18 @@ def _conditions(summary: FitSummary) -> Table:
         ("variance accounted for", f"{100 * summary.vaf:.3g} %"),
     )
     return Table("The regression: a condition below 30 determines every column.", ("", ""), rows)
+
+
+# The sources of the methods, as a list of references names them.
+
+TSUJI: Final = "T. Tsuji, Human arm impedance in multi-joint movements (1997)."
+VENTURE_ELBOW: Final = (
+    "G. Venture and colleagues, In-vivo estimation of the human elbow joint dynamics during "
+    "passive movements using musculo-skeletal model computations."
+)
+VENTURE_BODY: Final = "G. Venture, Dynamics identification of human-like systems (poster)."
+RUIZ: Final = "A. F. Ruiz and colleagues (2011), on a powered elbow exoskeleton."
+GUIDALI: Final = (
+    "M. Guidali and colleagues, Estimating the patient's contribution during robot-assisted "
+    "therapy (2013)."
+)

@@ -19,8 +19,7 @@ from markupsafe import Markup
 
 from armimpedance.core.findings import MARKS
 from armimpedance.core.outputs import staged_file
-from armimpedance.show.pages.many import Folds, Heat
-from armimpedance.show.pages.page import STATES, Linked, Page, Picture
+from armimpedance.show.pages.page import STATES, Folds, Heat, Linked, Page, Picture
 
 if TYPE_CHECKING:
     import pandas as pd

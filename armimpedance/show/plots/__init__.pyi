@@ -1,10 +1,12 @@
-from .paper.captions import save_with_caption as save_with_caption
-from .paper.letters import panel_letters as panel_letters
+from .captions import panel_letters as panel_letters, save_with_caption as save_with_caption
 from .rows import (
+    DrawnRow as DrawnRow,
     Series as Series,
+    TableBlock as TableBlock,
     draw_elements as draw_elements,
     draw_ellipses as draw_ellipses,
     name_rows as name_rows,
+    plot_table as plot_table,
     row_axes as row_axes,
 )
 from .style import (
@@ -30,4 +32,3 @@ from .surfaces import (
     plot_surface as plot_surface,
     surface_levels as surface_levels,
 )
-from .tables import TableBlock as TableBlock, TableRow as TableRow, plot_table as plot_table

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from html import escape
 from math import floor, isfinite, log10
+
+from armimpedance.core.findings import Finding
+from armimpedance.numerics.regression import NamedParameter
 
 #: Columns of the terminal that tables are made for.
 TABLE_WIDTH = 100
@@ -159,3 +163,65 @@ def table_by_condition(
     room = max(TABLE_WIDTH - max(map(len, numbers.splitlines())), len("condition"))
     named = [[short(name, room), *row] for name, row in zip(names, rows, strict=True)]
     return aligned_table(["condition", *header], named)
+
+
+# What the checks of a fit found, as lines of text.
+
+
+def checks_lines(checks: Sequence[Finding]) -> list[str]:
+    """One line a check: its mark, what was seen, the smallest violation it would have seen.
+
+    Parameters
+    ----------
+    checks : sequence of Finding
+
+    Returns
+    -------
+    list of str
+        A heading above them; empty where nothing was checked.
+    """
+    if not checks:
+        return []
+    indent = " " * 8
+    lines = [textwrap.fill(f"  {check}", TABLE_WIDTH, subsequent_indent=indent) for check in checks]
+    return ["", "Checks of the model's assumptions", *lines]
+
+
+# A table as a notebook shows it.
+
+
+def html_table(table: Sequence[Sequence[str]]) -> str:
+    """A table for notebooks, its first row and first column headings; every text is escaped."""
+    head, *rows = ([escape(cell) for cell in row] for row in table)
+    body = "".join(
+        f"<tr><th>{first}</th>{''.join(f'<td>{cell}</td>' for cell in others)}</tr>"
+        for first, *others in rows
+    )
+    return f"<table><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr>{body}</table>"
+
+
+# The table of a fit's parameters, as every command prints it.
+
+
+def parameter_table(parameters: Sequence[NamedParameter], plain_sd: str) -> str:
+    """Value with interval, unit, both standard errors in per cent, and the source's verdict.
+
+    Parameters
+    ----------
+    parameters : sequence of NamedParameter
+    plain_sd : str
+        Heading of `NamedParameter.sd`.
+    """
+    header = ("", "value (95 % interval)", "unit", plain_sd, "robust sd", "well identified")
+    rows = [
+        [
+            p.name,
+            with_interval(p.value, *p.ci95),
+            p.unit,
+            percent(p.relative_sd_percent),
+            percent(100 * p.sd_robust / abs(p.value)) if p.value else "-",
+            "yes" if p.well_identified else "no",
+        ]
+        for p in parameters
+    ]
+    return aligned_table(header, rows)

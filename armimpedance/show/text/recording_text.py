@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from armimpedance.core.findings import told_not_taken
 from armimpedance.core.motion import MarkerRecording, MotionRecording
-from armimpedance.core.not_taken import told_not_taken
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.text.numbers import counted

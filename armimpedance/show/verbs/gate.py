@@ -11,8 +11,7 @@ from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
 from armimpedance.numerics.criticism import refuse_stops
 from armimpedance.recordings import AnyRecording
-from armimpedance.show.verbs.checks import NO_CHECKS, TopicChecks, findings_of
-from armimpedance.show.verbs.spread import spread
+from armimpedance.show.verbs.checks import NO_CHECKS, TopicChecks, findings_of, spread
 
 #: Checks of what a fit assumes; where they warn, every result is marked.
 OF_THE_FIT: Final = (

@@ -87,7 +87,7 @@ def test_a_device_that_imposes_the_torque_is_named():
 
 
 def test_many_trials_are_checked_by_a_sample(hand, monkeypatch):
-    monkeypatch.setattr("armimpedance.show.verbs.spread.MOST_CHECKED", 16)
+    monkeypatch.setattr("armimpedance.show.verbs.checks.MOST_CHECKED", 16)
     assert checked_response(hand) == ()
     with pytest.raises(InputError, match="force sign"):
         checked_response(replace(hand, force=-hand.force))

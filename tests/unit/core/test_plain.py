@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from armimpedance.core.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.core.arrays import FloatArray, IntArray, from_plain, frozen_array, to_plain
 from armimpedance.core.errors import ArmImpedanceError, InputError
-from armimpedance.core.plain import from_plain, to_plain
 
 
 @dataclass(frozen=True)

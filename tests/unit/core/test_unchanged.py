@@ -14,7 +14,7 @@ from armimpedance.core.inputs import inputs_now, unchanged
 from armimpedance.core.json_text import read_json
 from armimpedance.hand.show import read_results
 from armimpedance.recordings import hdf5, open_recording, write_recording
-from armimpedance.show.pages import build
+from armimpedance.show.pages import asked as build
 from manipulandum_sim.hand import simulate
 
 

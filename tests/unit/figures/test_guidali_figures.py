@@ -17,11 +17,13 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording, Subject
 from armimpedance.joint.therapy.arm.mockup import pipes
-from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
-from armimpedance.joint.therapy.arm.person import segments_of
-from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.joint.therapy.robot.rigid import robot_bodies
-from armimpedance.joint.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm, arm_bodies, segments_of
+from armimpedance.joint.therapy.robot.therapy_robot import (
+    Loads,
+    load_torque,
+    parameter_count,
+    robot_bodies,
+)
 from armimpedance.lab.simulated.therapy import drawings_of
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.guidali2013 import (

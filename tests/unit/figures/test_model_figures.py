@@ -7,8 +7,8 @@ import csv
 import numpy as np
 import pytest
 
+from armimpedance.muscles.models.fitted_model import correlation
 from armimpedance.muscles.models.packed import triple
-from armimpedance.muscles.models.quality import correlation
 from armimpedance_figures.source_figure import write
 from armimpedance_figures.tsuji1997 import (
     fig12_fig13_predicted_against_measured as fig12_fig13,

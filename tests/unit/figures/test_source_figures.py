@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.plots.paper.captions import add_caption
+from armimpedance.show.plots.captions import add_caption
 from armimpedance.show.plots.style import new_figure, print_style
 from armimpedance_figures.build_all import CATALOGUE, chosen
 from armimpedance_figures.source_figure import FORMATS, write

@@ -9,8 +9,8 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals
-from armimpedance.hand.comparison.discrimination import Group, discriminate_groups
-from armimpedance.hand.comparison.show.discrimination_plot import plot_discrimination
+from armimpedance.hand.comparison.discrimination import PeopleGroup, discriminate_groups
+from armimpedance.hand.comparison.show.plot import plot_discrimination
 from armimpedance.joint.body.rows import each_trial
 from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.show.plot import plot_emg_level
@@ -362,7 +362,7 @@ def test_everybody_is_in_the_table_and_in_the_drawing(studied):
 def test_the_threshold_is_drawn_midway():
     rng = np.random.default_rng(2)
     first, second = (
-        Group(name, tuple("abcd"), mean + rng.standard_normal(4))
+        PeopleGroup(name, tuple("abcd"), mean + rng.standard_normal(4))
         for name, mean in (("controls", 0.0), ("patients", 3.0))
     )
     ax = plot_discrimination(discriminate_groups(first, second), label="k (N m/rad)")

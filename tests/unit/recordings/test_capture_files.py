@@ -9,7 +9,7 @@ from capture_bench import Capture, real, whole
 
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.capture.capture import parse_capture
-from armimpedance.recordings.capture.processor import PROCESSORS
+from armimpedance.recordings.capture.parameters import PROCESSORS
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 
 RNG = np.random.default_rng(8)

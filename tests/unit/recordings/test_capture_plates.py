@@ -14,11 +14,9 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.motion import WRENCH
 from armimpedance.recordings import write_recording
 from armimpedance.recordings.capture.capture import read_capture
-from armimpedance.recordings.capture.plates import plates_of
-from armimpedance.recordings.capture.units import force_unit, moment_unit
-from armimpedance.recordings.capture.wrench import local_wrench
-from armimpedance.recordings.motion.lab_axes import lab_rotation
+from armimpedance.recordings.capture.plates import force_unit, local_wrench, moment_unit, plates_of
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
+from armimpedance.recordings.motion.moving_metadata import lab_rotation
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
 from manipulandum_sim.body import simulate_body

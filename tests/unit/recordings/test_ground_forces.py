@@ -8,7 +8,7 @@ from opensim_bench import small_trc
 
 from armimpedance.app.cli.main import run as main
 from armimpedance.core.errors import InputError
-from armimpedance.joint.body.contacts import about_world_origin
+from armimpedance.joint.body.rows import about_world_origin
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
 

@@ -17,9 +17,9 @@ import pytest
 from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
 from armimpedance.hand.still.show import estimate
-from armimpedance.recordings.kinarm import packing
+from armimpedance.recordings.kinarm import exam_file as packing
+from armimpedance.recordings.kinarm.channels import grouped
 from armimpedance.recordings.kinarm.exam import read_kinarm
-from armimpedance.recordings.kinarm.others import grouped
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions

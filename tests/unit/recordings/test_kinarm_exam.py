@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.kinarm import packing
+from armimpedance.recordings.kinarm import exam_file as packing
 from armimpedance.recordings.kinarm.exam import read_kinarm
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.opening import open_recording

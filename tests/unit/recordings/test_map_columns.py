@@ -14,7 +14,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.recordings import open_recording, propose_mapping
 from armimpedance.recordings.mapped.columns_toml import read_mapping
-from armimpedance.recordings.mapped.names import read_name
+from armimpedance.recordings.mapped.evidence import read_name
 from manipulandum_sim.hand import simulate
 
 

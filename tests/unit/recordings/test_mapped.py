@@ -21,7 +21,7 @@ from mapped_files import (
 )
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.not_taken import told_not_taken
+from armimpedance.core.findings import told_not_taken
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.show import estimate
 from armimpedance.recordings import ReadOptions, open_recording

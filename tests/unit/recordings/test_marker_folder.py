@@ -9,16 +9,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from armimpedance.core.arrays import to_plain
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals, MarkerRecording
-from armimpedance.core.plain import to_plain
 from armimpedance.core.records import Subject
 from armimpedance.limb.arm.skeletons import elbow_skeleton
-from armimpedance.recordings.kind import recording_kind
-from armimpedance.recordings.motion.marker_folder import read_markers, write_markers
-from armimpedance.recordings.motion.motion_folder import read_motion
+from armimpedance.recordings.motion.marker_and_motion_folder import (
+    read_markers,
+    read_motion,
+    write_markers,
+)
 from armimpedance.recordings.opening import open_recording
-from armimpedance.recordings.reading import ReadOptions
+from armimpedance.recordings.reading import ReadOptions, recording_kind
 from armimpedance.recordings.tables.folder import read_folder, write_folder
 
 LENGTHS = (20, 15)

@@ -9,13 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from armimpedance.core.arrays import to_plain
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import MotionRecording
-from armimpedance.core.plain import to_plain
 from armimpedance.limb.arm.skeletons import elbow_skeleton
-from armimpedance.recordings.kind import recording_kind
-from armimpedance.recordings.motion.motion_folder import read_motion, torque_columns, write_motion
+from armimpedance.recordings.motion.marker_and_motion_folder import (
+    read_motion,
+    torque_columns,
+    write_motion,
+)
 from armimpedance.recordings.opening import open_recording
+from armimpedance.recordings.reading import recording_kind
 from armimpedance.recordings.tables.folder import read_folder
 
 SKELETON = elbow_skeleton(70.0, 1.75)

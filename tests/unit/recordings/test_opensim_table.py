@@ -8,8 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from armimpedance.core.errors import InputError
 from armimpedance.limb.arm.skeletons import elbow_skeleton
-from armimpedance.recordings.motion.opensim_motion import opensim_motion
-from armimpedance.recordings.motion.opensim_table import read_opensim_table
+from armimpedance.recordings.motion.opensim_tables import opensim_motion, read_opensim_table
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
 

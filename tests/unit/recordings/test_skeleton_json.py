@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from armimpedance.core.arrays import to_plain
 from armimpedance.core.errors import InputError
-from armimpedance.core.plain import to_plain
 from armimpedance.limb.arm.skeletons import body_skeleton, elbow_skeleton
 from armimpedance.recordings.motion.skeleton_json import read_skeleton, write_skeleton
 

@@ -6,10 +6,9 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Subject
-from armimpedance.recordings.motion.marker_folder import write_markers
-from armimpedance.recordings.opening import FORMATS
+from armimpedance.recordings.motion.marker_and_motion_folder import write_markers
+from armimpedance.recordings.opening import FORMATS, read_subject
 from armimpedance.recordings.reading import ReadOptions
-from armimpedance.recordings.subject import read_subject
 from manipulandum_sim.passive.swing import simulate_passive
 
 

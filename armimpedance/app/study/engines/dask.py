@@ -15,8 +15,7 @@ from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any, Final, Generic
 
 from armimpedance.app.study.engines.engine import Asked, Given, Work
-from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
-from armimpedance.core.extras import needed
+from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError, needed
 from armimpedance.core.program import of_program
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from armimpedance.app.study.engines.dask import Dask
 from armimpedance.app.study.engines.engine import Asked, Given, Work
-from armimpedance.core.extras import needed
+from armimpedance.core.errors import needed
 
 
 @dataclass(frozen=True)

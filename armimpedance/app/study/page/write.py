@@ -10,15 +10,17 @@ from typing import Any, Final
 
 import pandas as pd
 
-from armimpedance.app.study.page.apart import conditions_table, groups_sections, outliers_table
-from armimpedance.app.study.page.sessions import (
+from armimpedance.app.study.page.strips import strip_pictures
+from armimpedance.app.study.page.tables import (
+    conditions_table,
     counts_table,
+    groups_sections,
     heat_of,
+    outliers_table,
     reasons_of,
     relative,
     verdict_of_cohort,
 )
-from armimpedance.app.study.page.strips import strip_pictures
 from armimpedance.show.pages import (
     NAMED,
     Block,

@@ -1,5 +1,3 @@
-from .compared import Comparison as Comparison
-from .discrimination_plot import plot_discrimination as plot_discrimination
-from .discrimination_text import discrimination_text as discrimination_text
-from .plot import plot_comparison as plot_comparison
-from .verb import compare as compare
+from .plot import plot_comparison as plot_comparison, plot_discrimination as plot_discrimination
+from .text import discrimination_text as discrimination_text
+from .verb import Comparison as Comparison, compare as compare

@@ -23,16 +23,17 @@ from armimpedance.core.errors import InputError
 from armimpedance.hand.ellipses import Which
 from armimpedance.hand.show.options import add_by, add_force_by
 from armimpedance.hand.still import METHODS
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -71,8 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare, write the differences and the figure, print tables."""
     from armimpedance.hand.comparison.show.plot import plot_comparison
     from armimpedance.hand.comparison.show.verb import compare
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     _check(arguments)
     with bar("comparing") as progress:

@@ -9,9 +9,8 @@ from math import isnan
 from typing import Final
 
 from armimpedance.hand.comparison.pairs import Pair
-from armimpedance.hand.comparison.show.compared import Comparison
 from armimpedance.hand.comparison.show.plot import plot_comparison
-from armimpedance.hand.comparison.show.verb import compare
+from armimpedance.hand.comparison.show.verb import Comparison, compare
 from armimpedance.show.pages import (
     Asked,
     Page,

@@ -86,13 +86,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Map every row, write the results, print a table."""
-    from armimpedance.hand.levels.show.muscle_text import muscle_text
+    from armimpedance.hand.levels.show.muscle_estimates import muscle_text
     from armimpedance.hand.levels.show.plot import plot_force_term, plot_muscle_ranges
     from armimpedance.hand.levels.show.verb import to_joint, to_muscle
-    from armimpedance.hand.show.text_table import summary_table
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.outputs import FIGURE, TABLE, Output, check_outputs
-    from armimpedance.show.command.written import check_long, write_result
+    from armimpedance.hand.show.text import summary_table
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import (
+        FIGURE,
+        TABLE,
+        Output,
+        check_long,
+        check_outputs,
+        write_result,
+    )
 
     _check(args)
     check_outputs(

@@ -13,13 +13,22 @@ from typing import Final, Literal, TypeVar
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Subject
-from armimpedance.hand.levels.arm_errors import with_arm_errors
-from armimpedance.hand.levels.joint import to_hand as to_hand_once, to_joint as to_joint_once
+from armimpedance.hand.levels.joint import (
+    to_hand as to_hand_once,
+    to_joint as to_joint_once,
+    with_arm_errors,
+)
 from armimpedance.hand.levels.muscle_map import MuscleEstimate, to_muscle as to_muscle_once
-from armimpedance.hand.levels.posture import arm_posture_for
+from armimpedance.hand.levels.posture import (
+    Elbow,
+    Whose,
+    Wrist,
+    arm_posture_for,
+    elbow_and_wrist_of,
+    is_in_space,
+    spatial_posture_for,
+)
 from armimpedance.hand.levels.show.muscle_estimates import MuscleEstimates
-from armimpedance.hand.levels.spatial_posture import is_in_space, spatial_posture_for
-from armimpedance.hand.levels.whose import Elbow, Whose, Wrist, elbow_and_wrist_of
 from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results

@@ -11,14 +11,12 @@ from typing import Any, Final, Literal
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.hand.planning.candidate import Wish
 from armimpedance.hand.planning.design import Limits
 from armimpedance.hand.planning.noise_level import noise_named
 from armimpedance.hand.planning.pilot import pilot_of
-from armimpedance.hand.planning.plan import Plan, make_plan
-from armimpedance.hand.planning.proposals import proposed_profiles
-from armimpedance.hand.planning.servo import Servo
-from armimpedance.hand.planning.setting import PlannedArm, Setting
-from armimpedance.hand.planning.wish import Wish
+from armimpedance.hand.planning.plan import Plan, make_plan, proposed_profiles
+from armimpedance.hand.planning.setting import PlannedArm, Servo, Setting
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still.show import checked_response

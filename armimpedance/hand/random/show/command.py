@@ -24,16 +24,17 @@ import argparse
 from pathlib import Path
 
 from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -57,9 +58,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Estimate, write table and figure, print a table."""
     from armimpedance.hand.random.show.plot import plot_response_matrix
     from armimpedance.hand.random.show.verb import random
-    from armimpedance.hand.show.text_table import summary_table
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.hand.show.text import summary_table
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     out, figure = arguments.out, arguments.figure
     check_outputs(

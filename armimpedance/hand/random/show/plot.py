@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from armimpedance.core.conventions import UNITS
-from armimpedance.hand.random.result import RandomFit
+from armimpedance.hand.random.random_fit import RandomFit
 from armimpedance.show.plots import (
     OKABE_ITO,
     TWO_COLUMNS_IN,

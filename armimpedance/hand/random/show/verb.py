@@ -9,9 +9,8 @@ from typing import Any
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.random.identify import identify_random
-from armimpedance.hand.random.result import RandomFit
-from armimpedance.hand.show.estimates import Estimates
-from armimpedance.hand.show.opened import ForceBy, opened
+from armimpedance.hand.random.random_fit import RandomFit
+from armimpedance.hand.show.estimates import Estimates, ForceBy, opened
 from armimpedance.show.files import Content
 from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 from armimpedance.core.method_table import MethodTable
 
 if TYPE_CHECKING:
-    from armimpedance.hand.reaching.fitted import Method
+    from armimpedance.hand.reaching.fitted import ReachMethod
 
-METHODS: Final[MethodTable[Method]] = MethodTable(
+METHODS: Final[MethodTable[ReachMethod]] = MethodTable(
     "armimpedance.hand.reaching.methods", "METHOD", "method", default="latent"
 )

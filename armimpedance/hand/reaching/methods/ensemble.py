@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from armimpedance.core.conventions import Level
 from armimpedance.hand.reaching.deviations import against_mean, along_push, centred, regress
-from armimpedance.hand.reaching.fitted import Method, PhaseFit
+from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod
 from armimpedance.hand.reaching.solve import Known
 from armimpedance.hand.reaching.windows import PhaseWindows
 
@@ -23,7 +23,7 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     return regress(deviations, along_push(deviations), provenance=said)
 
 
-METHOD = Method(
+METHOD = ReachMethod(
     assumes="the hand's M, B and K stay as they are over the window; pushes all around",
     reference="after Ludvig and Perreault (2012)",
     fit=fit,

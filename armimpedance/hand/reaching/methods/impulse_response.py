@@ -16,8 +16,7 @@ import numpy as np
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.hand.reaching.deviations import against_prediction, regress
-from armimpedance.hand.reaching.fitted import Method, PhaseFit
-from armimpedance.hand.reaching.hand_level import instant_of, to_hand
+from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod, instant_of, to_hand
 from armimpedance.hand.reaching.solve import Known
 from armimpedance.hand.reaching.windows import AFTER_S, PhaseWindows
 
@@ -55,7 +54,7 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     return replace(fitted, values=values, covariance=covariance)
 
 
-METHOD = Method(
+METHOD = ReachMethod(
     assumes="the path after the push is the mean one from the trial's own place and speed; the "
     "inertia is known; the hand swings freely",
     reference="Piovesan and colleagues (2012)",

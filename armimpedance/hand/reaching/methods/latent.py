@@ -10,11 +10,9 @@ from __future__ import annotations
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import Level
-from armimpedance.hand.reaching.doubts import doubts_of
-from armimpedance.hand.reaching.equation import TOLD, Equations, equations_of
-from armimpedance.hand.reaching.fitted import Method, PhaseFit
-from armimpedance.hand.reaching.hand_level import at_level, where_of
-from armimpedance.hand.reaching.solve import Known, Solution, solve
+from armimpedance.hand.reaching.equation import TOLD, ReachEquations, equations_of
+from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod, at_level, doubts_of, where_of
+from armimpedance.hand.reaching.solve import Known, PhaseSolution, solve
 from armimpedance.hand.reaching.windows import PhaseWindows
 
 
@@ -43,14 +41,14 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     )
 
 
-def explained_by(equations: Equations, solution: Solution) -> float:
+def explained_by(equations: ReachEquations, solution: PhaseSolution) -> float:
     """Share of the torque's mean response that inertia, viscosity and stiffness describe."""
     response = equations.along_direction(equations.y)
     left: FloatArray = equations.along_direction(solution.residual)
     return float(1 - (left**2).sum() / (response**2).sum())
 
 
-METHOD = Method(
+METHOD = ReachMethod(
     assumes="K and B change linearly over the window; the person does not yet answer on purpose",
     reference="docs/movement/equation.md",
     fit=fit,

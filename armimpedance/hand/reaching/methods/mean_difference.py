@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from armimpedance.core.conventions import Level
 from armimpedance.hand.reaching.deviations import against_mean, regress
-from armimpedance.hand.reaching.fitted import Method, PhaseFit
+from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod
 from armimpedance.hand.reaching.solve import Known
 from armimpedance.hand.reaching.windows import PhaseWindows
 
@@ -20,7 +20,7 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     return regress(against_mean(windows), provenance=("against the mean of free reaches",))
 
 
-METHOD = Method(
+METHOD = ReachMethod(
     assumes="every reach would have been the mean one; the hand's M, B and K stay as they are",
     reference="Gomi and Kawato (1996)",
     fit=fit,

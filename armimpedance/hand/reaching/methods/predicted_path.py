@@ -23,7 +23,7 @@ from armimpedance.hand.reaching.deviations import (
     centred,
     regress,
 )
-from armimpedance.hand.reaching.fitted import Method, PhaseFit
+from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod
 from armimpedance.hand.reaching.solve import Known
 from armimpedance.hand.reaching.windows import PhaseWindows
 
@@ -95,7 +95,7 @@ def _spread(held: Deviations) -> float:
     return float(along.std() / along.mean())
 
 
-METHOD = Method(
+METHOD = ReachMethod(
     assumes="the path after the push is the mean one from the trial's own place and speed; a stiff "
     "servo holds the hand off it",
     reference="Burdet and colleagues (2000)",

@@ -1,7 +1,7 @@
-from .methods_text import (
+from .text import (
     NAGAR as NAGAR,
     is_moving as is_moving,
+    movement_plan_text as movement_plan_text,
     moving_sentences as moving_sentences,
 )
-from .plan_text import movement_plan_text as movement_plan_text
 from .verb import movement as movement, plan_movement as plan_movement

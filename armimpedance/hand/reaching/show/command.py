@@ -25,16 +25,17 @@ from pathlib import Path
 
 from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.show.options import add_force_by
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -72,9 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Estimate, write table and figure, print a table."""
     from armimpedance.hand.reaching.show.plot import plot_movement
     from armimpedance.hand.reaching.show.verb import movement
-    from armimpedance.hand.show.text_table import summary_table
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.hand.show.text import summary_table
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     out, figure = arguments.out, arguments.figure
     reads = [arguments.recording, *([arguments.inertia] if arguments.inertia else [])]

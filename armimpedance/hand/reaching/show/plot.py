@@ -11,8 +11,8 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import MATRICES, UNITS, group_name
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
-from armimpedance.hand.show.ellipses.ellipse import plot_ellipse
-from armimpedance.hand.show.ellipses.parts import draw_scale_bar, matrix_of, one_legend
+from armimpedance.hand.show.ellipse_plot import plot_ellipse
+from armimpedance.hand.show.ellipse_plot_parts import draw_scale_bar, matrix_of, one_legend
 from armimpedance.show.plots import (
     OKABE_ITO,
     TWO_COLUMNS_IN,

@@ -11,13 +11,11 @@ from armimpedance.core.conventions import Level
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording
-from armimpedance.hand.reaching.check import check_pushes
-from armimpedance.hand.reaching.identify import identify_movement
-from armimpedance.hand.reaching.identify_course import identify_course
+from armimpedance.hand.reaching.identify import identify_course, identify_movement
 from armimpedance.hand.reaching.methods import METHODS
-from armimpedance.hand.reaching.plan import MovementPlan, plan_movement as plan_pushes
-from armimpedance.hand.show.estimates import Estimates
-from armimpedance.hand.show.opened import ForceBy
+from armimpedance.hand.reaching.push_plan import MovementPlan, plan_movement as plan_pushes
+from armimpedance.hand.reaching.windows import check_pushes
+from armimpedance.hand.show.estimates import Estimates, ForceBy
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.show.verbs.checks import TopicChecks
 from armimpedance.show.verbs.gate import checked

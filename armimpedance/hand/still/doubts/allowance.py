@@ -23,15 +23,60 @@ from scipy.special import ndtri
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import AXES
 from armimpedance.core.records import ImpedanceEstimate, Recording
-from armimpedance.hand.still.doubts.columns import COLUMNS, family
-from armimpedance.hand.still.doubts.inner import Elbow, averaged_inner, freedom_told, with_inner
-from armimpedance.hand.still.doubts.inner_columns import FEWEST_AXES
-from armimpedance.hand.still.doubts.model import Model, pooled
-from armimpedance.hand.still.doubts.shared import in_common
-from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
-from armimpedance.hand.still.doubts.told import MOST_CONDITIONS, POSITIVE, models_of
+from armimpedance.hand.still.doubts.departures import MOST_CONDITIONS, POSITIVE, models_of
+from armimpedance.hand.still.doubts.inner import (
+    FEWEST_AXES,
+    Elbow,
+    averaged_inner,
+    freedom_told,
+    with_inner,
+)
+from armimpedance.hand.still.doubts.model import (
+    COLUMNS,
+    LARGEST_GAIN,
+    Model,
+    family,
+    gain_of,
+    pooled,
+    rows_of,
+)
 from armimpedance.hand.still.estimation import BOUNDED, groups_of
 from armimpedance.numerics.regression import t_factor
+
+# What all estimates of a recording have in common of what may make them wrong.
+#
+# A reflex, a gain or a delay is one person's or one rig's: it makes all conditions wrong together.
+# With the error u_gc of group g by the column c of a departure, the groups' joint covariance is
+# ``sum_c u_c u_c^T``, u_c of all groups below each other. Columns of one departure differ little,
+# so that one vector stands for them.
+
+
+def in_common(errors: Sequence[Mapping[str, FloatArray]]) -> list[dict[str, FloatArray]]:
+    """One vector of each departure for each group, which together hold most of its variance.
+
+    Parameters
+    ----------
+    errors : sequence of mapping of str to (columns, p)
+        Of each group what each column of each departure makes wrong, in standard deviations; none
+        of a group of which nothing is known.
+
+    Returns
+    -------
+    list of dict of str to (p,)
+        Signs are those of the columns' sum: departures of one recording and of the next add.
+    """
+    names = dict.fromkeys(name for one in errors for name in one)
+    found: list[dict[str, FloatArray]] = [{} for _ in errors]
+    for name in names:
+        groups = [g for g, one in enumerate(errors) if name in one]
+        # U (columns, groups p) = sum_i s_i u_i v_i^T; U^T U, the covariance, is nearly s_1^2 v v^T
+        U = np.concatenate([errors[g][name] for g in groups], axis=1)
+        main = np.linalg.svd(U, full_matrices=False)
+        vector = main.S[0] * main.Vh[0] * (-1 if main.Vh[0] @ U.sum(axis=0) < 0 else 1)
+        for g, part in zip(groups, np.split(vector, len(groups)), strict=True):
+            found[g][name] = part
+    return found
+
 
 #: Probability of each departure beforehand, and the size that it usually has (its column's unit).
 BEFOREHAND: Final = {

@@ -26,10 +26,9 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import MATRICES, Kind
 from armimpedance.core.errors import EstimationError
 from armimpedance.core.records import Window
-from armimpedance.hand.still.chart import Chart
 from armimpedance.hand.still.cones import NearestMatrices, Place, nearest_semidefinite
 from armimpedance.hand.still.methods import weighted
-from armimpedance.hand.still.prepared import Method, Prepared
+from armimpedance.hand.still.prepared import Chart, Method, Prepared
 from armimpedance.numerics.regression import TrialEquations, solve_total
 
 #: Eigenvalues of a symmetric fit of three axes below this part of the largest count as negative.

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from armimpedance.core.conventions import Kind
 from armimpedance.core.records import Window
-from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared
-from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared, impedance_factors
 from armimpedance.numerics.signals import choose_span, respond
 
 

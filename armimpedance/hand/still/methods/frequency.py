@@ -32,9 +32,13 @@ from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Window
 from armimpedance.hand.still.methods import exact
+from armimpedance.hand.still.modal import (
+    ModalEquation,
+    mean_of_others,
+    modal_equation,
+    weighted_equations,
+)
 from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared
-from armimpedance.hand.still.weighing.expected_motion import mean_of_others
-from armimpedance.hand.still.weighing.modal import ModalEquation, modal_equation, weighted_equations
 from armimpedance.numerics.regression import solve_total
 from armimpedance.numerics.signals import Modes
 
@@ -56,7 +60,7 @@ _STEP = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class FrequencyLines:
     """Real and imaginary parts of the tapered lines as modes, and to which line each belongs.
 
     Attributes
@@ -124,7 +128,7 @@ def _shared_motion(equation: ModalEquation, labels: IntArray) -> FloatArray:
     return np.where(alone[:, None, None], own, mean_of_others(own, labels))
 
 
-def _lines_for(window: Window) -> Lines:
+def _lines_for(window: Window) -> FrequencyLines:
     lag, rate = window.lag_s, window.sample_rate_hz
     rest = min(-lag[0], lag[-1] - float(window.duration_s[window.usable].max()))
     edge = float(np.clip(rest, SHORTEST_TAPER_S, LONGEST_TAPER_S))
@@ -137,7 +141,7 @@ def _lines_for(window: Window) -> Lines:
 
 
 @lru_cache(maxsize=64)
-def tapered_lines(samples: int, sample_rate_hz: float, edge: int) -> Lines:
+def tapered_lines(samples: int, sample_rate_hz: float, edge: int) -> FrequencyLines:
     """Lines of a window whose taper rises and falls over `edge` samples."""
     t = np.arange(samples) / sample_rate_hz
     v = _taper(t, edge / sample_rate_hz)
@@ -154,7 +158,7 @@ def tapered_lines(samples: int, sample_rate_hz: float, edge: int) -> Lines:
     modes = Modes(smooth / size, first / size, second / size)
     line = np.concatenate([np.arange(count), np.arange(1, count)])
     drift = modes.smooth @ np.column_stack([np.ones_like(t), t - t.mean()])
-    return Lines(modes, line, drift)
+    return FrequencyLines(modes, line, drift)
 
 
 def _taper(t: FloatArray, edge_s: float) -> FloatArray:
@@ -173,25 +177,25 @@ def _parts(rows: np.ndarray) -> FloatArray:
     return np.concatenate([rows.real, rows.imag[1:]])
 
 
-def _free_of_drift(lines: Lines) -> FloatArray:
+def _free_of_drift(lines: FrequencyLines) -> FloatArray:
     """Projection (n, n) that removes an offset and a ramp."""
     Q = np.linalg.qr(lines.drift)[0]
     return np.asarray(np.eye(len(Q)) - Q @ Q.T, np.float64)
 
 
-def _unweighted(lines: Lines, d: int) -> FloatArray:
+def _unweighted(lines: FrequencyLines, d: int) -> FloatArray:
     return np.asarray(np.kron(np.eye(d), _free_of_drift(lines)), np.float64)
 
 
 def replicate_noise(
-    equation: ModalEquation, lines: Lines, labels: IntArray, parameters: FloatArray
+    equation: ModalEquation, lines: FrequencyLines, labels: IntArray, parameters: FloatArray
 ) -> FloatArray:
     """Covariance (lines, d, d) of what trials of the same direction do not share.
 
     Parameters
     ----------
     equation : ModalEquation
-    lines : Lines
+    lines : FrequencyLines
     labels : (T,) int
         Direction of every trial, from 0, none left out.
     parameters : (3 d^2,)
@@ -214,7 +218,7 @@ def replicate_noise(
     return np.asarray(noise + max(floor, float(np.finfo(float).tiny)) * np.eye(d), np.float64)
 
 
-def line_weight(noise: FloatArray, lines: Lines) -> FloatArray:
+def line_weight(noise: FloatArray, lines: FrequencyLines) -> FloatArray:
     """V (d n, d n): inverse noise of every line, blind to an offset and a ramp of each axis."""
     d, n = noise.shape[1], len(lines.line)
     inverse = np.linalg.inv(noise)[lines.line]

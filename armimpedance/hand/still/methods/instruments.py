@@ -26,9 +26,15 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import UNITS, Kind, parameter_names
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Response, Window
-from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared
-from armimpedance.hand.still.regressors import impedance_factors, in_blocks, stack_columns
-from armimpedance.hand.still.weighing.expected_motion import mean_of_others
+from armimpedance.hand.still.modal import mean_of_others
+from armimpedance.hand.still.prepared import (
+    NO_LINEAR_LIMB,
+    Method,
+    Prepared,
+    impedance_factors,
+    in_blocks,
+    stack_columns,
+)
 from armimpedance.numerics.regression import TrialEquations
 from armimpedance.numerics.signals import choose_span, respond
 

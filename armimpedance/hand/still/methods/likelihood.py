@@ -23,13 +23,17 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import Kind
 from armimpedance.core.records import Window
-from armimpedance.hand.still.identifiable import require_identifiable
 from armimpedance.hand.still.methods import exact, weighted
+from armimpedance.hand.still.modal import ModalEquation, expected_motion, weighted_equations
 from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared
-from armimpedance.hand.still.weighing.expected_motion import expected_motion
-from armimpedance.hand.still.weighing.modal import ModalEquation, weighted_equations
-from armimpedance.hand.still.weighing.noise import refit_noise, through_impedance
-from armimpedance.hand.still.weighing.weighted_fit import FEWEST_TRIALS, WeightedFit, weighted_fit
+from armimpedance.hand.still.result import require_identifiable
+from armimpedance.hand.still.weighing import (
+    FEWEST_TRIALS,
+    WeightedFit,
+    refit_noise,
+    through_impedance,
+    weighted_fit,
+)
 from armimpedance.numerics.regression import TrialEquations, solve_total
 
 #: Rounds of noise and parameters; further ones move nothing by a hundredth of a standard error.

@@ -14,8 +14,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Response, Window
-from armimpedance.hand.still.prepared import Method, Prepared
-from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.hand.still.prepared import Method, Prepared, impedance_factors
 from armimpedance.numerics.signals import correct_force_only, derivatives, lowpass
 
 CUTOFF_HZ = 15.0

@@ -30,8 +30,7 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Response, Window
-from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared
-from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared, impedance_factors
 
 #: Support of the B-splines of degree 5 that the test functions combine (s). Measured on the linear
 #: limb, RMSE of M/B/K in %, nominal and sensor noise: 0.04 s 2.0/3.0/8.7 and 1.2/.11/2.8 (encoder

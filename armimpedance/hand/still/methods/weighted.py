@@ -17,11 +17,11 @@ from __future__ import annotations
 from armimpedance.core.conventions import Kind
 from armimpedance.core.records import Window
 from armimpedance.hand.still.bound import bound_of
-from armimpedance.hand.still.identifiable import require_identifiable
 from armimpedance.hand.still.methods import exact
 from armimpedance.hand.still.prepared import Method, Prepared
-from armimpedance.hand.still.weighing.silence import is_silent
-from armimpedance.hand.still.weighing.weighted_fit import FEWEST_TRIALS, weighted_fit
+from armimpedance.hand.still.result import require_identifiable
+from armimpedance.hand.still.variance_components import is_silent
+from armimpedance.hand.still.weighing import FEWEST_TRIALS, weighted_fit
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:

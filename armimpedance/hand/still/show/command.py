@@ -27,23 +27,24 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import Inputs, distinct_names, inputs_now
 from armimpedance.hand.show.options import add_by, add_force_by
 from armimpedance.hand.still.methods import METHODS
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite, add_leave_out
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
+    WITH_CHECKS,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.reading import add_leave_out
-from armimpedance.show.command.written import WITH_CHECKS, check_long, write_result
 
 if TYPE_CHECKING:
     from armimpedance.core.findings import Finding
     from armimpedance.core.records import Recording
     from armimpedance.hand.show.estimates import Estimates
-    from armimpedance.hand.still.show.compared_methods import ComparedMethods
+    from armimpedance.hand.still.show.verb import ComparedMethods
 
 #: What stands for every method, side by side.
 ALL = "all"
@@ -97,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     if together:
         print("\n\n".join(text for _, text in parts), end="\n\n")
     else:
-        from armimpedance.hand.show.text_table import summary_table
+        from armimpedance.hand.show.text import summary_table
 
         print(summary_table(made))
     if arguments.out is not None:
@@ -111,8 +112,8 @@ def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> Non
     if arguments.figure is None:
         return
     from armimpedance.hand.still.show.plot import plot_estimates, plot_motion_and_force
-    from armimpedance.hand.still.show.session.fit import plot_fit
-    from armimpedance.show.command.figure import draw_picture
+    from armimpedance.hand.still.show.trials_plot import plot_fit
+    from armimpedance.show.command.options import draw_picture
     from armimpedance.show.verbs.sources import read_recording
 
     method = made[0].method
@@ -183,7 +184,7 @@ def _of_recording(
 ) -> tuple[Estimates, str]:
     """The estimates of one recording, and with --method all the table of methods."""
     from armimpedance.hand.still.show.verb import estimate, estimate_all
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
 
     options: dict[str, Any] = {
         "by": arguments.by or "condition",

@@ -7,9 +7,8 @@ from typing import Final
 
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.checks import check_driven, check_response
-from armimpedance.show.verbs.checks import TopicChecks, disturbed_checks
+from armimpedance.show.verbs.checks import TopicChecks, disturbed_checks, spread
 from armimpedance.show.verbs.gate import in_groups, marks_of
-from armimpedance.show.verbs.spread import spread
 
 #: What only this topic can judge.
 CHECKS: Final = TopicChecks(response=check_response)

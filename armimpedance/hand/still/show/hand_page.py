@@ -18,8 +18,8 @@ from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.show.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.hand.still.show.linked_trials import linked_trials, trial_data
-from armimpedance.hand.still.show.session.fit import plot_fit, plot_residuals
-from armimpedance.hand.still.show.session.quality import plot_quality
+from armimpedance.hand.still.show.quality_plot import plot_quality
+from armimpedance.hand.still.show.trials_plot import plot_fit, plot_residuals
 from armimpedance.hand.still.show.verb import estimate, estimate_all
 from armimpedance.show.files import read_left_out, shared_steps
 from armimpedance.show.pages import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,13 +11,13 @@ import pandas as pd
 
 from armimpedance.core.conventions import AXES
 from armimpedance.core.records import Recording
-from armimpedance.hand.still.show.session.aligned import aligned_group, outlying_trials
-from armimpedance.show.pages import Linked
+from armimpedance.hand.still.show.aligned_trials import aligned_group, outlying_trials
+from armimpedance.show.pages import Linked, write_html
 
 if TYPE_CHECKING:
     import altair as alt
 
-    from armimpedance.hand.still.show.session.aligned import Aligned
+    from armimpedance.hand.still.show.aligned_trials import Aligned
 
 #: Points of one trial that the page holds: what passes the fit's kernel needs no more. Of very many
 #: trials fewer are held, so that a page stays small.
@@ -178,4 +179,45 @@ def _panel(base: alt.Chart, column: str, title: str) -> alt.Chart:
             tooltip=alt.Tooltip("text:N"),
         )
         .properties(width=width, height=height)
+    )
+
+
+# A page on which every trial is looked at and can be left out; the choice is saved as a list.
+
+#: Rows of the courses that the page holds.
+MOST_ROWS_TO_CHOOSE: Final = 120_000
+
+
+def write_choice(
+    recording: Recording, path: str | Path, title: str, left_out: Mapping[int, str] | None = None
+) -> None:
+    """Write the page of all trials of a session, whole or not at all.
+
+    Parameters
+    ----------
+    recording : Recording
+    path : path
+        The file; its name ends in .html.
+    title : str
+        What the session is called.
+    left_out : mapping from a trial's number to a reason, optional
+        What an earlier list leaves out.
+
+    Raises
+    ------
+    InputError
+        No onset is stated or seen.
+    """
+    names = dict.fromkeys(recording.trials["condition"].astype(str))
+    groups = {name: {"condition": name} for name in names}
+    trials, courses = trial_data(recording, groups, MOST_ROWS_TO_CHOOSE)
+    known = left_out or {}
+    trials["why"] = trials["trial"].map(known)
+    write_html(
+        path,
+        "choice.html.jinja",
+        ("shared.js", "choice.js"),
+        data={"trials": trials, "courses": courses},
+        more={"panels": [list(panel) for panel in panels(recording)], "title": title},
+        title=title,
     )

@@ -19,16 +19,17 @@ from pathlib import Path
 from textwrap import fill
 
 from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -54,10 +55,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge every group, write table and figure, print the verdicts."""
     from armimpedance.hand.still.show.reflex_plot import MOST_GROUPS, plot_reflex
-    from armimpedance.hand.still.show.reflex_text import verdict_text
     from armimpedance.hand.still.show.reflex_verb import reflex
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.hand.still.show.text import verdict_text
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     out, figure = arguments.out, arguments.figure
     check_outputs(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from armimpedance.core.conventions import group_name
 from armimpedance.core.findings import Finding
 from armimpedance.hand.still.show.reflex_plot import plot_reflex
-from armimpedance.hand.still.show.reflex_text import headline, verdict_text
 from armimpedance.hand.still.show.reflex_verb import ReflexVerdicts, reflex
+from armimpedance.hand.still.show.text import headline, verdict_text
 from armimpedance.show.pages import (
     Asked,
     Page,

@@ -10,8 +10,8 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import UNITS
 from armimpedance.core.errors import InputError
-from armimpedance.hand.show.ellipses.parts import one_legend
-from armimpedance.hand.still.reflex.verdict import ReflexVerdict
+from armimpedance.hand.show.ellipse_plot_parts import one_legend
+from armimpedance.hand.still.reflex_verdict import ReflexVerdict
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.plots import (
     LINE_STYLES,

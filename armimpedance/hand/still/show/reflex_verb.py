@@ -12,16 +12,14 @@ from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import group_name
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
-from armimpedance.hand.show.opened import ForceBy, opened
-from armimpedance.hand.still.reflex.guard import reflex_guard
-from armimpedance.hand.still.reflex.verdict import ReflexVerdict
+from armimpedance.hand.show.estimates import ForceBy, opened
+from armimpedance.hand.still.reflex import reflex_guard
+from armimpedance.hand.still.reflex_verdict import ReflexVerdict
 from armimpedance.hand.still.show.gate import checked_response
-from armimpedance.hand.still.show.reflex_text import headline, verdict_rows
+from armimpedance.hand.still.show.text import headline, verdict_rows
 from armimpedance.show.files import Content, table_content
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.named import position_of
-from armimpedance.show.verbs.sources import PathLike
-from armimpedance.show.verbs.written import WrittenResult
+from armimpedance.show.verbs.sources import PathLike, WrittenResult, position_of
 
 
 def reflex(

@@ -16,9 +16,8 @@ import argparse
 from pathlib import Path
 
 from armimpedance.hand.show.options import add_force_by
+from armimpedance.show.command.options import PAGE, add_leave_out
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
-from armimpedance.show.command.page import PAGE
-from armimpedance.show.command.reading import add_leave_out
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page."""
-    from armimpedance.hand.still.show.trial_choice import write_choice
+    from armimpedance.hand.still.show.linked_trials import write_choice
     from armimpedance.show.files import read_left_out
     from armimpedance.show.verbs.sources import naming, read_recording
 

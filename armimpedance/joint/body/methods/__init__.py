@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final, Literal
 from armimpedance.core.method_table import MethodTable
 
 if TYPE_CHECKING:
-    from armimpedance.joint.body.solution import Solution, WeightedSolution
+    from armimpedance.joint.body.estimate import BodySolution, WeightedSolution
 
 
 @dataclass(frozen=True)
-class Method:
+class BodyMethod:
     """A way to base parameters.
 
     Attributes
@@ -32,9 +32,9 @@ class Method:
     label: str
     assumes: str
     weighting: Literal["none", "levels"]
-    improve: Callable[[WeightedSolution], Solution] | None = None
+    improve: Callable[[WeightedSolution], BodySolution] | None = None
 
 
-METHODS: Final = MethodTable[Method](
+METHODS: Final = MethodTable[BodyMethod](
     "armimpedance.joint.body.methods", "METHOD", "method", default="weighted"
 )

@@ -5,10 +5,10 @@ The prior only chooses among what the motion cannot show.
 
 from __future__ import annotations
 
-from armimpedance.joint.body.methods import Method
-from armimpedance.joint.body.solution import consistent_solution
+from armimpedance.joint.body.estimate import consistent_solution
+from armimpedance.joint.body.methods import BodyMethod
 
-METHOD = Method(
+METHOD = BodyMethod(
     "consistent",
     "every segment is a body with mass",
     "levels",

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.body.methods import Method
+from armimpedance.joint.body.methods import BodyMethod
 
-METHOD = Method("least_squares", "all rows are equally noisy, and the motion is exact", "none")
+METHOD = BodyMethod("least_squares", "all rows are equally noisy, and the motion is exact", "none")

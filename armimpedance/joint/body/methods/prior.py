@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.body.methods import Method
-from armimpedance.joint.body.solution import prior_solution
+from armimpedance.joint.body.estimate import prior_solution
+from armimpedance.joint.body.methods import BodyMethod
 
-METHOD = Method(
+METHOD = BodyMethod(
     "prior",
     "the segments' masses are known to some per cent",
     "levels",

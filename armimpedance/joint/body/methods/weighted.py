@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.body.methods import Method
+from armimpedance.joint.body.methods import BodyMethod
 
-METHOD = Method("weighted", "each row of the wrench has a level of noise of its own", "levels")
+METHOD = BodyMethod("weighted", "each row of the wrench has a level of noise of its own", "levels")

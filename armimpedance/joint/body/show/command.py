@@ -27,9 +27,10 @@ from armimpedance.show.command.outputs import (
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -114,9 +115,9 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.joint.body.show.plot import body_figure
     from armimpedance.joint.body.show.text import body_text
     from armimpedance.joint.body.show.verb import body
-    from armimpedance.show.command.checks import number
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import number
+    from armimpedance.show.command.screen import bar
     from armimpedance.show.files import fit_content
 
     out, figure, cutoff = arguments.out, arguments.figure, arguments.cutoff_hz

@@ -12,8 +12,8 @@ from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.identify import identify_body
-from armimpedance.joint.body.joint_terms import TermKind
 from armimpedance.joint.body.methods import METHODS
+from armimpedance.joint.body.regressor import TermKind
 from armimpedance.joint.body.result import BodyFit
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.limb.mocap import motion_of

@@ -12,17 +12,21 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Progress
-from armimpedance.joint.elbow.cascade.method import CascadeMethod, Courses
+from armimpedance.joint.elbow.cascade.fit import in_rounds
 from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
-from armimpedance.joint.elbow.cascade.refined import Refined, refined
-from armimpedance.joint.elbow.cascade.rounds import in_rounds
 from armimpedance.joint.elbow.cascade.rows import CascadeRows, block_means, cascade_rows
-from armimpedance.joint.elbow.cascade.search import LIMITS, Searched, searched
-from armimpedance.joint.elbow.cascade.task import Task, beginning, task_in_time, task_over
-from armimpedance.joint.elbow.result import NAMES, UNITS
+from armimpedance.joint.elbow.cascade.search import LIMITS, Refined, Searched, refined, searched
+from armimpedance.joint.elbow.cascade.task import (
+    CascadeCourses,
+    CascadeMethod,
+    CascadeTask,
+    beginning,
+    task_in_time,
+    task_over,
+)
+from armimpedance.joint.elbow.elbow_result import NAMES, UNITS, ReflexCourse, VaryingImpedance
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.varying.data import VaryingData, varying_data
-from armimpedance.joint.elbow.varying_result import ReflexCourse, VaryingImpedance
 from armimpedance.numerics.regression import Parameters
 
 #: Below this the angle is a posture, where the courses are functions of it, Hz.
@@ -118,7 +122,7 @@ def identify_cascade(
     return _result(chosen, courses, found, near, every_s)
 
 
-def _contest(found: Searched, task: Task) -> Searched:
+def _contest(found: Searched, task: CascadeTask) -> Searched:
     """The search's gain where the courses are as fine as the record allows: they may jump."""
     if not found.seen:
         return found
@@ -159,7 +163,7 @@ def _task(
     aligned: bool,
     over: str | None,
     variable: FloatArray | None,
-) -> Task:
+) -> CascadeTask:
     if over is None:
         return task_in_time(samples, data, rows, aligned)
     values = _variable(samples, over, variable)
@@ -212,7 +216,7 @@ def _slow(signal: FloatArray, rate_hz: float) -> FloatArray:
 
 def _result(
     method: CascadeMethod,
-    courses: Courses,
+    courses: CascadeCourses,
     search: Searched | None,
     near: Refined | None,
     every_s: float | None,
@@ -251,12 +255,12 @@ def _result(
     )
 
 
-def _details(courses: Courses) -> dict[str, Any]:
+def _details(courses: CascadeCourses) -> dict[str, Any]:
     order = len(courses.task.noise) - 1
     return {"noise_order": order, "log_evidence": courses.found.evidence}
 
 
-def _grid(task: Task, every_s: float | None) -> tuple[np.ndarray, FloatArray, np.ndarray]:
+def _grid(task: CascadeTask, every_s: float | None) -> tuple[np.ndarray, FloatArray, np.ndarray]:
     """Cells (L,) of the result, their places, and offsets of the strips."""
     step = max(round((every_s or EVERY_S) / task.width), 1) if task.in_time else 1
     pairs = list(zip(task.strips[:-1].tolist(), task.strips[1:].tolist(), strict=True))

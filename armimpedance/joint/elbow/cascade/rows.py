@@ -9,7 +9,7 @@ commute with K(t), and a jump stays within its block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Final
 
 import numpy as np
@@ -194,3 +194,178 @@ def _derivatives(
     out[:, 1] += slope
     out[:, 2] += line[pad : pad + S]
     return out
+
+
+# The torque's noise as an autoregression, and rows from which it is taken.
+
+#: Highest order of the autoregression.
+ORDER: Final = 16
+
+
+def autoregression(residual: FloatArray) -> FloatArray:
+    """Coefficients ``1, a_1, ...`` (p + 1,) of what is left of the torque, after Burg (1968).
+
+    Parameters
+    ----------
+    residual : (N,)
+        NaN where there is none.
+    """
+    known = np.where(np.isfinite(residual), residual, 0.0)
+    forward, backward = known[1:].copy(), known[:-1].copy()
+    # no product goes over the gap between two trials
+    gap = ~(np.isfinite(residual[1:]) & np.isfinite(residual[:-1]))
+    a = best = np.ones(1)
+    count = max(int((~gap).sum()), 2)
+    least = score = np.log(max((known**2).sum(), 1e-300))
+    for order in range(1, ORDER + 1):
+        forward[gap], backward[gap] = 0.0, 0.0
+        power = (forward**2).sum() + (backward**2).sum()
+        k = -2 * (forward @ backward) / power if power else 0.0
+        longer = np.append(a, 0.0)
+        a = longer + k * longer[::-1]
+        forward, backward = (forward + k * backward)[1:], (backward + k * forward)[:-1]
+        gap = gap[1:] | gap[:-1]
+        score += np.log(1 - k**2)
+        # Schwarz's criterion
+        if score + order * np.log(count) / count < least:
+            least, best = score + order * np.log(count) / count, a
+    return best
+
+
+def whitened(values: FloatArray, a: FloatArray) -> FloatArray:
+    """``sum_k a_k values[t - k]`` along the first axis; the first p rows lack their past."""
+    out = np.array(values)
+    for k in range(1, len(a)):
+        out[k:] += a[k] * values[:-k]
+    return out
+
+
+# Rows summed up in cells: short pieces of time, or of another variable.
+#
+# Inside a cell every course is constant, so that all that the record says of it is the matrix of
+# products of its whitened columns. The sums make what follows as long as the number of cells, not
+# of samples, and trials that are aligned are added up cell by cell.
+
+#: Rows that are multiplied out at once.
+_AT_ONCE: Final = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Cells(FrozenRecord):
+    """Sums of products of n cells.
+
+    Columns: the courses (B, K, reflex gain if there is one, offset), then I, then the torque.
+
+    Attributes
+    ----------
+    width : float
+        Of a cell: s, or the unit of the variable.
+    products : (n, q, q)
+    rows : (n,)
+        Number of rows in each.
+    """
+
+    width: float
+    products: Annotated[FloatArray, "n q q"]
+    rows: Annotated[IntArray, "n"]
+
+    @property
+    def courses(self) -> int:
+        """Number m of courses."""
+        return self.products.shape[1] - 2
+
+    def merged(self, count: int) -> Cells:
+        """Cells of `count` of these each."""
+        if count == 1:
+            return self
+        starts = np.arange(0, len(self.rows), count)
+        sums = np.add.reduceat(self.products, starts), np.add.reduceat(self.rows, starts)
+        return Cells(self.width * count, *sums)
+
+    def part(self, first: int, last: int) -> Cells:
+        """Cells from `first` on, up to `last`."""
+        return Cells(self.width, self.products[first:last], self.rows[first:last])
+
+
+def columns_of(rows: CascadeRows, answer: FloatArray | None) -> FloatArray:
+    """Columns (N, m + 2) of the equation: x', x, the reflex's, 1, x'', torque."""
+    parts = [rows.motion[:, 1], rows.motion[:, 2]]
+    parts += [] if answer is None else [answer]
+    parts += [np.ones(len(rows.torque)), rows.motion[:, 0], rows.torque]
+    return np.stack(parts, axis=1)
+
+
+def cells_of(columns: FloatArray, cell: IntArray, count: int, width: float, a: FloatArray) -> Cells:
+    """Sums over rows whose noise is white.
+
+    Parameters
+    ----------
+    columns : (N, q)
+    cell : (N,) int
+        Cell of each row; -1: it is not used.
+    count : int
+    width : float
+    a : (p + 1,)
+        The noise's autoregression.
+    """
+    q = columns.shape[1]
+    sums, rows = np.zeros((count, q * q)), np.zeros(count, dtype=np.int64)
+    lag = len(a) - 1
+    for first in range(0, len(columns), _AT_ONCE):
+        last = min(first + _AT_ONCE, len(columns))
+        before = max(first - lag, 0)
+        white = whitened(columns[before:last], a)[first - before :]
+        at = cell[first:last]
+        used = np.flatnonzero(at >= 0)
+        if not len(used):
+            continue
+        order = used[np.argsort(at[used], kind="stable")]
+        numbers, starts = np.unique(at[order], return_index=True)
+        outer = (white[order][:, :, None] * white[order][:, None, :]).reshape(-1, q * q)
+        sums[numbers] += np.add.reduceat(outer, starts)
+        rows += np.bincount(at[used], minlength=count)
+    return Cells(width, sums.reshape(count, q, q), rows)
+
+
+# What a smoother or a search for jumps makes of cells.
+
+
+@dataclass(frozen=True, eq=False)
+class FoundCourses(FrozenRecord):
+    """Courses at n cells.
+
+    Attributes
+    ----------
+    mean, variance : (n, m)
+        B, K, reflex gain if there is one, offset.
+    inertia, var_inertia : float
+    evidence : float
+        Logarithm of the marginal likelihood.
+    noise : float
+        Variance of the white noise.
+    begins : (n,) or (0,)
+        Probability that courses jump at the beginning of each cell; none where they are smooth.
+    """
+
+    mean: Annotated[FloatArray, "n m"]
+    variance: Annotated[FloatArray, "n m"]
+    inertia: float
+    var_inertia: float
+    evidence: float
+    noise: float
+    begins: Annotated[FloatArray, "k"] = field(default_factory=lambda: np.zeros(0))
+
+
+def joined(parts: list[tuple[FoundCourses, int, int]]) -> FoundCourses:
+    """Pieces of a record one after another: of each the cells from the one number to the other."""
+    weight = np.array([1 / p.var_inertia for p, _, _ in parts])
+    values = np.array([p.inertia for p, _, _ in parts])
+    return FoundCourses(
+        mean=np.concatenate([p.mean[a:b] for p, a, b in parts]),
+        variance=np.concatenate([p.variance[a:b] for p, a, b in parts]),
+        inertia=float(weight @ values / weight.sum()),
+        var_inertia=float(1 / weight.sum()),
+        evidence=float(sum(p.evidence for p, _, _ in parts)),
+        noise=float(np.mean([p.noise for p, _, _ in parts])),
+        begins=np.concatenate([p.begins[a:b] for p, a, b in parts]),
+    )

@@ -15,8 +15,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError
-from armimpedance.joint.elbow.cascade.cells import Cells
-from armimpedance.joint.elbow.cascade.found import Found
+from armimpedance.joint.elbow.cascade.rows import Cells, FoundCourses
 
 #: Limits of the intensity, s^-1.5: below, a course is a straight line for this purpose.
 INTENSITY: Final = (0.01, 1000.0)
@@ -60,7 +59,7 @@ def scales_of(cells: Cells) -> FloatArray:
     return np.maximum(np.abs(solution[:m]), least)
 
 
-def smooth(cells: Cells, strengths: Strengths) -> Found:
+def smooth(cells: Cells, strengths: Strengths) -> FoundCourses:
     """Courses and their variances under given strengths.
 
     Raises
@@ -74,7 +73,7 @@ def smooth(cells: Cells, strengths: Strengths) -> Found:
     var_I = 1 / s.information
     carried = s.of_inertia.reshape(n, m) ** 2 * var_I
     mean = (s.course - s.inertia * s.of_inertia).reshape(n, m)
-    return Found(mean, variance + carried, s.inertia, var_I, s.evidence, strengths.noise)
+    return FoundCourses(mean, variance + carried, s.inertia, var_I, s.evidence, strengths.noise)
 
 
 def smooth_means(cells: Cells, of: Strengths) -> tuple[float, FloatArray]:

@@ -4,18 +4,83 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
-from armimpedance.joint.elbow.cascade.answer import Pathway
-from armimpedance.joint.elbow.cascade.cells import Cells, cells_of, columns_of
-from armimpedance.joint.elbow.cascade.found import Found
-from armimpedance.joint.elbow.cascade.noise import autoregression
-from armimpedance.joint.elbow.cascade.rows import CascadeRows
+from armimpedance.joint.elbow.cascade.rows import (
+    CascadeRows,
+    Cells,
+    FoundCourses,
+    autoregression,
+    cells_of,
+    columns_of,
+)
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.varying.data import VaryingData
+
+# The reflex's signal: the velocity of a while ago, linear or rectified, behind a low-pass.
+
+Side = Literal["both", "positive", "negative"]
+SIDES: Final[tuple[Side, ...]] = ("both", "positive", "negative")
+ORDERS: Final = (1, 2)
+#: A velocity of so long ago at most is looked at, s.
+PAD_S: Final = 1.0
+#: Time constants of the low-pass after which less than a two-hundredth is left.
+FORGOTTEN: Final = 8.0
+
+
+@dataclass(frozen=True)
+class Pathway:
+    """A reflex but for its gain.
+
+    Attributes
+    ----------
+    delay_s : float
+    cutoff_hz : float
+        Of the low-pass, whose poles are all alike.
+    order : int
+    side : {"both", "positive", "negative"}
+        Which velocities it answers.
+    """
+
+    delay_s: float
+    cutoff_hz: float
+    order: int = 2
+    side: Side = "both"
+
+    @property
+    def lead_s(self) -> float:
+        """Time after which what was before the record is forgotten, s."""
+        return min(self.delay_s + FORGOTTEN / (2 * np.pi * self.cutoff_hz), PAD_S)
+
+    def signal(self, rows: CascadeRows) -> FloatArray:
+        """Its answer to the motion at gain one, (N,) rad/s."""
+        out = np.empty(len(rows.torque))
+        for row in range(len(rows.offsets) - 1):
+            inside = rows.trial(row)
+            out[inside] = self.of_rate(rows.motion[inside, 1], rows.rate_hz)
+        return out
+
+    def of_rate(self, rate: FloatArray, rate_hz: float) -> FloatArray:
+        """Its answer to an angular velocity (S,) that was nothing before, (S,) rad/s."""
+        if self.side == "positive":
+            rate = np.maximum(rate, 0)
+        elif self.side == "negative":
+            rate = np.minimum(rate, 0)
+        count = _fast(len(rate) + round(PAD_S * rate_hz))
+        s = 2j * np.pi * np.fft.rfftfreq(count, 1 / rate_hz)
+        lag = (1 + s / (2 * np.pi * self.cutoff_hz)) ** -float(self.order)
+        late = np.fft.rfft(rate, count) * lag * np.exp(-s * self.delay_s)
+        return np.asarray(np.fft.irfft(late, count)[: len(rate)])
+
+
+def _fast(count: int) -> int:
+    from scipy.fft import next_fast_len
+
+    return int(next_fast_len(count, real=True))
+
 
 #: Rows of a cell of time, and trials of so many rows in which a cell is one row.
 CELL_ROWS: Final = 2
@@ -31,7 +96,7 @@ OUTLYING: Final = 4.5
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class CascadeTask:
     """Rows of T trials, and the cells in which they are summed up.
 
     Attributes
@@ -85,7 +150,7 @@ class Task:
         """Whether trials share their cells."""
         return self.in_time and len(self.strips) - 1 < len(self.data.trials)
 
-    def settled(self, lead_s: float) -> Task:
+    def settled(self, lead_s: float) -> CascadeTask:
         """Without the first rows of each trial, whose reflex answers what was before the trial."""
         cell = np.array(self.cell)
         for row in range(len(self.rows.offsets) - 1):
@@ -105,7 +170,7 @@ class Task:
         width = self.width if self.in_time else 1 / count
         return cells_of(self.columns(), self.cell, count, width, self.noise)
 
-    def learnt(self, found: Found) -> Task:
+    def learnt(self, found: FoundCourses) -> CascadeTask:
         """The same with the noise that a fit leaves."""
         theta = np.column_stack([found.mean, np.full(len(found.mean), found.inertia)])
         columns, used = self.columns(), self.cell >= 0
@@ -121,7 +186,7 @@ class Task:
 
 def task_in_time(
     samples: JointSamples, data: VaryingData, rows: CascadeRows, aligned: bool
-) -> Task:
+) -> CascadeTask:
     """Cells of time, of each trial by itself or of all at once."""
     counts = np.diff(data.offsets)
     within = np.concatenate([np.arange(c) for c in counts])
@@ -133,10 +198,10 @@ def task_in_time(
     else:
         cell = cell + np.repeat(strips[:-1], counts)
     width = each / data.rate_hz
-    return Task(samples, data, rows, _without_ends(cell, rows), strips, width)
+    return CascadeTask(samples, data, rows, _without_ends(cell, rows), strips, width)
 
 
-def beginning(task: Task) -> Task:
+def beginning(task: CascadeTask) -> CascadeTask:
     """The first rows of a long record, with the cells that they fill."""
     if len(task.cell) <= MOST_ROWS:
         return task
@@ -165,7 +230,7 @@ def task_over(
     variable: FloatArray,
     name: str,
     bins: int = 100,
-) -> Task:
+) -> CascadeTask:
     """Cells of another variable (N,), known at the rows: `bins` of equal width."""
     cyclic = name == "phase"
     low, high = (0.0, 1.0) if cyclic else np.quantile(variable, (0.005, 0.995)).tolist()
@@ -176,4 +241,37 @@ def task_over(
     cell[(cell < 0) | (cell >= bins)] = -1
     strips = np.array([0, bins])
     cell = _without_ends(cell, rows)
-    return Task(samples, data, rows, cell, strips, width, over=name, start=low, cyclic=cyclic)
+    return CascadeTask(
+        samples, data, rows, cell, strips, width, over=name, start=low, cyclic=cyclic
+    )
+
+
+# What the table of methods for two pathways holds of each.
+
+
+@dataclass(frozen=True)
+class CascadeCourses:
+    """What a method hands over: courses at the cells, the last noise, and what it says of them."""
+
+    found: FoundCourses
+    task: CascadeTask
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CascadeMethod:
+    """A method for I, B, K and the reflex's gain, given the pathway.
+
+    Attributes
+    ----------
+    name, description, reference : str
+    realizations : int
+        Trials of the same course that it needs.
+    estimate : function
+    """
+
+    name: str
+    description: str
+    reference: str
+    realizations: int
+    estimate: Callable[[CascadeTask], CascadeCourses]

@@ -16,11 +16,75 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.elbow.doubts.bands import excess_over_bands
-from armimpedance.joint.elbow.doubts.record import BENDS, Doubted
-from armimpedance.joint.elbow.doubts.rows import Model, Posed, posed
-from armimpedance.joint.elbow.doubts.whittle import Fitted, Spectrum, fit_models
+from armimpedance.joint.elbow.doubts.record import (
+    BENDS,
+    Doubted,
+    LimbModel,
+    Posed,
+    Spectrum,
+    WhittleFit,
+    fit_models,
+    posed,
+)
 from armimpedance.joint.elbow.stationary.instruments import Driver
+
+# Are I, B and K the same in every part of the band? A limb of another kind betrays itself there.
+#
+# Soft tissue, a strap, a second joint: where no kind of limb that is fitted describes the record,
+# each part of the band asks for other I, B and K, and an error that counts lines does not know of
+# it. The best model is solved again without each of some parts (a jackknife over frequency).
+
+#: Parts of the band, of equal numbers of lines.
+PARTS: Final = 10
+#: Squares of what I, B, K move without a part, over what the lines allow: from here no chance.
+NO_CHANCE: Final = 16.0
+
+
+def excess_over_bands(
+    X: FloatArray, y: FloatArray, eta: FloatArray, frequency: FloatArray, bound: FloatArray
+) -> FloatArray:
+    """By how much I, B and K vary over the band more than their lines allow, (3,); 1: they do not.
+
+    Parameters
+    ----------
+    X : (n, 2, p)
+        Real and imaginary part of each line's columns; the first three are those of I, B and K.
+    y : (n, 2)
+    eta : (n,)
+        Logarithm of the noise power over what the rows are weighed by.
+    frequency : (n,)
+        Order of the lines.
+    bound : (p,)
+        One over the variance of each parameter before the record; 0 = free.
+
+    Returns
+    -------
+    (3,)
+        Ratio of what leaving out a part moves to what the lines allow.
+    """
+    size = np.sqrt((X**2).sum(axis=(0, 1))) + np.finfo(float).tiny
+    weight = np.exp(-eta)
+    part = np.empty(len(y), dtype=int)
+    part[np.argsort(frequency)] = np.arange(len(y)) * PARTS // len(y)
+    rows = X / size
+    # A_b (p, p) = X^T W X and b_b (p,) = X^T W y of each part
+    A = np.stack([_gram(rows[part == b], rows[part == b], weight[part == b]) for b in range(PARTS)])
+    b = np.stack(
+        [_gram(rows[part == b], y[part == b, :, None], weight[part == b]) for b in range(PARTS)]
+    )
+    prior = np.diag(bound / size**2)
+    whole, target = A.sum(axis=0) + prior, b.sum(axis=0)
+    # p_b (p,) = (A - A_b)^-1 (b - b_b), whose variance beyond p's is (A - A_b)^-1 - A^-1
+    moved = np.linalg.solve(whole - A, target - b)[:, :3, 0] - np.linalg.solve(whole, target)[:3, 0]
+    allowed = np.linalg.inv(whole - A) - np.linalg.inv(whole)
+    ratio = (moved**2).sum(axis=0) / np.diagonal(allowed, axis1=1, axis2=2).sum(axis=0)[:3]
+    return np.sqrt(np.where(ratio > NO_CHANCE, ratio, 1.0))
+
+
+def _gram(left: FloatArray, right: FloatArray, weight: FloatArray) -> FloatArray:
+    """``sum w left^T right`` over lines and their two parts."""
+    return np.asarray(np.einsum("nip,niq,n->pq", left, right, weight))
+
 
 #: Rounds in which skew, instruments and spectra settle: at most, and once a round moves the best
 #: kind's parameters by less than this part of their standard errors.
@@ -61,11 +125,11 @@ class Contest:
 
     Attributes
     ----------
-    fits : mapping of Kind to Fitted
+    fits : mapping of Kind to WhittleFit
         Parameters I, B, K, then T, K_r, B_r and the bends as the kind has them; those with an
         answer hold one model of each delay.
     delays_s : (D,)
-    about : Model
+    about : LimbModel
     bends : tuple of int
         Which terms of amplitude all of them hold.
     reference : (n,)
@@ -73,9 +137,9 @@ class Contest:
     rows : Posed
     """
 
-    fits: dict[Kind, Fitted]
+    fits: dict[Kind, WhittleFit]
     delays_s: FloatArray
-    about: Model
+    about: LimbModel
     bends: tuple[int, ...]
     reference: FloatArray
     rows: Posed
@@ -139,7 +203,7 @@ def _level(doubted: Doubted, driver: Driver, made: Contest) -> float:
 def _settled(
     doubted: Doubted, driver: Driver, limb: FloatArray, bends: tuple[int, ...], *, skew_first: bool
 ) -> Contest:
-    model = Model(limb, np.zeros(2), float(doubted.delays_s[0]), 0.0, np.zeros(len(BENDS)))
+    model = LimbModel(limb, np.zeros(2), float(doubted.delays_s[0]), 0.0, np.zeros(len(BENDS)))
     reference = np.zeros(sum(len(b.s) for b in doubted.band.trials))
     before = None
     for turn in range(ROUNDS):
@@ -158,7 +222,7 @@ def _settled(
     return made
 
 
-def _powers(doubted: Doubted, model: Model, reference: FloatArray) -> list[FloatArray]:
+def _powers(doubted: Doubted, model: LimbModel, reference: FloatArray) -> list[FloatArray]:
     """Noise of the equation to weigh by, one (n,) of each trial."""
     ends = np.cumsum([len(b.s) for b in doubted.band.trials])[:-1]
     parts = zip(doubted.band.trials, np.split(np.exp(reference), ends), strict=True)
@@ -166,7 +230,7 @@ def _powers(doubted: Doubted, model: Model, reference: FloatArray) -> list[Float
 
 
 def _table(
-    rows: Posed, about: Model, kind: Kind, bends: tuple[int, ...]
+    rows: Posed, about: LimbModel, kind: Kind, bends: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray, Spectrum, FloatArray]:
     """Columns (m, n, 2, p) of one kind, what they explain (n, 2), its spectrum and bounds (p,)."""
     columns, bounds = [rows.limb[..., :3]], [0.0, 0.0, 0.0]
@@ -188,7 +252,7 @@ def _table(
     return X, y, rows.spectrum, np.array(bounds)
 
 
-def _next(made: Contest, kind: Kind, number: int) -> tuple[Model, FloatArray]:
+def _next(made: Contest, kind: Kind, number: int) -> tuple[LimbModel, FloatArray]:
     """A kind and delay as a model to pose the rows about, and the noise that it leaves."""
     fit = made.fits[kind]
     values = fit.values[number]
@@ -201,5 +265,74 @@ def _next(made: Contest, kind: Kind, number: int) -> tuple[Model, FloatArray]:
     bends[list(made.bends)] = extra
     limb = np.maximum(values[:3], _SHRUNK * made.about.limb)
     delay = float(made.delays_s[number if kind.answers else 0])
-    model = Model(limb, answer, delay, float(lateness), bends)
+    model = LimbModel(limb, answer, delay, float(lateness), bends)
     return model, made.reference + fit.eta[number]
+
+
+# Does the joint depend on how far and how fast it moves? Terms of amplitude beside the best limb.
+#
+# Stiffness that rises or falls with the deflection bends torque over angle by theta^2 and theta^3,
+# friction by the sign of the velocity. Of a Gaussian motion they have parts that no linear limb
+# makes, whatever its reflexes, and these are what is looked for.
+
+STIFFENS: Final = (0, 1)
+RUBS: Final = (2, 3)
+#: By how much the deviance must fall: chance does so once in some thousand records.
+LIKELIER: Final = 20.0
+#: What a further pair of terms must be worth.
+_WORTH_OF_AMPLITUDE: Final = 12.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """The terms of amplitude that the record asks for.
+
+    Attributes
+    ----------
+    terms : tuple of int
+        Numbers among `record.BENDS`; () where none is clearly there.
+    gain : float
+        By how much the deviance falls with all of them.
+    smallest : float
+        The smallest change of the stiffness at the rms deflection that would have been seen,
+        N m/rad.
+    """
+
+    terms: tuple[int, ...]
+    gain: float
+    smallest: float
+
+
+def bent(made: Contest, deflection: float) -> Bent:
+    """Judge the terms of amplitude beside the best of a contest without them.
+
+    Parameters
+    ----------
+    made : Contest
+    deflection : float
+        Rms of the angle, rad.
+    """
+    kind = min(KINDS, key=lambda k: made.best(k)[0])
+    without, number = made.best(kind)
+    columns = [made.rows.limb[..., : 4 if kind.late_angle else 3]]
+    if kind.answers:
+        columns.append(made.rows.late[:, :, number, : kind.answers])
+    y = made.rows.y + made.about.lateness_s * made.rows.limb[..., 3]
+    deviance, smallest = {}, np.inf
+    for terms in (STIFFENS, RUBS, (*STIFFENS, *RUBS)):
+        X = np.concatenate([*columns, made.rows.bends[..., list(terms)]], axis=2)
+        fit = fit_models(X[None], y, made.rows.spectrum, np.zeros(X.shape[2]))
+        deviance[terms] = float(fit.deviance[0])
+        if terms == STIFFENS:
+            C = np.linalg.inv(fit.information[0])
+            # The slope of c theta^3 has the mean 3 c <theta^2>.
+            smallest = 3 * deflection**2 * float(np.sqrt(LIKELIER * C[-1, -1]))
+    best = min(deviance, key=lambda t: deviance[t] + _WORTH_OF_AMPLITUDE * len(t) / 2)
+    gain = without - min(deviance.values())
+    clear = without - deviance[best] > LIKELIER
+    return Bent(best if clear else (), gain, smallest)
+
+
+def stiffening(values: FloatArray, deflection: float) -> float:
+    """What theta^3 adds to the stiffness of a motion of this rms, N m/rad; values of STIFFENS."""
+    return float(3 * values[1] * deflection**2)

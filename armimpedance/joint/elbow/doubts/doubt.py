@@ -16,9 +16,17 @@ import numpy as np
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.findings import Finding
-from armimpedance.joint.elbow.doubts.amplitude import RUBS, STIFFENS, Bent, bent, stiffening
-from armimpedance.joint.elbow.doubts.bands import PARTS
-from armimpedance.joint.elbow.doubts.contest import Contest, Kind, contest
+from armimpedance.joint.elbow.doubts.contest import (
+    PARTS,
+    RUBS,
+    STIFFENS,
+    Bent,
+    Contest,
+    Kind,
+    bent,
+    contest,
+    stiffening,
+)
 from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths, posterior
 from armimpedance.joint.elbow.doubts.record import doubted
 from armimpedance.joint.elbow.doubts.sentences import (
@@ -30,11 +38,10 @@ from armimpedance.joint.elbow.doubts.sentences import (
     findings,
     unlike_finding,
 )
-from armimpedance.joint.elbow.stationary.band import Band
+from armimpedance.joint.elbow.stationary.band import Band, explained
 from armimpedance.joint.elbow.stationary.estimate import Estimate
 from armimpedance.joint.elbow.stationary.instruments import driver_of
-from armimpedance.joint.elbow.stationary.misfit import explained
-from armimpedance.joint.elbow.stationary.preparation import Prepared
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import Parameters, t_factor
 
 #: What the record leaves less likely than this is out.
@@ -73,13 +80,13 @@ class Doubt:
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
-def doubt(estimate: Estimate, prepared: Prepared, band: Band) -> Doubt:
+def doubt(estimate: Estimate, prepared: PreparedSamples, band: Band) -> Doubt:
     """Hold I, B, K against late answers, channels out of step, and amplitude.
 
     Parameters
     ----------
     estimate : Estimate
-    prepared : Prepared
+    prepared : PreparedSamples
     band : Band
         The whole record, weighed as the estimate was.
     """

@@ -14,8 +14,10 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.stationary.band import Band, Bins, Complex, band_of
-from armimpedance.joint.elbow.stationary.preparation import Prepared, without_ramp
+from armimpedance.joint.elbow.stationary.band import Band, Bins, Complex, band_of, real_rows
+from armimpedance.joint.elbow.stationary.instruments import Driver, imposed_correction
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, without_ramp
+from armimpedance.joint.elbow.stationary.weights import hats, knots_of
 
 #: From a short-latency reflex to a voluntary answer, s.
 DELAYS_S: Final = np.arange(7, 25) / 200
@@ -63,7 +65,7 @@ class Doubted:
     samples: tuple[int, ...]
 
 
-def doubted(prepared: Prepared, whole_band: Band) -> Doubted:
+def doubted(prepared: PreparedSamples, whole_band: Band) -> Doubted:
     """The record without its first moments, and their part in what follows.
 
     Raises
@@ -120,3 +122,253 @@ def bends_in_time(angle: Complex, bins: Bins, count: int) -> FloatArray:
     spectrum[:, first : first + len(bins.s)] = np.stack([angle, bins.s * angle]) * np.sqrt(count)
     q, v = np.fft.irfft(spectrum, count, axis=1)
     return np.stack([q**2, q**3, v / np.sqrt(v**2 + _SLOW**2 * (v**2).mean()), v * np.abs(v)])
+
+
+# Models of one record that compete: linear least squares, each with its own residual spectrum.
+#
+# The residual's spectrum absorbs what a model misses: judged by the spectrum of another one, a
+# misfit looks larger or smaller than it is. Each model's deviance is therefore minimised over its
+# parameters and its spectrum in turn: ``sum nu (ln g + r / g)``, P. Whittle, Ark. Mat. 2, 1953; the
+# logarithm of g is linear between knots (see `stationary.weights`).
+
+_ROUNDS: Final = 3
+_STEPS: Final = 5
+_LONGEST: Final = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Hats over the lines, and how many squares each line holds.
+
+    Attributes
+    ----------
+    hats : (n, k)
+    squares : (n,)
+    """
+
+    hats: FloatArray
+    squares: FloatArray
+
+    @classmethod
+    def over(cls, frequency_hz: FloatArray, squares: FloatArray) -> Spectrum:
+        """Knots as the weights have them, over lines of all trials (n,)."""
+        return cls(hats(np.log(frequency_hz), np.log(knots_of(frequency_hz))), squares)
+
+    def logarithms(self, power: FloatArray) -> FloatArray:
+        """``ln g`` (m, n) of each of m residuals with powers (m, n), by Fisher's scoring."""
+        weight = self.hats * self.squares[:, None]
+        tiny = np.finfo(float).tiny
+        logs = np.log(power @ weight / np.maximum(weight.sum(axis=0), tiny) + tiny)
+        # (H^T nu H)^-1 (k, k) H^T nu (k, n)
+        gain = np.linalg.solve(weight.T @ self.hats, weight.T)
+        for _ in range(_STEPS):
+            eta = logs @ self.hats.T
+            logs = logs + np.clip((power * np.exp(-eta) - 1) @ gain.T, -_LONGEST, _LONGEST)
+        return np.asarray(logs @ self.hats.T)
+
+
+@dataclass(frozen=True, eq=False)
+class WhittleFit:
+    """m models of p parameters, each with its own spectrum.
+
+    Attributes
+    ----------
+    values : (m, p)
+    information : (m, p, p)
+        X^T W X with the model's own weights; its inverse is the covariance.
+    deviance : (m,)
+        Minus twice the logarithm of the likelihood, up to a constant that all share.
+    eta : (m, n)
+        Logarithm of the model's noise power over the reference.
+    """
+
+    values: FloatArray
+    information: FloatArray
+    deviance: FloatArray
+    eta: FloatArray
+
+    def one(self, row: int) -> WhittleFit:
+        """Model `row` alone."""
+        part = slice(row, row + 1)
+        return WhittleFit(
+            self.values[part], self.information[part], self.deviance[part], self.eta[part]
+        )
+
+
+def fit_models(X: FloatArray, y: FloatArray, spectrum: Spectrum, prior: FloatArray) -> WhittleFit:
+    """Fit m models ``y = X p + e`` to the same rows.
+
+    Parameters
+    ----------
+    X : (m, n, 2, p)
+        Real and imaginary part of each line's columns, weighed by the reference.
+    y : (n, 2)
+    spectrum : Spectrum
+    prior : (p,)
+        One over the variance of each parameter before the record, about zero; 0 = free.
+    """
+    m, n, _, p = X.shape
+    eta = np.zeros((m, n))
+    rows = X.reshape(m, 2 * n, p)
+    scale = np.sqrt((rows**2).sum(axis=1)) + np.finfo(float).tiny
+    rows = rows / scale[:, None, :]
+    ridge = np.einsum("mp,pq->mpq", prior / scale**2, np.eye(p))
+    target = y.reshape(2 * n)
+    for turn in range(_ROUNDS):
+        weight = np.repeat(np.exp(-eta), 2, axis=1)
+        weighed = rows * weight[:, :, None]
+        # N (m, p, p) = X^T W X + prior, N p (m, p) = X^T W y
+        N = np.swapaxes(weighed, 1, 2) @ rows + ridge
+        values = np.linalg.solve(N, (np.swapaxes(weighed, 1, 2) @ target)[..., None])[..., 0]
+        e = target - (rows @ values[..., None])[..., 0]
+        power = (e.reshape(m, n, 2) ** 2).sum(axis=2) / np.maximum(spectrum.squares, 1e-300)
+        if turn < _ROUNDS - 1:
+            eta = spectrum.logarithms(power)
+    last = spectrum.logarithms(power)
+    deviance = (spectrum.squares * (last + power * np.exp(-last))).sum(axis=1)
+    deviance = deviance + ((values / scale) ** 2 * prior).sum(axis=1)
+    return WhittleFit(values / scale, N * scale[:, :, None] * scale[:, None, :], deviance, eta)
+
+
+# The equation of motion about a model so far, as regression on columns without noise.
+#
+# With instruments ``X_c``, the columns of the motion that the record's source explains, and the
+# residual e of the measured columns X, the rows ``y = e + X_c p`` regressed on X_c have their fixed
+# point where ``X_c^H W (tau - X p) = 0``: that of refined instruments. At it y is what an ordinary
+# regression would be, and models may be compared by their deviances.
+
+
+@dataclass(frozen=True, eq=False)
+class LimbModel:
+    """Limb, late answer, lateness of the angle, terms of amplitude.
+
+    Attributes
+    ----------
+    limb : (3,)
+        I, B, K.
+    answer : (2,)
+        K_r, N m/rad, and B_r, N m s/rad.
+    delay_s : float
+    lateness_s : float
+        By how much the angle is late.
+    bends : (C,)
+    """
+
+    limb: FloatArray
+    answer: FloatArray
+    delay_s: float
+    lateness_s: float
+    bends: FloatArray
+
+    def answering(self, s: Complex) -> Complex:
+        """``(B_r s + K_r) e^(-s d)`` at s (n,)."""
+        return np.asarray((self.answer[0] + self.answer[1] * s) * np.exp(-s * self.delay_s))
+
+    def impedance(self, bins: Bins) -> Complex:
+        """That of limb and answer together, (n,)."""
+        return np.asarray(bins.impedance(self.limb) + self.answering(bins.s))
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """Real and imaginary parts of each line, weighed: what the models are fitted to.
+
+    Attributes
+    ----------
+    y : (n, 2)
+    limb : (n, 2, 4)
+        What I, B, K and the lateness beyond the model's multiply.
+    late : (n, 2, D, 2)
+        What K_r and B_r of each delay multiply.
+    bends : (n, 2, C)
+    spectrum : Spectrum
+    """
+
+    y: FloatArray
+    limb: FloatArray
+    late: FloatArray
+    bends: FloatArray
+    spectrum: Spectrum
+
+
+def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatArray]) -> Posed:
+    """All trials' rows about a model.
+
+    Parameters
+    ----------
+    doubted : Doubted
+    driver : Driver
+        Of the doubted band.
+    model : LimbModel
+    power : one (n,) of each trial
+        Noise of the equation that the lines are weighed by.
+    """
+    parts, shares = [], []
+    for row, (bins, past) in enumerate(zip(doubted.band.trials, doubted.trials, strict=True)):
+        columns = _columns(bins, past, doubted.delays_s, driver, row, model, doubted.samples[row])
+        weight = np.sqrt(2 / power[row])[:, None]
+        Q = np.linalg.qr(real_rows(bins.ends * weight))[0]
+        rows = real_rows(columns * weight)
+        rows = rows - Q @ (Q.T @ rows)
+        n = len(bins.s)
+        parts.append(np.stack([rows[:n], rows[n:]], axis=1))
+        left = 1 - (Q**2).sum(axis=1)
+        shares.append((left[:n] + left[n:]).clip(1e-3))
+    table = np.concatenate(parts)
+    frequency = np.concatenate([b.frequency_hz for b in doubted.band.trials])
+    D = len(doubted.delays_s)
+    return Posed(
+        table[:, :, 0],
+        table[:, :, 1:5],
+        np.stack([table[:, :, 5 : 5 + D], table[:, :, 5 + D : 5 + 2 * D]], axis=3),
+        table[:, :, 5 + 2 * D :],
+        Spectrum.over(frequency, np.concatenate(shares)),
+    )
+
+
+def _columns(
+    bins: Bins,
+    past: Past,
+    delays_s: FloatArray,
+    driver: Driver,
+    row: int,
+    model: LimbModel,
+    count: int,
+) -> Complex:
+    """The pseudo-torque y; what I, B, K, lateness, K_r, B_r of each delay, and bends multiply."""
+    in_step = np.exp(bins.s * model.lateness_s)
+    number = int(np.abs(delays_s - model.delay_s).argmin())
+    turned = np.exp(-bins.s[:, None] * delays_s)
+    answer, Z = model.answering(bins.s), model.impedance(bins)
+    angle = bins.angle * in_step
+    residual = (
+        bins.torque
+        - bins.impedance(model.limb) * angle
+        - (model.answer[0] + model.answer[1] * bins.s) * past.late[:, number] * in_step
+        - past.bends @ model.bends
+    )
+    clean = _clean(bins, past, driver, row, model, Z, residual)
+    bends = bends_of(clean, bins, count)
+    limb = bins.powers * clean[:, None]
+    late = turned * clean[:, None]
+    y = residual + limb @ model.limb + answer * clean + bends @ model.bends
+    return np.column_stack([y, limb, bins.s * Z * clean, late, bins.s[:, None] * late, bends])
+
+
+def _clean(
+    bins: Bins,
+    past: Past,
+    driver: Driver,
+    row: int,
+    model: LimbModel,
+    Z: Complex,
+    residual: Complex,
+) -> Complex:
+    """The angle, in step with the torque, that the record's source explains, (n,)."""
+    if driver.imposed:
+        in_step = bins.angle * np.exp(bins.s * model.lateness_s)
+        return np.asarray(in_step + imposed_correction(bins, Z, residual))
+    if driver.motion is None and driver.band is None:
+        return np.asarray((bins.torque - past.bends @ model.bends) / Z)
+    measured = driver.angle(row, bins, model.limb)
+    return np.asarray(measured * np.exp(bins.s * model.lateness_s))

@@ -9,8 +9,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.findings import Finding
-from armimpedance.joint.elbow.doubts.bands import NO_CHANCE
-from armimpedance.joint.elbow.doubts.contest import RATE_S
+from armimpedance.joint.elbow.doubts.contest import NO_CHANCE, RATE_S
 from armimpedance.numerics.regression import Parameters
 
 #: Where only a late answer of more than this part of K would be seen, none is told of.

@@ -17,13 +17,16 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray, frozen_array
 from armimpedance.core.errors import InputError
-from armimpedance.joint.elbow.emg.curvature import Bend, bend_of
+from armimpedance.joint.elbow.elbow_result import ElbowFit
+from armimpedance.joint.elbow.emg.curvature import (
+    Bend,
+    bend_of,
+    error_covariance,
+    error_moments,
+    settled_variance,
+)
 from armimpedance.joint.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
-from armimpedance.joint.elbow.emg.names import check_names
-from armimpedance.joint.elbow.emg.rank import refuse_alike
-from armimpedance.joint.elbow.emg.roles import Action
-from armimpedance.joint.elbow.emg.scatter import error_covariance, error_moments, settled_variance
-from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.emg.roles import Action, check_names, refuse_alike
 from armimpedance.numerics.regression import (
     Corrected,
     Parameters,

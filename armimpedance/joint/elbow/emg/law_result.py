@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
-from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.numerics.regression import FitSummary, Parameters, t_interval
 
 if TYPE_CHECKING:

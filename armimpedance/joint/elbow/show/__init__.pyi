@@ -1,5 +1,4 @@
 from .emg_verb import emg_law as emg_law
-from .law_text import law_text as law_text
 from .over_time_verb import elbow_over_time as elbow_over_time
 from .plot import (
     plot_emg_law as plot_emg_law,
@@ -7,5 +6,5 @@ from .plot import (
     plot_varying as plot_varying,
     plot_varying_both as plot_varying_both,
 )
-from .text import elbow_text as elbow_text, varying_text as varying_text
+from .text import elbow_text as elbow_text, law_text as law_text, varying_text as varying_text
 from .verb import elbow as elbow

@@ -30,16 +30,17 @@ from pathlib import Path
 from typing import Any
 
 from armimpedance.joint.elbow.show.command_input import FIT as AT_ONE_POINT, LAW
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -147,8 +148,8 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> Non
     from armimpedance.joint.elbow.show.plot import plot_frequency_response
     from armimpedance.joint.elbow.show.text import elbow_text
     from armimpedance.joint.elbow.show.verb import elbow
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
     from armimpedance.show.files import fit_content
     from armimpedance.show.verbs.sources import read_recording
 
@@ -177,8 +178,8 @@ def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.joint.elbow.show.plot import plot_varying_both
     from armimpedance.joint.elbow.show.table import varying_content
     from armimpedance.joint.elbow.show.text import varying_text
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     with bar("estimating the course") as progress:
         course = elbow_over_time(arguments.recording, **options, progress=progress)
@@ -197,10 +198,10 @@ def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
 
 def _law(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.joint.elbow.show.emg_verb import emg_law
-    from armimpedance.joint.elbow.show.law_text import law_text
     from armimpedance.joint.elbow.show.plot import plot_emg_law
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.joint.elbow.show.text import law_text
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
     from armimpedance.show.files import fit_content
 
     with bar("fitting trials") as progress:

@@ -94,7 +94,7 @@ def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
 
 def _cutoff(word: str) -> float | None | Literal["auto"]:
     """Hz, None for no filter, or to be chosen."""
-    from armimpedance.show.command.checks import number
+    from armimpedance.show.command.outputs import number
 
     if word == "auto":
         return "auto"
@@ -102,7 +102,7 @@ def _cutoff(word: str) -> float | None | Literal["auto"]:
 
 
 def _positive(word: str | None, option: str) -> float | None:
-    from armimpedance.show.command.checks import number
+    from armimpedance.show.command.outputs import number
 
     return None if word is None else number(word, option, "more than 0 Hz")
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from armimpedance.joint.elbow.elbow_result import VaryingImpedance
 from armimpedance.joint.elbow.show.over_time_verb import elbow_over_time
 from armimpedance.joint.elbow.show.plot import plot_varying_both
 from armimpedance.joint.elbow.show.text import varying_text
 from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.show.pages import (
     RUIZ,
     Asked,

@@ -11,11 +11,11 @@ from armimpedance.core.errors import EstimationError, InputError, NotIdentifiabl
 from armimpedance.core.findings import Finding
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
 from armimpedance.joint.elbow.emg.imcj import ImcjCalibration, calibrate_imcj, imcj as index_of
 from armimpedance.joint.elbow.emg.law import fit_emg_law_of
 from armimpedance.joint.elbow.emg.law_result import EmgLaw, LinearLaw, OperatingPoints
-from armimpedance.joint.elbow.result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.numerics.criticism import check_joint_size

@@ -15,12 +15,12 @@ from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.cascade.identify import identify_cascade
 from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
+from armimpedance.joint.elbow.elbow_result import VaryingImpedance
 from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.show.emg_verb import two_muscles
 from armimpedance.joint.elbow.varying.identify import identify_varying
 from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.numerics.signals import CUTOFF_HZ, emg_amplitude
 from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording

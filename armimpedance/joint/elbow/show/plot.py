@@ -9,15 +9,14 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.elbow_result import ElbowFit, VaryingImpedance
 from armimpedance.joint.elbow.emg.law_result import EmgLaw, LinearLaw
 from armimpedance.joint.elbow.frequency_response import (
     FrequencyResponse,
     frequency_response,
     model_compliance,
 )
-from armimpedance.joint.elbow.result import ElbowFit
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.show.plots import (
     OKABE_ITO,
     ONE_COLUMN_IN,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.joint.elbow.elbow_result import VaryingImpedance
 from armimpedance.show.files import About, Content, course_struct, table_content, write_content
 
 

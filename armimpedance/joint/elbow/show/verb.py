@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
-from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.show.verbs.gate import checked

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.stationary.preparation import Prepared, without_ramp
-from armimpedance.joint.elbow.stationary.rows import without
+from armimpedance.joint.elbow.stationary.estimate import without
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, without_ramp
 
 Complex = NDArray[np.complex128]
 
@@ -163,12 +163,12 @@ def source_of(samples: JointSamples) -> Source | None:
     return None if samples.command is None else "command"
 
 
-def band_of(prepared: Prepared, source: Source | None = None) -> Band:
+def band_of(prepared: PreparedSamples, source: Source | None = None) -> Band:
     """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
 
     Parameters
     ----------
-    prepared : Prepared
+    prepared : PreparedSamples
     source : {"perturbation", "command", "torque", "angle"}, optional
         What instruments are made of: what was recorded or told, or else the torque.
 
@@ -187,7 +187,7 @@ def band_of(prepared: Prepared, source: Source | None = None) -> Band:
     return Band(trials, *noises, source)
 
 
-def _bins(prepared: Prepared, row: int, torque_noise: float, angle_noise: float) -> Bins:
+def _bins(prepared: PreparedSamples, row: int, torque_noise: float, angle_noise: float) -> Bins:
     samples, inside = prepared.source, prepared.source.samples_of(row)
     count, rate = inside.stop - inside.start, samples.sample_rate_hz
     n = int(prepared.band_hz * count / rate)
@@ -232,3 +232,17 @@ def in_time(rows: FloatArray) -> FloatArray:
     padded = np.zeros((n + 2, *rows.shape[1:]), dtype=complex)
     padded[1:-1] = rows[:n] + 1j * rows[n:]
     return np.asarray(np.fft.irfft(padded, axis=0) * np.sqrt(n + 1))
+
+
+# How much of the motion I, B and K explain.
+
+
+def explained(band: Band, values: FloatArray) -> float:
+    """Part of the angle's power in the band that the torque explains by I, B and K (3,)."""
+    left = whole = 0.0
+    for bins in band.trials:
+        Z = bins.impedance(values)
+        ends, columns = bins.ends / Z[:, None], (bins.angle - bins.torque / Z, bins.angle)
+        error, angle = without(real_rows(ends), *map(real_rows, columns))
+        left, whole = left + float(error @ error), whole + float(angle @ angle)
+    return 1 - left / whole

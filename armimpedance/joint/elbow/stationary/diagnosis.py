@@ -2,20 +2,240 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
-from armimpedance.core.findings import warnings_of
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.joint.elbow.doubts.doubt import doubt
-from armimpedance.joint.elbow.result import NAMES, ElbowFit
+from armimpedance.joint.elbow.elbow_result import NAMES, ElbowFit, Whiteness
 from armimpedance.joint.elbow.samples import COMMANDED
-from armimpedance.joint.elbow.stationary.band import Band, Source
+from armimpedance.joint.elbow.stationary.band import Band, Bins, Complex, Source, explained, in_time
 from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.method import Method
-from armimpedance.joint.elbow.stationary.misfit import explained
-from armimpedance.joint.elbow.stationary.orders import compare_orders
-from armimpedance.joint.elbow.stationary.preparation import Prepared
-from armimpedance.joint.elbow.stationary.whiteness import residual_whiteness
+from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import Parameters, t_factor
+
+# Are the residuals white? Judged where the signal is, not where a filter left its mark.
+#
+# The residual of a filtered fit at the filtered samples' rate is coloured by the filter, whatever
+# the joint does. Tested is therefore the equation's residual as Fourier coefficients of the band,
+# in units of what the sensors' noise predicts, as a series at twice the band's upper edge: with
+# white sensors' noise and a true model it is white for every method alike. What is not is the
+# subject's own torque, a reflex, a joint that changed: the interval, made of blocks, allows for it,
+# the values may not.
+
+MOST_LAGS: Final = 20
+#: A correlation below this is of no consequence, however sure.
+SMALL: Final = 0.15
+UNLIKELY: Final = 1e-3
+#: What is left when all but this part of the angle is explained is of no consequence either.
+ENOUGH_RESIDUALS: Final = 1e-4
+
+
+def residual_whiteness(
+    floors: Band, values: FloatArray, unexplained: float, *, weighed: bool = False
+) -> tuple[Whiteness, str | None]:
+    """Ljung-Box test of the weighed residual at I, B, K (3,), and a warning where it is far off.
+
+    Parameters
+    ----------
+    floors : Band
+        Weighed by the sensors' noise alone.
+    values : (3,)
+    unexplained : float
+        Part of the angle's power that I, B and K do not explain.
+    weighed : bool
+        The fit's weights follow the residual's spectrum: what is in it is allowed for already.
+    """
+    white = ljung_box([in_time(bins.residual(values)) for bins in floors.trials])
+    return white, _warning(white, unexplained, weighed)
+
+
+def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
+    """``Q = N (N + 2) sum_k r_k^2 / (N - k)``, chi-squared with as many degrees as lags.
+
+    Parameters
+    ----------
+    series : list of (S_t,)
+        Never correlated across trials.
+    lags : int, optional
+        20, or a fifth of the shortest series.
+    """
+    from scipy.stats import chi2
+
+    shortest = min(len(e) for e in series)
+    count = lags or max(min(MOST_LAGS, shortest // 5), 1)
+    centred = [e - e.mean() for e in series]
+    power = sum(float(e @ e) for e in centred)
+    if power == 0:
+        return Whiteness(0.0, 1.0, count, 0.0)
+    k = np.arange(1, count + 1)
+    r = np.array([sum(float(e[:-j] @ e[j:]) for e in centred) for j in k]) / power
+    N = sum(len(e) for e in series)
+    statistic = float(N * (N + 2) * (r**2 / (N - k)).sum())
+    return Whiteness(
+        statistic, float(chi2.sf(statistic, count)), count, float(r[np.abs(r).argmax()])
+    )
+
+
+def _warning(white: Whiteness, unexplained: float, weighed: bool) -> str | None:
+    """A sentence where the residuals are far from white, and more than rounding."""
+    if (
+        weighed
+        or unexplained < ENOUGH_RESIDUALS
+        or white.p > UNLIKELY
+        or abs(white.largest_correlation) < SMALL
+    ):
+        return None
+    return (
+        f"the residuals are not white (Ljung-Box {white.probability}, correlation up to "
+        f"{white.largest_correlation:.2f}): more than I, B, K and sensors' noise is in the "
+        "torque (the subject's own, a joint that changed); the intervals allow for it, the values "
+        "may not"
+    )
+
+
+# Linear least squares in the band, for models other than the joint of second order.
+
+
+@dataclass(frozen=True)
+class LeastSquares:
+    """Parameters (p,) of weighed columns, and the squares that they leave."""
+
+    parameters: FloatArray
+    squares: float
+
+
+def least_squares(
+    band: Band, columns: Sequence[Complex], weights: Sequence[FloatArray]
+) -> LeastSquares:
+    """Fit all trials together, the ends' polynomials taken off.
+
+    Parameters
+    ----------
+    band : Band
+    columns : one (n, p + 1) of each trial
+        The last column is the one to be explained.
+    weights : one (n,) of each trial
+    """
+    trials = zip(band.trials, columns, weights, strict=True)
+    table = np.concatenate([bins.free(w, c) for bins, c, w in trials])
+    X, y = table[:, :-1], table[:, -1]
+    scale = np.linalg.norm(X, axis=0)
+    scale = np.where(scale > 0, scale, 1.0)
+    # X (n, p) parameters (p,) = y (n,)
+    parameters = np.linalg.lstsq(X / scale, y, rcond=None)[0] / scale
+    return LeastSquares(parameters, float(((y - X @ parameters) ** 2).sum()))
+
+
+# Does a joint of second order hold it? Transfer functions of other orders, by AIC and BIC.
+#
+# ``A(s) Theta = B(s) exp(-s nk / rate) Tau`` with na the degree of A, nb the coefficients of B, on
+# the band's Fourier coefficients: noise of the channels is weighed there and does not ask for
+# higher orders, as it does in one-step predictions of filtered samples. I, B, K are ``na = 2, nb =
+# 1, nk = 0``.
+
+JOINT: Final = (2, 1, 0)
+GRID: Final = tuple(
+    (na, nb, nk) for na in (1, 2, 3, 4) for nb in (1, 2) for nk in (0, 1, 2) if nb <= na
+)
+_ROUNDS: Final = 6
+#: What "clearly better" is: of BIC, and of the squares left.
+BIC_GAIN: Final = 10.0
+SQUARES_GAIN: Final = 0.1
+#: A joint that explains all but this part of the angle holds, whatever remains.
+ENOUGH: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class OrderScore:
+    """One set of orders: weighted squares left, AIC and BIC."""
+
+    na: int
+    nb: int
+    nk: int
+    squares: float
+    aic: float
+    bic: float
+
+    @property
+    def orders(self) -> tuple[int, int, int]:
+        """na, nb, nk."""
+        return self.na, self.nb, self.nk
+
+
+def compare_orders(
+    band: Band, rate_hz: float, unexplained: float
+) -> tuple[tuple[OrderScore, ...], Finding]:
+    """Scores of `GRID`, the best BIC first, and whether the joint is clearly worse.
+
+    Parameters
+    ----------
+    band : Band
+    rate_hz : float
+        Rate in whose samples nk counts.
+    unexplained : float
+        Part of the angle's power that I, B and K do not explain.
+    """
+    rows, scores = band.rows, []
+    for na, nb, nk in GRID:
+        squares = _squares(band, na, nb, nk / rate_hz)
+        per_row = max(squares / rows, np.finfo(float).tiny)
+        fit, p = rows * float(np.log(per_row)), na + nb + (nk > 0)
+        scores.append(OrderScore(na, nb, nk, squares, fit + 2 * p, fit + float(np.log(rows)) * p))
+    ranked = tuple(sorted(scores, key=lambda s: s.bic))
+    return ranked, _judged(ranked, unexplained)
+
+
+def _judged(scores: tuple[OrderScore, ...], unexplained: float) -> Finding:
+    joint = next(s for s in scores if s.orders == JOINT)
+    best = scores[0]
+    gain = 1 - best.squares / joint.squares if joint.squares else 0.0
+    smallest = f"{100 * SQUARES_GAIN:g} % of what is left, {100 * ENOUGH:g} % of the motion"
+    if unexplained < ENOUGH or joint.bic - best.bic < BIC_GAIN or gain < SQUARES_GAIN:
+        return Finding("order", "ok", "no transfer function of low order does better", smallest)
+    said = (
+        f"a joint of second order does not hold the record: na = {best.na}, nb = {best.nb}, "
+        f"nk = {best.nk} leaves {100 * gain:.0f} % less (BIC {joint.bic - best.bic:.0f} lower): "
+        "a reflex, soft tissue or the device's own dynamics; look at the frequency response, "
+        "measure the torque nearer to the limb"
+    )
+    return Finding("order", "warning", said, smallest)
+
+
+def _squares(band: Band, na: int, nb: int, delay_s: float) -> float:
+    """Weighted squares left, by linear least squares with the weights of the fit before."""
+    top = float(np.abs(band.trials[0].s[-1]))
+    columns = [_columns(bins, na, nb, delay_s, top) for bins in band.trials]
+    weights = [np.ones(len(b.s)) / np.maximum(np.abs(b.torque).mean(), 1e-300) for b in band.trials]
+    squares = np.inf
+    for _ in range(_ROUNDS):
+        fit = least_squares(band, columns, weights)
+        weights = [np.sqrt(2 / _power(b, fit.parameters, na, nb, top)) for b in band.trials]
+        squares = fit.squares
+    return squares
+
+
+def _columns(bins: Bins, na: int, nb: int, delay_s: float, top: float) -> Complex:
+    """Theta s^0 ... s^na, -Tau s^1 ... s^(nb-1); last the torque, whose coefficient is one."""
+    x = bins.s / top
+    torque = bins.torque * np.exp(-bins.s * delay_s)
+    left = bins.angle[:, None] * x[:, None] ** np.arange(na + 1)
+    right = -torque[:, None] * x[:, None] ** np.arange(1, nb)
+    return np.concatenate([left, right, torque[:, None]], axis=1)
+
+
+def _power(bins: Bins, parameters: FloatArray, na: int, nb: int, top: float) -> FloatArray:
+    """Power of the noise of ``A Theta - B Tau`` (n,)."""
+    x = bins.s / top
+    A = (x[:, None] ** np.arange(na + 1)) @ parameters[: na + 1]
+    B = 1 + (x[:, None] ** np.arange(1, nb)) @ parameters[na + 1 :]
+    return np.asarray(bins.angle_noise * np.abs(A) ** 2 + bins.torque_noise * np.abs(B) ** 2)
+
 
 #: What instruments are made of, in words.
 _SOURCES: Final[dict[Source, str]] = {
@@ -29,7 +249,7 @@ WIDE: Final = 0.5
 
 
 def diagnosed(
-    estimate: Estimate, method: Method, prepared: Prepared, floors: Band, band: Band
+    estimate: Estimate, method: ElbowMethod, prepared: PreparedSamples, floors: Band, band: Band
 ) -> ElbowFit:
     """The estimate with all that tells how far it can be trusted.
 
@@ -37,8 +257,8 @@ def diagnosed(
     ----------
     estimate : Estimate
         Made by `method` with the weights of `band`.
-    method : Method
-    prepared : Prepared
+    method : ElbowMethod
+    prepared : PreparedSamples
     floors, band : Band
         Weighed by the sensors' noise alone, and as used.
     """
@@ -83,7 +303,9 @@ def _hardly_told(parameters: Parameters) -> str | None:
     return f"hardly told by this record: {', '.join(wide)}" if wide else None
 
 
-def _notes(method: Method, prepared: Prepared, band: Band, *, coloured: bool) -> tuple[str, ...]:
+def _notes(
+    method: ElbowMethod, prepared: PreparedSamples, band: Band, *, coloured: bool
+) -> tuple[str, ...]:
     if method.name == "arx":
         return prepared.notes
     count = sum(len(b.s) for b in band.trials)

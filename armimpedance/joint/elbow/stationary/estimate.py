@@ -2,16 +2,171 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import EstimationError
-from armimpedance.joint.elbow.result import NAMES
-from armimpedance.joint.elbow.stationary.rows import Solved
+from armimpedance.joint.elbow.elbow_result import NAMES
+from armimpedance.numerics.regression import (
+    Conditioning,
+    Parameters,
+    TrialEquations,
+    conditioning,
+    leave_one_out_shift,
+    refuse_rank_loss,
+    solve_equations,
+    split_blocks,
+)
+
+# Linear equations in order of time: nuisance taken off, solved with instruments, by blocks.
+
+#: Residuals remember for some tenths of a second: blocks of this length are independent (s).
+BLOCK_S: Final = 1.0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of one trial: ``y = X p + e`` with instruments Z, in order of time.
+
+    Attributes
+    ----------
+    X, Z : (S, p)
+    y : (S,)
+    seconds : float
+        The time that the rows span.
+    """
+
+    X: FloatArray
+    Z: FloatArray
+    y: FloatArray
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solved(FrozenRecord):
+    """Parameters of pooled rows.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        Their covariance is clustered by blocks; the plain one takes residuals as independent.
+    n : int
+        Number of rows.
+    conditioning : Conditioning
+        Condition of the regressors X.
+    moved : (T, p) or None
+        By how much each of T blocks moved the parameters; ``moved^T moved`` is the covariance.
+    """
+
+    parameters: Parameters
+    n: int
+    conditioning: Conditioning
+    moved: Annotated[FloatArray, "t p"] | None = None
+
+    def transformed(
+        self, values: FloatArray, D: FloatArray, names: tuple[str, ...], units: tuple[str, ...]
+    ) -> Solved:
+        """Other parameters (m,), whose derivative by these is D (m, p): the delta method.
+
+        Raises
+        ------
+        EstimationError
+            A parameter or its covariance is not finite.
+        """
+        own, moved = self.parameters, self.moved
+        plain = own.covariance if own.plain_covariance is None else own.plain_covariance
+        # C (m, m) = D (m, p) C (p, p) D^T
+        covariances = D @ own.covariance @ D.T, D @ plain @ D.T
+        parameters = _finite(names, units, values, *covariances, own.dof)
+        return replace(self, parameters=parameters, moved=None if moved is None else moved @ D.T)
+
+
+def without(nuisance: FloatArray, *columns: FloatArray) -> list[FloatArray]:
+    """Columns (S, ...) less what the nuisance columns (S, k) explain of them."""
+    Q = np.linalg.qr(nuisance)[0]
+    return [np.asarray(c - Q @ (Q.T @ c)) for c in columns]
+
+
+def ramp(rows: int) -> FloatArray:
+    """Offset and slope, (rows, 2)."""
+    return np.column_stack([np.ones(rows), np.linspace(-1, 1, rows)])
+
+
+def solve_rows(
+    trials: Sequence[Rows], names: tuple[str, ...], units: tuple[str, ...] | None = None
+) -> Solved:
+    """``sum Z^T (y - X p) = 0`` over all trials, covariance clustered by blocks (CR3).
+
+    Least squares has ``Z = X``.
+
+    Raises
+    ------
+    NotIdentifiableError
+        X loses rank, or the instruments do not tell the parameters apart.
+    EstimationError
+        A parameter or its covariance is not finite.
+    """
+    X = np.concatenate([t.X for t in trials])
+    state = conditioning(np.asarray(np.linalg.qr(X, mode="r")), len(X))
+    refuse_rank_loss(state, names)
+    A, b = [], []
+    for trial in trials:
+        for block in blocks(len(trial.y), trial.seconds):
+            # A_t (p, p) = Z^T (p, S) X (S, p), b_t (p,) = Z^T (p, S) y (S,)
+            A.append(trial.Z[block].T @ trial.X[block])
+            b.append(trial.Z[block].T @ trial.y[block])
+    units = ("",) * len(names) if units is None else units
+    equations = TrialEquations(np.stack(A), np.stack(b), names, units)
+    solution = solve_equations(equations, covariance="cr3")
+    classical = _classical(trials, solution.parameters)
+    moved = leave_one_out_shift(equations, solution.parameters)
+    return Solved(
+        _finite(names, units, solution.parameters, solution.covariance, classical, solution.dof),
+        len(X),
+        state,
+        np.sqrt(1 - 1 / len(moved)) * moved,
+    )
+
+
+def blocks(rows: int, seconds: float) -> tuple[slice, ...]:
+    """Blocks of a second or more, at least two."""
+    return split_blocks(rows, min(int(np.ceil(rows * BLOCK_S / seconds)), rows // 2))
+
+
+def _classical(trials: Sequence[Rows], parameters: FloatArray) -> FloatArray:
+    """``s^2 (Z^T X)^-1 Z^T Z (X^T Z)^-1`` (p, p): residuals taken as independent."""
+    n, p = sum(len(t.y) for t in trials), len(parameters)
+    squares = sum(float(((t.y - t.X @ parameters) ** 2).sum()) for t in trials)
+    scale = np.sqrt(sum((t.X**2).sum(axis=0) for t in trials))
+    across = sum(t.Z.T @ t.X for t in trials) / scale
+    own = sum(t.Z.T @ t.Z for t in trials)
+    # D (p, p) = (Z^T X)^-1, columns of X scaled
+    D = np.linalg.inv(across) / scale[:, None]
+    return np.asarray(squares / (n - p) * D @ own @ D.T)
+
+
+def _finite(
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    values: FloatArray,
+    covariance: FloatArray,
+    plain: FloatArray,
+    dof: float,
+) -> Parameters:
+    """Parameters with their clustered (CR3) and plain covariance, all finite.
+
+    Raises
+    ------
+    EstimationError
+        A number is not finite.
+    """
+    if not all(np.isfinite(numbers).all() for numbers in (values, covariance, plain)):
+        raise EstimationError("an estimate or its covariance is not finite")
+    return Parameters(names, units, values, covariance, "cr3", dof, plain)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,16 +8,14 @@ from typing import Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
-from armimpedance.joint.elbow.checks import check_samples, check_snr
-from armimpedance.joint.elbow.experiment.answer import Answer, answered
-from armimpedance.joint.elbow.experiment.command import with_usable_command
-from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.checks import check_samples, check_snr, spectra_of
+from armimpedance.joint.elbow.elbow_result import ElbowFit
+from armimpedance.joint.elbow.imposed import Answer, answered
+from armimpedance.joint.elbow.limb_and_device import with_usable_command
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import band_of
 from armimpedance.joint.elbow.stationary.diagnosis import diagnosed
-from armimpedance.joint.elbow.stationary.discrete import Structure
-from armimpedance.joint.elbow.stationary.lagged import solve_structure
+from armimpedance.joint.elbow.stationary.discrete import Structure, solve_structure
 from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import Cutoff, Decimation, prepare
 from armimpedance.joint.elbow.stationary.weights import weighed_band

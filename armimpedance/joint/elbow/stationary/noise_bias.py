@@ -18,18 +18,22 @@ from scipy.linalg import toeplitz
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError
-from armimpedance.joint.elbow.result import NAMES
+from armimpedance.joint.elbow.checks import spectra_of
+from armimpedance.joint.elbow.elbow_result import NAMES
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import Band
 from armimpedance.joint.elbow.stationary.discrete import (
     DELAY,
+    FREE,
+    SHAPE,
     Structure,
     joint_model,
+    lagged,
+    model_of,
+    simulated,
     to_continuous,
 )
-from armimpedance.joint.elbow.stationary.lagged import FREE, SHAPE, lagged, model_of, simulated
-from armimpedance.joint.elbow.stationary.preparation import Prepared, prepare, without_ramp
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, prepare, without_ramp
 from armimpedance.numerics.signals import lowpass
 
 #: Relative bias above which raw samples are refused and filtered ones warned of.
@@ -37,7 +41,7 @@ LARGEST: Final = 0.1
 
 
 def predicted_bias(
-    prepared: Prepared,
+    prepared: PreparedSamples,
     band: Band,
     values: FloatArray,
     structure: Structure,
@@ -48,7 +52,7 @@ def predicted_bias(
 
     Parameters
     ----------
-    prepared : Prepared
+    prepared : PreparedSamples
     band : Band
         Holds the floors of the channels.
     values : (3,)
@@ -86,7 +90,7 @@ def in_words(bias: FloatArray | None) -> str:
     )
 
 
-def _without_noise(prepared: Prepared, values: FloatArray) -> JointSamples:
+def _without_noise(prepared: PreparedSamples, values: FloatArray) -> JointSamples:
     """The torque inside the band, and the angle that I, B, K make of it."""
     samples = prepared.source
     model = joint_model(values, samples.sample_rate_hz)
@@ -101,7 +105,7 @@ def _without_noise(prepared: Prepared, values: FloatArray) -> JointSamples:
 
 
 def _noise(
-    prepared: Prepared, band: Band, structure: Structure, shape: FloatArray
+    prepared: PreparedSamples, band: Band, structure: Structure, shape: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Mean products of the columns' noise per row: D (p, p), and with the left side d (p,)."""
     memory = _memory(prepared)
@@ -114,7 +118,7 @@ def _noise(
     return D, d
 
 
-def _memory(prepared: Prepared) -> FloatArray:
+def _memory(prepared: PreparedSamples) -> FloatArray:
     """Autocovariance (3,) at the first lags of unit white noise after filter and decimation."""
     if prepared.cutoff_hz is None:
         return np.array([1.0, 0.0, 0.0])

@@ -9,8 +9,8 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import InputError, RecordError
+from armimpedance.joint.elbow.checks import ChannelSpectrum, Spectra
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.snr import ChannelSpectrum, Spectra
 from armimpedance.numerics.signals import lowpass, ramp_basis
 
 Cutoff = float | None | Literal["auto"]
@@ -30,7 +30,7 @@ ANTI_ALIAS: Final = 0.4
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared(FrozenRecord):
+class PreparedSamples(FrozenRecord):
     """Samples of T trials after drift removal, filter and decimation.
 
     Attributes
@@ -101,7 +101,7 @@ def prepare(
     cutoff_hz: Cutoff = "auto",
     decimation: Decimation = "auto",
     lowest_hz: float | None = None,
-) -> Prepared:
+) -> PreparedSamples:
     """Take offset and drift off each trial, filter all channels alike, decimate.
 
     Parameters
@@ -137,7 +137,7 @@ def prepare(
     rows = [_channels(samples, r, cutoff, keep) for r in range(samples.n_trials)]
     table = np.concatenate(rows, axis=1)
     rate = samples.sample_rate_hz / keep
-    return Prepared(
+    return PreparedSamples(
         sample_rate_hz=rate,
         offsets=np.concatenate([[0], np.cumsum([r.shape[1] for r in rows])]),
         torque=table[0],

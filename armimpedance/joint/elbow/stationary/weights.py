@@ -20,10 +20,13 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.elbow.stationary.band import Band, Bins, real_rows
-from armimpedance.joint.elbow.stationary.instruments import driver_of, positive, round_of
-from armimpedance.joint.elbow.stationary.joint_fit import start_values
-from armimpedance.joint.elbow.stationary.misfit import explained
+from armimpedance.joint.elbow.stationary.band import Band, Bins, explained, real_rows
+from armimpedance.joint.elbow.stationary.instruments import (
+    driver_of,
+    positive,
+    round_of,
+    start_values,
+)
 
 #: How often the residual's spectrum is estimated anew, and rounds of instruments before each.
 SPECTRA: Final = 2

@@ -10,9 +10,15 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import EstimationError
-from armimpedance.joint.elbow.varying.course import Course, Step, with_offsets
 from armimpedance.joint.elbow.varying.data import VaryingData
-from armimpedance.joint.elbow.varying.equation import Linearised, linearise, solve_gram
+from armimpedance.joint.elbow.varying.equation import (
+    Course,
+    Linearised,
+    Step,
+    linearise,
+    solve_gram,
+    with_offsets,
+)
 
 ROUNDS: Final = 20
 #: K that moves by less than this part of its standard error has settled.

@@ -48,7 +48,7 @@ LOWEST_HZ: Final = 1.0
 
 
 @dataclass(frozen=True)
-class Departure:
+class LawDeparture:
     """Terms beside the linear law: their probability, and how far they move B and K.
 
     Attributes
@@ -71,7 +71,7 @@ class Departure:
 
 
 @dataclass(frozen=True)
-class Terms:
+class LawTerms:
     """Further functions of time, and draws of what they carry of the amplitudes' errors.
 
     Attributes
@@ -148,17 +148,19 @@ def departures(
     return tuple(told)
 
 
-def lag_terms(data: VaryingData, fit: BasisFit, law: FloatArray, error: FloatArray | None) -> Terms:
+def lag_terms(
+    data: VaryingData, fit: BasisFit, law: FloatArray, error: FloatArray | None
+) -> LawTerms:
     """``a(t - lag) = a - lag a'``: one lag for B and K, size of the term = lag in s."""
     m = law.shape[1]
     b, k = fit.coefficients[1:m], fit.coefficients[m + 1 :]
     if error is None:
         rate = _rates(data, law[:, 1:], None)
-        return Terms(-(rate @ b)[:, None], -(rate @ k)[:, None], shared=True)
+        return LawTerms(-(rate @ b)[:, None], -(rate @ k)[:, None], shared=True)
     band = [_seen_band(data, law[:, j], error[:, :, j]) for j in range(1, m)]
     rate = _rates(data, law[:, 1:], band)
     drawn = np.stack([_rates(data, draw[:, 1:m], band) for draw in error])
-    return Terms(
+    return LawTerms(
         -(rate @ b)[:, None],
         -(rate @ k)[:, None],
         -(drawn @ b)[:, :, None],
@@ -167,7 +169,7 @@ def lag_terms(data: VaryingData, fit: BasisFit, law: FloatArray, error: FloatArr
     )
 
 
-def square_terms(law: FloatArray, error: FloatArray | None) -> Terms:
+def square_terms(law: FloatArray, error: FloatArray | None) -> LawTerms:
     """Squares and products of the amplitudes, freed of the law."""
     a, m = law[:, 1:], law.shape[1]
     pairs = [(i, j) for i in range(m - 1) for j in range(i, m - 1)]
@@ -179,7 +181,7 @@ def square_terms(law: FloatArray, error: FloatArray | None) -> Terms:
     return _beside(law, squares, lost, error[:, :, :m])
 
 
-def free_terms(data: VaryingData, law: FloatArray, error: FloatArray | None) -> Terms:
+def free_terms(data: VaryingData, law: FloatArray, error: FloatArray | None) -> LawTerms:
     """A slow course of its own: polynomials of time within trials, or over them all."""
     T = len(data.trials)
     degree = (MOST_FREE + 1) // T - 1
@@ -203,7 +205,7 @@ def free_terms(data: VaryingData, law: FloatArray, error: FloatArray | None) -> 
 
 def _beside(
     law: FloatArray, further: FloatArray, lost: FloatArray | None, own: FloatArray | None
-) -> Terms:
+) -> LawTerms:
     """What the law can itself say of the further functions is no departure: taken off, scaled."""
     # fitted (1 + m, f): law (N, 1 + m) fitted = further (N, f)
     fitted = np.linalg.lstsq(law, further, rcond=None)[0]
@@ -211,7 +213,7 @@ def _beside(
     scale = np.sqrt((beside**2).mean(axis=0))
     scale = np.where(scale > 0, scale, 1.0)
     error = None if lost is None or own is None else (lost - own @ fitted) / scale
-    return Terms(beside / scale, beside / scale, error, error)
+    return LawTerms(beside / scale, beside / scale, error, error)
 
 
 def _rates(data: VaryingData, amplitude: FloatArray, band: list[float] | None) -> FloatArray:
@@ -243,8 +245,8 @@ def _seen_band(data: VaryingData, amplitude: FloatArray, error: FloatArray) -> f
 
 
 def departure(
-    data: VaryingData, fit: BasisFit, law: FloatArray, terms: Terms, error: FloatArray | None
-) -> Departure:
+    data: VaryingData, fit: BasisFit, law: FloatArray, terms: LawTerms, error: FloatArray | None
+) -> LawDeparture:
     """Score test of further terms."""
     eq, m = fit.eq, law.shape[1]
     own, further = basis_columns(eq, law, law), terms.columns(eq)
@@ -274,7 +276,7 @@ def departure(
         p = _probability(scores[:, o:] - scores[:, :o] @ mixed)
     means = np.array([np.abs(fit.course.B).mean(), np.abs(fit.course.K).mean()])
     moves = np.sqrt([(moved**2).mean() for moved in terms.moves(size)]) / means
-    return Departure(p, moves, size)
+    return LawDeparture(p, moves, size)
 
 
 def _probability(scores: FloatArray) -> float:

@@ -14,16 +14,13 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.findings import warnings_of
 from armimpedance.core.progress import Progress
-from armimpedance.joint.elbow.result import NAMES, UNITS
+from armimpedance.joint.elbow.elbow_result import NAMES, UNITS, VaryingImpedance
 from armimpedance.joint.elbow.samples import COMMANDED, JointSamples
-from armimpedance.joint.elbow.varying.at_rest import at_rest
 from armimpedance.joint.elbow.varying.beginning import Beginning, begin
 from armimpedance.joint.elbow.varying.data import VaryingData, decimated_amplitudes, varying_data
-from armimpedance.joint.elbow.varying.estimated import EstimatedCourse
-from armimpedance.joint.elbow.varying.method import VaryingMethod, VaryingOptions
+from armimpedance.joint.elbow.varying.method import EstimatedCourse, VaryingMethod, VaryingOptions
 from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
-from armimpedance.joint.elbow.varying.rivals import beside_rivals
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.joint.elbow.varying.rivals import at_rest, beside_rivals
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.regression import Parameters, t_factor
 from armimpedance.numerics.signals import CUTOFF_HZ

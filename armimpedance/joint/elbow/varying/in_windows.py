@@ -16,11 +16,16 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.joint.elbow.varying.beginning import Beginning
-from armimpedance.joint.elbow.varying.course import Course, with_offsets
 from armimpedance.joint.elbow.varying.data import VaryingData
-from armimpedance.joint.elbow.varying.equation import WIDTH, Linearised, linearise, solve_gram
-from armimpedance.joint.elbow.varying.estimated import EstimatedCourse
-from armimpedance.joint.elbow.varying.method import VaryingOptions
+from armimpedance.joint.elbow.varying.equation import (
+    WIDTH,
+    Course,
+    Linearised,
+    linearise,
+    solve_gram,
+    with_offsets,
+)
+from armimpedance.joint.elbow.varying.method import EstimatedCourse, VaryingOptions
 
 ROUNDS: Final = 4
 #: An error by time variation above this part of the mean is warned of.

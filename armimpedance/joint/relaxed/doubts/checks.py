@@ -16,9 +16,9 @@ from scipy.special import chdtrc, fdtrc
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.joint.relaxed.doubts.rivals import cause_findings
+from armimpedance.joint.relaxed.equations import Terms
 from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.terms import Terms
 
 if TYPE_CHECKING:
     from armimpedance.joint.relaxed.linear import TwoFits

@@ -17,11 +17,16 @@ from scipy.special import chdtri
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.findings import Finding
-from armimpedance.joint.relaxed.doubts.likelihood import Evidence, Fitted
+from armimpedance.joint.relaxed.doubts.evidence import (
+    LATEST_S,
+    RowEvidence,
+    TorqueRows,
+    WhiteFit,
+    torque_rows,
+)
 from armimpedance.joint.relaxed.doubts.swing_evidence import swing_evidence
-from armimpedance.joint.relaxed.doubts.torque_evidence import LATEST_S, TorqueRows, torque_rows
+from armimpedance.joint.relaxed.equations import Terms
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.terms import Terms
 
 #: Chance at which a cause is named on data that have none.
 _LEVEL: Final = 2e-4
@@ -52,7 +57,7 @@ class Cause:
     fine : str
         What is said where it is not needed.
     smallest : str
-    fit, alone : Fitted
+    fit, alone : WhiteFit
         With and without slow torque beside it.
     """
 
@@ -63,8 +68,8 @@ class Cause:
     says: str
     fine: str
     smallest: str
-    fit: Fitted
-    alone: Fitted
+    fit: WhiteFit
+    alone: WhiteFit
 
     @property
     def seen(self) -> bool:
@@ -82,16 +87,16 @@ class Inquiry:
     """The evidence, and its fit by the model as it is."""
 
     terms: Terms
-    evidence: Evidence
-    base: Fitted
-    alone: Fitted
+    evidence: RowEvidence
+    base: WhiteFit
+    alone: WhiteFit
 
     @property
     def price(self) -> float:
         """Of a parameter."""
         return float(np.log(self.evidence.count))
 
-    def ask(self, columns: Sequence[str]) -> tuple[Fitted, Fitted, float]:
+    def ask(self, columns: Sequence[str]) -> tuple[WhiteFit, WhiteFit, float]:
         """The fits with these columns too, with and without slow torque, and the gain."""
         every = (*self.terms.columns, *columns)
         fit = self.evidence.fit(every)
@@ -128,7 +133,7 @@ def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]
     return (*(_judged(one, equal) for one in causes), _voluntary(*fits))
 
 
-def _inquiry(terms: Terms, evidence: Evidence) -> Inquiry:
+def _inquiry(terms: Terms, evidence: RowEvidence) -> Inquiry:
     fits = (evidence.fit(terms.columns, slow=slow) for slow in (True, False))
     return Inquiry(terms, evidence, *fits)
 
@@ -143,7 +148,7 @@ def _judged(one: Cause, equal: Sequence[Cause]) -> Finding:
     return Finding(one.name, "ok", one.fine + instead, one.smallest)
 
 
-def _voluntary(fit: Fitted, alone: Fitted) -> Finding:
+def _voluntary(fit: WhiteFit, alone: WhiteFit) -> Finding:
     """Whether there is slow torque beside the passive one."""
     name = "voluntary"
     seen = f"a torque of {_SEEN * alone.bump_sd_Nm:.2g} N m that comes and goes within .5 s"
@@ -280,7 +285,7 @@ def _skew(asked: Inquiry, rows: TorqueRows) -> Cause:
 
 def _best_lateness(
     rows: TorqueRows, columns: Sequence[str], tried: FloatArray
-) -> tuple[float, Fitted, Fitted]:
+) -> tuple[float, WhiteFit, WhiteFit]:
     """The likeliest lateness of those tried, its fit, and that without slow torque."""
     inside = np.unique(np.clip(tried, -LATEST_S, LATEST_S))
     evidence = rows.evidence(inside.tolist(), more=False)

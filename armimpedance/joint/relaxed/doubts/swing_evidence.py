@@ -14,11 +14,10 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.relaxed.doubts.likelihood import Evidence, Noise
-from armimpedance.joint.relaxed.hinge import SUBSTEPS, harmonics_at
-from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.swing_fit import linearised, push_ratios, settled, swings_of
-from armimpedance.joint.relaxed.terms import Terms
+from armimpedance.joint.relaxed.doubts.evidence import RowEvidence, WhiteningNoise
+from armimpedance.joint.relaxed.equations import Terms
+from armimpedance.joint.relaxed.samples import SUBSTEPS, PassiveSamples, harmonics_at
+from armimpedance.joint.relaxed.swing import linearised, push_ratios, settled, swings_of
 
 #: Seconds between nodes of a slow torque; more where a trial would have more nodes than `_MOST`.
 _NODE_S: Final = 0.25
@@ -27,7 +26,7 @@ _MOST: Final = 60
 _SIZES: Final = 10 ** np.linspace(-2.5, 0.5, 7)
 
 
-def swing_evidence(samples: PassiveSamples, terms: Terms) -> Evidence:
+def swing_evidence(samples: PassiveSamples, terms: Terms) -> RowEvidence:
     """White rows of the swings of a single joint, by the model's columns and what it may lack.
 
     Parameters
@@ -66,7 +65,7 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> Evidence:
     rows, lost = linear.steps.whiten(measured, inputs, start, ratios)
     rows[..., H + p + e] += rows[..., H : H + p] @ found.fit.parameters
     count = int(swings.seen.sum()) - 2 * T
-    return Evidence(names, tuple(_noises(rows, lost, H, p, count)), count)
+    return RowEvidence(names, tuple(_noises(rows, lost, H, p, count)), count)
 
 
 def _gravity(samples: PassiveSamples) -> FloatArray:
@@ -95,7 +94,9 @@ def _nodes(samples: PassiveSamples, steps: int) -> FloatArray:
     return np.asarray(np.maximum(0, 1 - np.abs(t[:, None] - nodes) / (end / count)))
 
 
-def _noises(rows: FloatArray, lost: FloatArray, H: int, p: int, count: int) -> Iterator[Noise]:
+def _noises(
+    rows: FloatArray, lost: FloatArray, H: int, p: int, count: int
+) -> Iterator[WhiteningNoise]:
     """Noises with and without slow torque, from white rows (V, T, S, H + m + 1 + 2).
 
     The first p of the m columns are the model's own.
@@ -110,18 +111,20 @@ def _noises(rows: FloatArray, lost: FloatArray, H: int, p: int, count: int) -> I
         Z, X = triangle[..., :H], triangle[..., H:]
         norm = float(np.median(np.linalg.norm(Z, axis=1)))
         bump = 1 / norm if norm > 0 else float("inf")
-        yield Noise(X.reshape(T * X.shape[1], -1), float(log), 0.0, bump)
+        yield WhiteningNoise(X.reshape(T * X.shape[1], -1), float(log), 0.0, bump)
         Q, e = _residual(X, p)
         sigma = max(float(np.sqrt((e**2).sum() / count)), 1e-12)
         largest, left = _without_bumps(Z, X, Q, e)
         # a bump of any place in each trial: what the best of H gains by chance
         price = T * (1 + 2 * float(np.log(H)))
-        yield Noise(left, float(log) + price, largest / sigma, bump)
+        yield WhiteningNoise(left, float(log) + price, largest / sigma, bump)
         for size in _SIZES / sigma:
             yield _with_walk(triangle, H, float(size), float(log), bump)
 
 
-def _with_walk(triangle: FloatArray, H: int, size: float, log: float, bump: float) -> Noise:
+def _with_walk(
+    triangle: FloatArray, H: int, size: float, log: float, bump: float
+) -> WhiteningNoise:
     """Slow torque u (T, H) ~ N(0, size^2 s^2) at all nodes, from rows (T, r, H + m + 1)."""
     T, _, width = triangle.shape
     prior = np.zeros((T, H, width))
@@ -132,7 +135,7 @@ def _with_walk(triangle: FloatArray, H: int, size: float, log: float, bump: floa
     own = np.abs(np.diagonal(R, axis1=-2, axis2=-1))[:, :H]
     kept = R[:, H:, H:]
     lost = log + 2 * float(np.log(own * size).sum())
-    return Noise(kept.reshape(T * kept.shape[1], -1), lost, size, bump)
+    return WhiteningNoise(kept.reshape(T * kept.shape[1], -1), lost, size, bump)
 
 
 def _residual(X: FloatArray, p: int) -> tuple[FloatArray, FloatArray]:

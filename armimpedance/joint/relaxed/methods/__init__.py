@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Final
 from armimpedance.core.method_table import MethodTable
 
 if TYPE_CHECKING:
-    from armimpedance.joint.relaxed.equations import Equations
+    from armimpedance.joint.relaxed.equations import Equations, Terms
     from armimpedance.joint.relaxed.linear import TwoFits
     from armimpedance.joint.relaxed.samples import PassiveSamples
-    from armimpedance.joint.relaxed.terms import Terms
 
 
 @dataclass(frozen=True)
-class Method:
+class PassiveMethod:
     """An estimator.
 
     Attributes
@@ -36,6 +35,6 @@ class Method:
     solve: Callable[[PassiveSamples, Terms], TwoFits]
 
 
-METHODS: Final = MethodTable[Method](
+METHODS: Final = MethodTable[PassiveMethod](
     "armimpedance.joint.relaxed.methods", "METHOD", "method", default="output-error", joint="-"
 )

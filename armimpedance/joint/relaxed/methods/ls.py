@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from armimpedance.joint.relaxed.equations import plain_equations
 from armimpedance.joint.relaxed.linear import solver
-from armimpedance.joint.relaxed.methods import Method
+from armimpedance.joint.relaxed.methods import PassiveMethod
 
-METHOD = Method(
+METHOD = PassiveMethod(
     "the smoothed motion is exact, its ends and its reversals included",
     "Venture elbow, eqs. (8)-(11)",
     plain_equations,

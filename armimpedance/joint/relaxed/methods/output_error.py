@@ -6,13 +6,12 @@ measured, a spline of the motion and the torque are fitted together (`joint_spli
 
 from __future__ import annotations
 
-from armimpedance.joint.relaxed.equations import parallel_equations
+from armimpedance.joint.relaxed.equations import Terms, parallel_equations
 from armimpedance.joint.relaxed.joint_spline import solve_joint_spline
 from armimpedance.joint.relaxed.linear import TwoFits
-from armimpedance.joint.relaxed.methods import Method
+from armimpedance.joint.relaxed.methods import PassiveMethod
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.swing_fit import solve_swing
-from armimpedance.joint.relaxed.terms import Terms
+from armimpedance.joint.relaxed.swing import solve_swing
 
 
 def solve(samples: PassiveSamples, terms: Terms) -> TwoFits:
@@ -29,7 +28,7 @@ def solve(samples: PassiveSamples, terms: Terms) -> TwoFits:
     return chosen(samples, terms)
 
 
-METHOD = Method(
+METHOD = PassiveMethod(
     "the skeleton's inertia and the other coordinates' motion are right; of a joint "
     "recording: noise of angle and torque is white",
     "L. Ljung, System Identification: Theory for the User (1999), chapters 4 and 7",

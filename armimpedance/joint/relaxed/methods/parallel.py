@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from armimpedance.joint.relaxed.equations import parallel_equations
 from armimpedance.joint.relaxed.linear import solver
-from armimpedance.joint.relaxed.methods import Method
+from armimpedance.joint.relaxed.methods import PassiveMethod
 
-METHOD = Method(
+METHOD = PassiveMethod(
     "noise of the smoothed velocity is small against the swing",
     "every column through the filter of Y, as in M. Gautier, ICRA 1997, pp. 2203-2208",
     parallel_equations,

@@ -24,19 +24,20 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 if TYPE_CHECKING:
-    from armimpedance.joint.relaxed.terms import RestAngle
+    from armimpedance.joint.relaxed.equations import RestAngle
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -120,9 +121,9 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.joint.relaxed.show.plot import plot_passive_fits
     from armimpedance.joint.relaxed.show.text import passive_text
     from armimpedance.joint.relaxed.show.verb import passive
-    from armimpedance.show.command.checks import number
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import number
+    from armimpedance.show.command.screen import bar
     from armimpedance.show.files import fit_content
 
     out, figure, gate = arguments.out, arguments.figure, arguments.emg_gate

@@ -9,8 +9,7 @@ import numpy as np
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals
-from armimpedance.joint.relaxed.fits import PassiveFits
-from armimpedance.joint.relaxed.result import PassiveFit
+from armimpedance.joint.relaxed.passive_fit import PassiveFit, PassiveFits
 from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.numerics.signals import EmgLevel, envelope
 from armimpedance.show.plots import (

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.relaxed.fits import PassiveFits
-from armimpedance.joint.relaxed.result import PassiveFit
+from armimpedance.joint.relaxed.passive_fit import PassiveFit, PassiveFits
 from armimpedance.numerics.regression import Validation
 from armimpedance.show.text import (
     aligned_table,

@@ -14,13 +14,11 @@ from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body import check_plates
-from armimpedance.joint.relaxed.fits import PassiveFits
-from armimpedance.joint.relaxed.from_motion import from_motion
-from armimpedance.joint.relaxed.from_recording import from_joint_recording
+from armimpedance.joint.relaxed.equations import RestAngle
 from armimpedance.joint.relaxed.identify import identify_passive
-from armimpedance.joint.relaxed.result import PassiveFit
-from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.terms import RestAngle
+from armimpedance.joint.relaxed.linear import from_joint_recording
+from armimpedance.joint.relaxed.passive_fit import PassiveFit, PassiveFits
+from armimpedance.joint.relaxed.samples import PassiveSamples, from_motion
 from armimpedance.limb.mocap import motion_of
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import EmgLevel, emg_gate, recorded_emg

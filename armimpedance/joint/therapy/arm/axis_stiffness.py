@@ -17,14 +17,14 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.arm.movements import MovementTorques
 from armimpedance.joint.therapy.arm.repeatability import (
     Scatter,
     fluctuation_covariance,
     noise_density,
     scatter_of,
 )
-from armimpedance.joint.therapy.arm.torques import MovementTorques
-from armimpedance.joint.therapy.robot.sliding import least_speed
+from armimpedance.joint.therapy.robot.steady import least_speed
 from armimpedance.numerics.regression import Fit, fit, pool, ragged_factors
 
 #: Samples in which the axis does not slide are left out, but never those faster than this share of

@@ -12,24 +12,28 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.records import Recording, Subject
 from armimpedance.joint.therapy.arm.axis_stiffness import direction_of, fit_axis
-from armimpedance.joint.therapy.arm.calibration import ArmCalibration, AxisCalibration
 from armimpedance.joint.therapy.arm.doubts import (
     mass_finding,
     silence_finding,
     viscosity_finding,
     zero_finding,
 )
-from armimpedance.joint.therapy.arm.movements import elastic_torque, movement_torques
+from armimpedance.joint.therapy.arm.movements import (
+    MovementTorques,
+    elastic_torque,
+    movement_torques,
+)
 from armimpedance.joint.therapy.arm.passive_arm import (
     MASS_SD,
     ArmSegment,
     Elastic,
     PassiveArm,
     Reference,
+    upper_arm_length,
 )
-from armimpedance.joint.therapy.arm.person import upper_arm_length
-from armimpedance.joint.therapy.arm.torques import MovementTorques
 from armimpedance.joint.therapy.arm.verdict import (
+    ArmCalibration,
+    AxisCalibration,
     axis_parameters,
     axis_warnings,
     direction_parameter,
@@ -37,8 +41,7 @@ from armimpedance.joint.therapy.arm.verdict import (
     verdict_of,
 )
 from armimpedance.joint.therapy.robot.checks import check_recording
-from armimpedance.joint.therapy.robot.sliding import slides
-from armimpedance.joint.therapy.robot.smooth import no_step
+from armimpedance.joint.therapy.robot.steady import no_step, slides
 from armimpedance.joint.therapy.robot.therapy_robot import Loads, TherapyRobot
 from armimpedance.numerics.regression import FitSummary
 

@@ -20,11 +20,10 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.joint.therapy.arm.axis_stiffness import direction_of, sliding_samples
-from armimpedance.joint.therapy.arm.movements import movement_torques
+from armimpedance.joint.therapy.arm.movements import MovementTorques, movement_torques
 from armimpedance.joint.therapy.arm.passive_arm import ArmSegment, PassiveArm
-from armimpedance.joint.therapy.arm.torques import MovementTorques
 from armimpedance.joint.therapy.robot.checks import check_recording
-from armimpedance.joint.therapy.robot.smooth import no_step
+from armimpedance.joint.therapy.robot.steady import no_step
 from armimpedance.joint.therapy.robot.therapy_robot import FOREARM, UPPER_ARM, TherapyRobot
 from armimpedance.numerics.regression import NamedParameter, fit, pool, ragged_factors
 
@@ -176,7 +175,7 @@ def check_mockup(
 
 def _straight_and_level(robot: TherapyRobot, arm: PassiveArm) -> tuple[float, float]:
     """Gravity about elevation, N m, and inertia about the vertical axis, kg m^2."""
-    from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
+    from armimpedance.joint.therapy.arm.passive_arm import arm_bodies
 
     bodies = arm_bodies(robot.adjusted_to(arm.upper_arm_m), arm)
     level, up = np.zeros((2, robot.n_axes)), np.zeros((2, robot.n_axes))

@@ -7,15 +7,22 @@ passive movements of the person in the robot.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
 
 from armimpedance.core.arrays import LEAST_DOF, FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError, RecordError
-from armimpedance.joint.therapy.robot.therapy_robot import FOREARM, UPPER_ARM
-from armimpedance.limb.arm import WINTER, SegmentRatios
+from armimpedance.core.records import Subject
+from armimpedance.core.skeleton import Skeleton
+from armimpedance.joint.therapy.robot.therapy_robot import (
+    FOREARM,
+    UPPER_ARM,
+    RigidBodies,
+    TherapyRobot,
+)
+from armimpedance.limb.arm import WINTER, SegmentRatios, skeleton_model
 
 #: Sd of the person's segment masses about the table's, as a fraction; one factor for all of them.
 MASS_SD: Final = 0.03
@@ -269,4 +276,123 @@ def winter_segments(
         one("upper_arm", WINTER.upper_arm, UPPER_ARM, 0.0, upper_arm_m),
         one("forearm", WINTER.forearm, FOREARM, 0.0, forearm_m),
         one("hand", WINTER.hand, FOREARM, forearm_m, hand_m),
+    )
+
+
+# The rigid bodies of a person's arm, moved by the robot's axes.
+#
+# Import this module only where torques are computed: it loads Pinocchio.
+
+
+def arm_bodies(robot: TherapyRobot, arm: PassiveArm) -> RigidBodies:
+    """The person's arm alone, moved by the robot's axes; without its passive stiffness."""
+    model = skeleton_model(arm_skeleton(robot.skeleton, arm.segments))
+    return RigidBodies(model, model.createData(), np.array(robot.chain))
+
+
+def arm_skeleton(frame: Skeleton, segments: tuple[ArmSegment, ...]) -> Skeleton:
+    """The robot's joints with the masses of an arm instead of its own.
+
+    Segments of the arm that share a link become one body.
+    """
+    bodies = []
+    for segment in frame.segments:
+        carried = [s for s in segments if s.link == segment.name]
+        mass = sum(s.mass_kg for s in carried)
+        com = sum(s.mass_kg * s.com_m for s in carried) / mass if mass > 0 else 0.0
+        # parallel axis: I = sum I_i + m_i (c_i - c)^2, about both transverse axes
+        own = sum(s.inertia_kgm2 + s.mass_kg * (s.com_m - com) ** 2 for s in carried)
+        bodies.append(
+            replace(
+                segment,
+                mass_kg=float(mass),
+                com_m=np.array([0.0, 0.0, -com]),
+                inertia_kgm2=np.diag([own, own, sum(s.inertia_long_kgm2 for s in carried)]),
+            )
+        )
+    return replace(frame, segments=tuple(bodies), markers=())
+
+
+# The segments of a recording's subject: lengths and masses from what is known of the person.
+
+
+def segments_of(
+    subject: Subject,
+    *,
+    mass_kg: float | None = None,
+    upper_arm_m: float | None = None,
+    forearm_m: float | None = None,
+    hand_m: float | None = None,
+    point_masses: bool = False,
+) -> tuple[ArmSegment, ...]:
+    """Upper arm, forearm and hand of a person; what is given goes before what the recording says.
+
+    A forearm or hand that is not known keeps Winter's proportion to the measured length from elbow
+    to grip, or else to the height.
+
+    Parameters
+    ----------
+    subject : Subject
+        Who was recorded, with what is known of the body.
+    mass_kg : float, optional
+        Mass of the whole body, kg.
+    upper_arm_m, forearm_m, hand_m : float, optional
+        Shoulder to elbow, elbow to wrist, wrist to finger tip, m.
+    point_masses : bool
+        As in the source: segments have no inertia of their own.
+
+    Returns
+    -------
+    tuple of ArmSegment
+
+    Raises
+    ------
+    InputError
+        The body mass, or a length, is not known or cannot be.
+    """
+    mass_kg = mass_kg if mass_kg is not None else subject.mass_kg
+    if mass_kg is None:
+        raise _unknown(subject, "the body mass", "subject.mass_kg", "mass-kg")
+    return winter_segments(
+        mass_kg,
+        upper_arm_length(subject, upper_arm_m),
+        forearm_m if forearm_m is not None else _beyond_elbow(subject, "forearm"),
+        hand_m if hand_m is not None else _beyond_elbow(subject, "hand"),
+        point_masses=point_masses,
+    )
+
+
+def upper_arm_length(subject: Subject, given: float | None = None) -> float:
+    """Length of the upper arm, to which the robot is adjusted too.
+
+    Raises
+    ------
+    InputError
+        Neither it nor the height is known.
+    """
+    if given is not None:
+        return given
+    if subject.upper_arm_m is not None:
+        return subject.upper_arm_m
+    if subject.height_m is None:
+        where = "subject.upper_arm_m or height_m"
+        raise _unknown(subject, "the upper arm's length", where, "upper-arm-m")
+    return WINTER.upper_arm.length * subject.height_m
+
+
+def _beyond_elbow(subject: Subject, part: str) -> float:
+    """Length of the forearm or of the hand."""
+    ratio = getattr(WINTER, part).length
+    if subject.forearm_hand_m is not None:
+        return float(ratio * subject.forearm_hand_m / WINTER.forearm_hand_length)
+    if subject.height_m is None:
+        where = "subject.forearm_hand_m or height_m"
+        raise _unknown(subject, f"the {part}'s length", where, f"{part}-m")
+    return float(ratio * subject.height_m)
+
+
+def _unknown(subject: Subject, what: str, where: str, option: str) -> InputError:
+    return InputError(
+        f"subject {subject.id}: {what} is not known",
+        expected=f"{where} in recording.json, or --{option}",
     )

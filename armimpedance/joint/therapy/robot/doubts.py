@@ -21,8 +21,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
-from armimpedance.joint.therapy.robot.smooth import SmoothTrial, smooth_trials
-from armimpedance.joint.therapy.robot.steady import EVERY_S
+from armimpedance.joint.therapy.robot.steady import EVERY_S, SmoothTrial, smooth_trials
 from armimpedance.joint.therapy.robot.sweeps import AxisSweeps
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot, friction_sign
 from armimpedance.numerics.regression import t_factor
@@ -57,7 +56,7 @@ def robot_doubts(
     axes : sequence of AxisSweeps
         In the order of the robot's axes.
     """
-    from armimpedance.joint.therapy.robot.rigid import robot_bodies
+    from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
 
     bodies = robot_bodies(robot)
     sweeps = np.flatnonzero(recording.trials["condition"].astype(str) == "sweep")

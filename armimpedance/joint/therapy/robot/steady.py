@@ -2,26 +2,142 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.core.records import Recording
-from armimpedance.joint.therapy.robot.cells import number_in
-from armimpedance.joint.therapy.robot.smooth import (
-    WIDTH_S,
-    SmoothTrial,
-    kernels_for,
-    no_step,
-    smooth_trials,
-)
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.numerics.regression import Fit
+from armimpedance.numerics.signals import Kernels, spline_kernels
+
+# Numbers in a row of the trial table.
+
+
+def number_in(line: Mapping[Any, Any], column: str) -> float | None:
+    """The number that a trial's row has in this column; None where there is none.
+
+    Raises
+    ------
+    InputError
+        There is something else.
+    """
+    value = line.get(column)
+    if value is None:
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.inf
+    if np.isinf(number):
+        raise InputError(
+            f"trial {line['trial']}: {value!r:.40}", column=column, expected="a number"
+        )
+    return None if np.isnan(number) else number
+
+
+# Angles, their derivatives and motor torques of every trial after one and the same kernel.
+#
+# The kernel is a symmetric spline of finite support: what it gives for a sample needs half its
+# width before and after it, no more. So a robot that runs it live gets the very same numbers, half
+# a width late, and no trial has filter transients; half a width at either end of a trial has no
+# result.
+
+#: Support of the kernel, s: its -3 dB lie at about 9 Hz, arm movements of therapy below 1 Hz.
+WIDTH_S: Final = 0.1
+
+
+@dataclass(frozen=True)
+class SmoothTrial(FrozenRecord):
+    """One trial after the kernel; S samples, n axes.
+
+    Attributes
+    ----------
+    row : int
+        Row of the recording's trial table, from 0.
+    time_s : (S,)
+    q, qd, qdd, motor : (S, n)
+        rad, rad/s, rad/s^2, N m; motor torques are positive where they accelerate their axis.
+    """
+
+    row: int
+    time_s: Annotated[FloatArray, "S"]
+    q: Annotated[FloatArray, "S n"]
+    qd: Annotated[FloatArray, "S n"]
+    qdd: Annotated[FloatArray, "S n"]
+    motor: Annotated[FloatArray, "S n"]
+
+    def between(self, first_s: float, last_s: float) -> SmoothTrial:
+        """The samples from `first_s` to `last_s`, both included, on the trial's clock."""
+        kept = (self.time_s >= first_s - 1e-9) & (self.time_s <= last_s + 1e-9)
+        parts = (getattr(self, name)[kept] for name in ("time_s", "q", "qd", "qdd", "motor"))
+        return SmoothTrial(self.row, *parts)
+
+
+def no_step() -> None:
+    """Nobody wants to know how far the work is."""
+
+
+def kernels_for(sample_rate_hz: float, width_s: float = WIDTH_S) -> Kernels:
+    """The kernels of one sample rate.
+
+    Raises
+    ------
+    InputError
+        The width holds too few samples.
+    """
+    if not sample_rate_hz * width_s >= 12:
+        raise InputError(
+            f"samples at {sample_rate_hz:g} Hz", expected=f"{12 / width_s:g} Hz or more"
+        )
+    return spline_kernels(width_s, sample_rate_hz)
+
+
+def smooth_trials(recording: Recording, width_s: float = WIDTH_S) -> tuple[SmoothTrial, ...]:
+    """All trials after the kernel.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of kind "joint", with commanded torques. A `Recording` holds torques by the limb on the
+        device; the motors' are the opposite.
+    width_s : float
+        Support of the kernel, s.
+
+    Returns
+    -------
+    tuple of SmoothTrial
+
+    Raises
+    ------
+    InputError
+        A trial that is shorter than the kernel.
+    """
+    kernels = kernels_for(recording.sample_rate_hz, width_s)
+    return tuple(_smooth(recording, row, kernels) for row in range(recording.n_trials))
+
+
+def _smooth(recording: Recording, row: int, kernels: Kernels) -> SmoothTrial:
+    samples, half = recording.samples_of(row), kernels.half
+    q, motor = recording.position[samples], -recording.force[samples]
+    if len(q) < 2 * half + 2:
+        raise InputError(
+            f"trial {recording.trials['trial'].iloc[row]} has {len(q)} samples",
+            expected=f"{2 * half + 2} or more",
+        )
+    time = recording.time_s[samples][half : len(q) - half]
+    weights = np.stack([kernels.smooth, kernels.first, kernels.second])
+    # window w (S, n, 2 h + 1), weights (3, 2 h + 1): (q, qd, qdd) = weights w
+    windows = np.lib.stride_tricks.sliding_window_view(q, 2 * half + 1, axis=0)
+    q_s, qd, qdd = np.einsum("snw,dw->dsn", windows, weights, optimize=True)
+    torques = np.lib.stride_tricks.sliding_window_view(motor, 2 * half + 1, axis=0)
+    return SmoothTrial(row, time, q_s, qd, qdd, torques @ kernels.smooth)
+
 
 #: After the kernel (-3 dB near 9 Hz) samples at this distance carry all there is, s.
 EVERY_S: Final = 0.01
@@ -87,7 +203,7 @@ def steady_parts(
     InputError
         A column is missing or wrong, or a steady part is too short.
     """
-    from armimpedance.joint.therapy.robot.rigid import robot_bodies
+    from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
 
     rows = np.flatnonzero(recording.trials["condition"].astype(str) == condition)
     if len(rows) == 0:
@@ -194,3 +310,38 @@ def _approach(entry: Any, q: FloatArray) -> int:
             expected="1 from below or -1 from above",
         )
     return int(given)
+
+
+# Samples in which the axis moves: those that count for a contribution.
+#
+# The friction of gears that stand still is anything up to its static value, to either side: what a
+# person does meanwhile cannot be told from it. On the elevation axis that is as much as the arm
+# weighs. So the sums of a movement leave out the samples in which its axis is slower than what the
+# friction's model holds from; a constant share is the same with them and without.
+
+#: Multiple of the speed over which the Coulomb friction builds up, `Loads.rise_rad_s`.
+SLIDING: Final = 5.0
+#: But an axis that is faster than this moves, rad/s (2.9 degrees per second).
+SURELY_RAD_S: Final = 0.05
+
+
+def slides(velocity: FloatArray, rise_rad_s: float) -> BoolArray:
+    """Whether an axis moves, of the velocity's shape.
+
+    Parameters
+    ----------
+    velocity : (...)
+        rad/s.
+    rise_rad_s : float
+        v_s of its friction.
+
+    Returns
+    -------
+    (...) bool
+    """
+    return abs(velocity) >= least_speed(rise_rad_s)
+
+
+def least_speed(rise_rad_s: float) -> float:
+    """The speed from which on an axis moves, rad/s."""
+    return min(SLIDING * rise_rad_s, SURELY_RAD_S)

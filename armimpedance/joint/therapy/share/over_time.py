@@ -11,10 +11,10 @@ import numpy as np
 
 from armimpedance.core.arrays import BoolArray
 from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.arm.movements import MovementTorques
 from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
-from armimpedance.joint.therapy.arm.torques import MovementTorques
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
-from armimpedance.joint.therapy.share.error_law import error_law
+from armimpedance.joint.therapy.share.error_law import error_law, products_of, window_sums
 from armimpedance.joint.therapy.share.judgement import Judgement
 from armimpedance.joint.therapy.share.of_movement import rows_of
 from armimpedance.joint.therapy.share.result import (
@@ -22,7 +22,6 @@ from armimpedance.joint.therapy.share.result import (
     RunningContribution,
     SampleContribution,
 )
-from armimpedance.joint.therapy.share.sums import products_of, window_sums
 
 #: Length of the running view's window, s.
 WINDOW_S: Final = 0.5

@@ -1,5 +1,4 @@
 from .contributions import Contributions as Contributions
-from .mockup_verb import check_mockup as check_mockup
 from .models_json import (
     read_arm as read_arm,
     read_robot as read_robot,
@@ -15,5 +14,6 @@ from .plots import (
 from .verb import (
     calibrate_arm as calibrate_arm,
     calibrate_robot as calibrate_robot,
+    check_mockup as check_mockup,
     contribution as contribution,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -11,18 +11,62 @@ from typing import Any, Final, overload
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import finite
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.joint.therapy.arm.movements import MovementTorques
 from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
-from armimpedance.joint.therapy.arm.torques import MovementTorques
-from armimpedance.joint.therapy.live.replay import LiveReport, replay
+from armimpedance.joint.therapy.live_replay import LiveReport, replay
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.joint.therapy.share.over_time import sample_contribution
 from armimpedance.joint.therapy.share.result import Contribution, SampleContribution
-from armimpedance.joint.therapy.show.table import samples_content
-from armimpedance.show.files import Content, table_content, write_content
+from armimpedance.show.files import Content, course_struct, table_content, write_content
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.written import WrittenResult
+from armimpedance.show.verbs.sources import WrittenResult
+
+# SAMPLES.csv: one row a sample of every movement. Empty where there is no value.
+
+SAMPLE_COLUMNS: Final = (
+    *("trial", "time_s", "q_rad", "qd_rad_s", "tau_motor_Nm", "tau_robot_Nm", "tau_arm_Nm"),
+    *("tau_user_Nm", "counts", "contribution_percent", "sd_contribution", "valid"),
+)
+
+
+def samples_content(
+    movements: Iterable[tuple[MovementTorques, SampleContribution]],
+) -> Content:
+    """What a file holds of the samples of every movement: one row a sample.
+
+    Parameters
+    ----------
+    movements : pairs of MovementTorques and SampleContribution
+        A movement and (3) of its samples.
+
+    Returns
+    -------
+    Content
+        Without a long table: a sample is no estimate.
+    """
+    rows = [
+        {name: finite(cell) for name, cell in row.items()}
+        for pair in movements
+        for row in _samples(*pair)
+    ]
+    return table_content(
+        rows,
+        SAMPLE_COLUMNS,
+        quantities=lambda: (),
+        structs=lambda: [course_struct(SAMPLE_COLUMNS, rows)],
+        digits=10,
+    )
+
+
+def _samples(torques: MovementTorques, samples: SampleContribution) -> Iterator[dict[str, Any]]:
+    moved = (torques.time_s, torques.q, torques.qd, torques.motor, torques.robot, torques.arm)
+    columns = (*moved, torques.user, samples.counts, samples.percent, samples.sd, samples.valid)
+    for values in zip(*(column.tolist() for column in columns), strict=True):
+        yield dict(zip(SAMPLE_COLUMNS, (torques.trial, *values), strict=True))
+
 
 #: Movements that a short text shows.
 _MOST_SHOWN: Final = 6

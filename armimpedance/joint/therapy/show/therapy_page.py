@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from armimpedance.core.errors import InputError
-from armimpedance.joint.therapy.show.contribution_text import contribution_text
 from armimpedance.joint.therapy.show.contributions import Contributions
 from armimpedance.joint.therapy.show.plots import plot_feedback
+from armimpedance.joint.therapy.show.text import contribution_text
 from armimpedance.joint.therapy.show.verb import contribution
 from armimpedance.show.pages import (
     GUIDALI,

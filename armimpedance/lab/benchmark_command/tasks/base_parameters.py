@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
+from armimpedance.lab.benchmark import AskedGroup
 from armimpedance.lab.benchmark_command.task import Made, Task
 
 _GROUPS: Final = {"kg": "mass", "kg m": "first moment", "kg m^2": "inertia"}
@@ -38,9 +38,9 @@ def _draw(seed: int) -> Made:
     base = _base()
     values = base.of(truth.parameters.ravel())
 
-    def group(unit: str) -> Group:
+    def group(unit: str) -> AskedGroup:
         named = zip(base.names, base.units, values, strict=True)
-        return Group(_GROUPS[unit], unit, {n: float(v) for n, u, v in named if u == unit})
+        return AskedGroup(_GROUPS[unit], unit, {n: float(v) for n, u, v in named if u == unit})
 
     def recordings() -> dict[str, Any]:
         return {"recording": recording}

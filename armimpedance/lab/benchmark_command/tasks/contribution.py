@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
+from armimpedance.lab.benchmark import AskedGroup
 from armimpedance.lab.benchmark_command.task import Made, Task
 from armimpedance.lab.parts.simulation import DRAWINGS_FILE
 
@@ -41,7 +41,7 @@ def _draw(seed: int) -> Made:
     def recordings() -> dict[str, Any]:
         return {"recording": recording}
 
-    return Made((Group("share", "%", values, 100.0),), recordings, body_told=True)
+    return Made((AskedGroup("share", "%", values, 100.0),), recordings, body_told=True)
 
 
 def _share(folder: Path) -> None:

@@ -8,8 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark_command.hand import drawn_person
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark_command.task import Made, Task, drawn_person
 from armimpedance.lab.benchmark_command.tasks.posture_model import joint_groups
 
 _MEASURED: Final = tuple(f"cocontraction_{level:02d}" for level in (0, 10, 20, 30))

@@ -6,8 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark_command.hand import ASKS, pushed
-from armimpedance.lab.benchmark_command.task import Task
+from armimpedance.lab.benchmark_command.task import ASKS, Task, pushed
 
 
 def _rig(_rng: np.random.Generator) -> dict[str, Any]:

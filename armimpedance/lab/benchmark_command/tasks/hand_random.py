@@ -6,8 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark_command.hand import drawn_person, matrices
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark_command.task import Made, Task, drawn_person, matrices
 
 _TRIALS: Final = 4
 _DURATION_S: Final = 15.0

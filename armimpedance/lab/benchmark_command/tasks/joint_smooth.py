@@ -6,9 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
-from armimpedance.lab.benchmark_command.joint import COLUMNS, UNITS, DrawnJoint, scalar
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark import AskedGroup
+from armimpedance.lab.benchmark_command.task import COLUMNS, UNITS, DrawnJoint, Made, Task, scalar
 
 _DURATION_S: Final = 20.0
 _TIMES_S: Final = np.arange(1.0, 19.5, 1.0)
@@ -36,8 +35,8 @@ def _draw(seed: int) -> Made:
         )
         return {"recording": made}
 
-    B = Group.course("B", UNITS["B"], _TIMES_S, viscosity(_TIMES_S))
-    K = Group.course("K", UNITS["K"], _TIMES_S, stiffness(_TIMES_S))
+    B = AskedGroup.course("B", UNITS["B"], _TIMES_S, viscosity(_TIMES_S))
+    K = AskedGroup.course("K", UNITS["K"], _TIMES_S, stiffness(_TIMES_S))
     return Made((scalar("I", joint.I), B, K), recordings)
 
 

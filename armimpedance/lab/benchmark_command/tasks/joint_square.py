@@ -6,9 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
-from armimpedance.lab.benchmark_command.joint import COLUMNS, UNITS, DrawnJoint, scalar
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark import AskedGroup
+from armimpedance.lab.benchmark_command.task import COLUMNS, UNITS, DrawnJoint, Made, Task, scalar
 
 _DURATION_S: Final = 30.0
 _TIMES_S: Final = np.arange(1.5, 29.0, 1.5)
@@ -38,7 +37,7 @@ def _draw(seed: int) -> Made:
         )
         return {"recording": made}
 
-    K = Group.course("K", UNITS["K"], _TIMES_S, stiffness(_TIMES_S))
+    K = AskedGroup.course("K", UNITS["K"], _TIMES_S, stiffness(_TIMES_S))
     return Made((scalar("I", joint.I), scalar("B", joint.B), K), recordings)
 
 

@@ -6,8 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark_command.joint import COLUMNS, DrawnJoint
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark_command.task import COLUMNS, DrawnJoint, Made, Task
 
 
 def _draw(seed: int) -> Made:

@@ -6,9 +6,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
-from armimpedance.lab.benchmark_command.hand import drawn_person
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark import AskedGroup
+from armimpedance.lab.benchmark_command.task import Made, Task, drawn_person
 
 #: After the nominal onset of a push, s: the middle of what it shows.
 _LATER_S: Final = 0.1
@@ -27,15 +26,15 @@ def _draw(seed: int) -> Made:
         course = getattr(truth, f"{name}_e").reshape(len(truth.time_s), 4)
         return np.array([np.interp(time_s, truth.time_s, c) for c in course.T]).reshape(2, 2)
 
-    def group(name: str) -> Group:
+    def group(name: str) -> AskedGroup:
         parts = {
             f"{element}@{phase:g}": value
             for phase, onset in zip(rig.phases, onsets, strict=True)
-            for element, value in Group.matrix(
+            for element, value in AskedGroup.matrix(
                 name, _UNITS[name], at(name, onset + _LATER_S)
             ).values.items()
         }
-        return Group(name, _UNITS[name], parts)
+        return AskedGroup(name, _UNITS[name], parts)
 
     def recordings() -> dict[str, Any]:
         from manipulandum_sim.movement import simulate_movement

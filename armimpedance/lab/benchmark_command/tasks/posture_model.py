@@ -8,10 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
-from armimpedance.lab.benchmark_command.hand import drawn_person
-from armimpedance.lab.benchmark_command.joint import UNITS
-from armimpedance.lab.benchmark_command.task import Made, Task
+from armimpedance.lab.benchmark import AskedGroup
+from armimpedance.lab.benchmark_command.task import UNITS, Made, Task, drawn_person
 
 _ASKED: Final = 4
 
@@ -43,16 +41,16 @@ def _draw(seed: int) -> Made:
     return Made(joint_groups(truth.B_j, truth.K_j), recordings, tell)
 
 
-def joint_groups(B: np.ndarray, K: np.ndarray) -> tuple[Group, ...]:
+def joint_groups(B: np.ndarray, K: np.ndarray) -> tuple[AskedGroup, ...]:
     """B and K at the joints (C, 2, 2) of conditions that are counted from 1."""
     made = []
     for name, values in (("B", B), ("K", K)):
         parts = {
             f"{element}@{n}": value
             for n, rows in enumerate(values, 1)
-            for element, value in Group.matrix(name, UNITS[name], rows).values.items()
+            for element, value in AskedGroup.matrix(name, UNITS[name], rows).values.items()
         }
-        made.append(Group(name, UNITS[name], parts))
+        made.append(AskedGroup(name, UNITS[name], parts))
     return tuple(made)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.lab.benchmark import Group
+from armimpedance.lab.benchmark import AskedGroup
 from armimpedance.lab.benchmark_command.task import Made, Task
 
 _UNITS: Final = {"k": "N m/rad", "h": "N m s/rad", "f": "N m"}
@@ -34,7 +34,7 @@ def _draw(seed: int) -> Made:
         (folder / "told.json").write_text(json.dumps({"rest_angle_rad": round(rest, 6)}) + "\n")
 
     values = {"k": k, "h": h, "f": f}
-    groups = tuple(Group(n, _UNITS[n], {n: v}) for n, v in values.items())
+    groups = tuple(AskedGroup(n, _UNITS[n], {n: v}) for n, v in values.items())
     return Made(groups, recordings, tell, body_told=True)
 
 

@@ -9,16 +9,24 @@ import numpy as np
 
 from armimpedance.joint.elbow import METHODS, JointSamples, from_recording, identify_elbow
 from armimpedance.lab.simulate_study.fields import Field, Settings, number, one_of, whole
-from armimpedance.lab.simulate_study.plain_numbers import SHORTCUT, Fitted, extras_of, numbers_of
-from armimpedance.lab.simulate_study.rig import Numbers, Quantity, Rig, Seeds
+from armimpedance.lab.simulate_study.rig import (
+    SHORTCUT,
+    FittedNumbers,
+    Numbers,
+    Rig,
+    Seeds,
+    StudyQuantity,
+    extras_of,
+    numbers_of,
+)
 
 if TYPE_CHECKING:
     from armimpedance.core.arrays import FloatArray
 
 QUANTITIES: Final = (
-    Quantity("I", "kg m^2"),
-    Quantity("B", "N m s/rad"),
-    Quantity("K", "N m/rad"),
+    StudyQuantity("I", "kg m^2"),
+    StudyQuantity("B", "N m s/rad"),
+    StudyQuantity("K", "N m/rad"),
 )
 
 
@@ -53,9 +61,9 @@ def _estimate(settings: Settings, made: list[tuple[JointSamples, FloatArray]]) -
     return numbers_of(fits, len(made), len(QUANTITIES))
 
 
-def _fit(samples: JointSamples, truth: FloatArray, method: str) -> Fitted:
+def _fit(samples: JointSamples, truth: FloatArray, method: str) -> FittedNumbers:
     found = identify_elbow(samples, method=method).parameters
-    return Fitted(found.values, found.sd, found.dof, truth)
+    return FittedNumbers(found.values, found.sd, found.dof, truth)
 
 
 RIG: Final = Rig(

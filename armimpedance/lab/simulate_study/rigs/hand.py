@@ -17,8 +17,14 @@ from armimpedance.lab.simulate_study.fields import (
     one_of,
     whole,
 )
-from armimpedance.lab.simulate_study.hand_numbers import EXTRAS, QUANTITIES
-from armimpedance.lab.simulate_study.hand_windows import ESTIMATOR, Prepared, estimate_all, shortcut
+from armimpedance.lab.simulate_study.hand_numbers import (
+    ESTIMATOR,
+    EXTRAS,
+    QUANTITIES,
+    PreparedWindows,
+    estimate_all,
+    shortcut,
+)
 from armimpedance.lab.simulate_study.rig import BLOCK, Rig, Seeds
 
 if TYPE_CHECKING:
@@ -96,7 +102,7 @@ def _manipulandum(settings: Settings) -> dict[str, Any]:
     }
 
 
-def _simulate(settings: Settings, seeds: Seeds, sessions: range) -> list[Prepared]:
+def _simulate(settings: Settings, seeds: Seeds, sessions: range) -> list[PreparedWindows]:
     """Each condition with all sessions side by side, which is many times as fast as one by one."""
     from armimpedance.hand.still import Group, groups_of
     from armimpedance.numerics.signals import cut_windows
@@ -115,7 +121,7 @@ def _simulate(settings: Settings, seeds: Seeds, sessions: range) -> list[Prepare
         )
         true = np.stack([truth.M_e[0], truth.B_e[0], truth.K_e[0]])
         windows = [cut_windows(recording, rows) for _, rows in groups_of(recording, ["condition"])]
-        made.append(Prepared(windows, Group.of(recording, {"condition": name}), true))
+        made.append(PreparedWindows(windows, Group.of(recording, {"condition": name}), true))
     return made
 
 

@@ -22,8 +22,14 @@ from armimpedance.lab.simulate_study.fields import (
     one_of,
     whole,
 )
-from armimpedance.lab.simulate_study.hand_numbers import EXTRAS, QUANTITIES
-from armimpedance.lab.simulate_study.hand_windows import ESTIMATOR, Prepared, estimate_all, shortcut
+from armimpedance.lab.simulate_study.hand_numbers import (
+    ESTIMATOR,
+    EXTRAS,
+    QUANTITIES,
+    PreparedWindows,
+    estimate_all,
+    shortcut,
+)
 from armimpedance.lab.simulate_study.rig import Rig, Seeds
 
 RATE_HZ: Final = 1000.0
@@ -130,7 +136,7 @@ def _conditions(settings: Settings) -> tuple[str, ...]:
     return asked if isinstance(asked, tuple) else ("nominal",)
 
 
-def _simulate(settings: Settings, seeds: Seeds, sessions: range) -> list[Prepared]:
+def _simulate(settings: Settings, seeds: Seeds, sessions: range) -> list[PreparedWindows]:
     made = []
     for name in _conditions(settings):
         limb = LIMB * np.array(CONDITIONS[name])[:, None, None]
@@ -147,7 +153,7 @@ def _simulate(settings: Settings, seeds: Seeds, sessions: range) -> list[Prepare
             )
             for session in sessions
         ]
-        made.append(Prepared(windows, Group("hand", {"condition": name}), limb))
+        made.append(PreparedWindows(windows, Group("hand", {"condition": name}), limb))
     return made
 
 

@@ -11,15 +11,24 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.motion import MotionRecording
 from armimpedance.joint.relaxed import METHODS, from_motion, identify_passive
 from armimpedance.lab.simulate_study.fields import Field, Settings, number, one_of
-from armimpedance.lab.simulate_study.plain_numbers import SHORTCUT, Fitted, extras_of, numbers_of
-from armimpedance.lab.simulate_study.rig import BLOCK, Numbers, Quantity, Rig, Seeds
+from armimpedance.lab.simulate_study.rig import (
+    BLOCK,
+    SHORTCUT,
+    FittedNumbers,
+    Numbers,
+    Rig,
+    Seeds,
+    StudyQuantity,
+    extras_of,
+    numbers_of,
+)
 from armimpedance.limb.mocap import joint_motion
 
 JOINT: Final = "right_elbow_flexion"
 QUANTITIES: Final = (
-    Quantity("k", "N m/rad"),
-    Quantity("h", "N m s/rad"),
-    Quantity("f", "N m"),
+    StudyQuantity("k", "N m/rad"),
+    StudyQuantity("h", "N m s/rad"),
+    StudyQuantity("f", "N m"),
 )
 #: Motion from markers, rest angle (rad), and k, h, f.
 Filmed = tuple[MotionRecording, float, FloatArray]
@@ -61,13 +70,13 @@ def _estimate(settings: Settings, made: list[Filmed]) -> Numbers:
     return numbers_of(fits, len(made), len(QUANTITIES))
 
 
-def _fit(filmed: Filmed, method: str, cutoff_hz: float) -> Fitted:
+def _fit(filmed: Filmed, method: str, cutoff_hz: float) -> FittedNumbers:
     motion, rest, truth = filmed
     samples = from_motion(motion, [JOINT], cutoff_hz=cutoff_hz)
     (fit,) = identify_passive(samples, rest_angle=rest, method=method, cross_validate=False)
     found = [fit.parameters[quantity.name] for quantity in QUANTITIES]
     values, sd = (np.array([getattr(p, name) for p in found]) for name in ("value", "sd_robust"))
-    return Fitted(values, sd, found[0].dof, truth)
+    return FittedNumbers(values, sd, found[0].dof, truth)
 
 
 RIG: Final = Rig(

@@ -79,8 +79,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve a stream until it ends."""
     from armimpedance.core.errors import InputError
-    from armimpedance.muscles.live.serve import serve
-    from armimpedance.muscles.live.sources import packets_of
+    from armimpedance.muscles.live.stream import packets_of, serve
     from armimpedance.muscles.live.updates import Live
     from armimpedance.show.verbs.sources import read_recording
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from armimpedance.muscles.live.calibration import CalibrationPlan, CalibrationWish
-    from armimpedance.muscles.live.conditions import Workspace
+    from armimpedance.muscles.live.calibration import CalibrationPlan, CalibrationWish, Workspace
 
 #: Options of `plan` that say nothing of a calibration, and those that say nothing of anything else.
 _ELSEWHERE = (
@@ -125,7 +124,7 @@ def _workspace(args: argparse.Namespace, limits: Any) -> Workspace:
     import numpy as np
 
     from armimpedance.core.errors import InputError
-    from armimpedance.muscles.live.conditions import Workspace
+    from armimpedance.muscles.live.calibration import Workspace
 
     box, given = limits, dict[str, Any]()
     if args.box_deg is not None:

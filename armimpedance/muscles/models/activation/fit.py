@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import comb
 from typing import Final, Literal
 
 import numpy as np
@@ -12,23 +13,69 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.progress import Progress, Steps
 from armimpedance.limb.arm import MuscularArm, arm_named
-from armimpedance.muscles.models.activation.bernstein import increments, to_powers
-from armimpedance.muscles.models.activation.checks import check_rows
-from armimpedance.muscles.models.activation.design import muscle_patterns
+from armimpedance.muscles.models.activation.checks import activation_rank, check_rows
 from armimpedance.muscles.models.activation.equations import (
     ActivationEquations,
     SolvedEquations,
+    muscle_patterns,
     solve_equations,
 )
 from armimpedance.muscles.models.activation.misfit import misfit_of
-from armimpedance.muscles.models.activation.model import ActivationModel
+from armimpedance.muscles.models.activation.model import ActivationModel, activation_result
 from armimpedance.muscles.models.activation.models import ACTIVATION_MODELS, ActivationMethod
 from armimpedance.muscles.models.activation.quality import activation_quality
-from armimpedance.muscles.models.activation.rank import activation_rank
-from armimpedance.muscles.models.activation.result import activation_result
-from armimpedance.muscles.models.quality import ElementQuality
-from armimpedance.muscles.models.rows import JointRows
-from armimpedance.muscles.models.shared_errors import spread_of
+from armimpedance.muscles.models.fitted_model import ElementQuality
+from armimpedance.muscles.models.rows import JointRows, spread_of
+
+# Polynomials in Bernstein form: coefficients that are nonnegative make a curve that is.
+#
+# ``f(alpha) = sum_k beta_k C(N, k) s^k (1 - s)^(N - k)``, ``s = (alpha - low) / (high - low)``. The
+# curve stays between its least and its largest coefficient for s in 0..1, and rises where the
+# coefficients do: bounds on the coefficients are bounds on the curve, over the whole range and not
+# only at measured points.
+
+
+def bernstein_basis(s: ArrayLike, order: int) -> FloatArray:
+    """The N + 1 Bernstein polynomials at s (...,), as (..., N + 1)."""
+    x = np.asarray(s, dtype=float)[..., None]
+    k = np.arange(order + 1)
+    return np.array([comb(order, i) for i in k]) * x**k * (1 - x) ** (order - k)
+
+
+def bernstein_slopes(s: ArrayLike, order: int) -> FloatArray:
+    """Their derivatives by s, (..., N + 1): ``N (b_{k-1, N-1} - b_{k, N-1})``."""
+    below = bernstein_basis(s, order - 1) if order else np.zeros((*np.shape(s), 0))
+    nothing = np.zeros((*below.shape[:-1], 1))
+    left, right = np.concatenate([nothing, below], -1), np.concatenate([below, nothing], -1)
+    return order * (left - right)
+
+
+def to_powers(low: float, high: float, order: int) -> FloatArray:
+    """Matrix (N + 1, N + 1) from Bernstein coefficients over low..high to powers of alpha.
+
+    ``f(alpha) = sum_j a_j alpha^j`` with ``a = to_powers(low, high, N) @ beta``.
+    """
+    width = high - low
+    columns = []
+    for k in range(order + 1):
+        # C(N, k) s^k (1 - s)^(N - k), each factor a polynomial of alpha
+        rising = np.polynomial.Polynomial([-low / width, 1 / width]) ** k
+        falling = np.polynomial.Polynomial([high / width, -1 / width]) ** (order - k)
+        column = np.zeros(order + 1)
+        coefficients = (comb(order, k) * rising * falling).coef
+        column[: len(coefficients)] = coefficients
+        columns.append(column)
+    return np.stack(columns, axis=1)
+
+
+def increments(order: int, *, increasing: bool) -> FloatArray:
+    """Matrix (N + 1, N + 1) from numbers >= 0 to the coefficients.
+
+    The coefficients themselves, or, for a curve that never falls, the running sum of them.
+    """
+    n = order + 1
+    return np.tri(n) if increasing else np.eye(n)
+
 
 #: Orders N of the source's Table 2, and what is refused beyond.
 HIGHEST_ORDER: Final = 5

@@ -16,11 +16,7 @@ from typing import Annotated
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
-from armimpedance.muscles.models.activation.bernstein import (
-    bernstein_basis,
-    bernstein_slopes,
-    increments,
-)
+from armimpedance.muscles.models.activation.fit import bernstein_basis, bernstein_slopes, increments
 from armimpedance.muscles.models.combined.lengths import CorrectedLengths
 from armimpedance.muscles.models.packed import elements
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -17,12 +17,16 @@ from armimpedance.muscles.models.combined.equations import EvaluatedEquations, M
 from armimpedance.muscles.models.combined.lengths import corrected_lengths
 from armimpedance.muscles.models.combined.model import MuscleModel
 from armimpedance.muscles.models.combined.quality import muscle_quality, muscle_summary, shuffles
-from armimpedance.muscles.models.combined.solver import Measured, Posterior, Prior, solve_posterior
-from armimpedance.muscles.models.hand_rows import HandRows
-from armimpedance.muscles.models.quality import ElementQuality
-from armimpedance.muscles.models.region import Region
-from armimpedance.muscles.models.rows import JointRows
-from armimpedance.muscles.models.shared_errors import spread_of
+from armimpedance.muscles.models.combined.solver import (
+    Measured,
+    MusclePosterior,
+    Prior,
+    solve_posterior,
+)
+from armimpedance.muscles.models.fitted_model import ElementQuality
+from armimpedance.muscles.models.from_estimates import HandRows
+from armimpedance.muscles.models.rows import JointRows, spread_of
+from armimpedance.muscles.models.workspace import Region
 from armimpedance.numerics.regression import FitSummary
 
 HIGHEST_MOMENT_ARM_ORDER: Final = 3
@@ -135,7 +139,7 @@ def fit_muscle_model(
     return _model(arm.name, rows, form, found, quality, summary)
 
 
-def _with_shared(found: Posterior, rows: JointRows | HandRows) -> Posterior:
+def _with_shared(found: MusclePosterior, rows: JointRows | HandRows) -> MusclePosterior:
     """The posterior with what errors that all rows share add to its covariance."""
     covariance = np.array(found.covariance)
     for symbol, block, weight in zip("KB", found.blocks, found.weights, strict=False):
@@ -236,7 +240,7 @@ def _model(
     arm: str,
     rows: JointRows | HandRows,
     form: EvaluatedEquations,
-    found: Posterior,
+    found: MusclePosterior,
     quality: tuple[ElementQuality, ...],
     summary: FitSummary,
 ) -> MuscleModel:
@@ -270,3 +274,70 @@ def _model(
     )
     more = (*unpredicted(quality), *(indefinite if least <= 0 else ()))
     return replace(model, summary=replace(summary, warnings=(*summary.warnings, *more)))
+
+
+# A person as the prior of `fit muscles` has it: what a calibration can be planned for.
+
+
+@dataclass(frozen=True)
+class TypicalMuscles:
+    """The equations of an arm with likely parameters, before anything was measured.
+
+    Attributes
+    ----------
+    equations : MuscleEquations
+    values : (n,)
+        The parameters where the search for a person's begins.
+    prior_sd : (n,)
+        Standard deviations of the parameters before anything was measured.
+    """
+
+    equations: MuscleEquations
+    values: FloatArray
+    prior_sd: FloatArray
+
+
+def typical_muscles(
+    arm: MuscularArm,
+    joint_angles: FloatArray,
+    activation: FloatArray,
+    *,
+    moment_arm_order: int = 2,
+    activation_order: int = 1,
+    prior_percent: float = 20.0,
+) -> TypicalMuscles:
+    """The form that `fit_muscle_model` would fit to such conditions.
+
+    Parameters
+    ----------
+    arm : MuscularArm
+    joint_angles : (P, n)
+        rad.
+    activation : (P, m)
+        0..1.
+    moment_arm_order, activation_order, prior_percent
+        As for `fit_muscle_model`.
+
+    Returns
+    -------
+    TypicalMuscles
+
+    Raises
+    ------
+    InputError
+        Other joints or muscles than the arm's, or a muscle that is never active.
+    """
+    if joint_angles.shape[1] != arm.paths.joints:
+        problem = f"postures of {joint_angles.shape[1]} joints, an arm of {arm.paths.joints}"
+        raise InputError(problem, expected="an arm with the postures' joints")
+    highest = activation.max(axis=0)
+    if not (highest > 0).all():
+        name = arm.paths.muscles[int(highest.argmin())]
+        raise InputError(f"{name} is never active", expected="a level of co-contraction above 0")
+    lengths = corrected_lengths(
+        arm, joint_angles, order=moment_arm_order, prior_part=prior_percent / 100
+    )
+    kappa = arm.stiffness_per_tension
+    equations = MuscleEquations(lengths, activation_order, highest, kappa, True)
+    prior = prior_of(equations, arm, 0.1, torque=False)
+    return TypicalMuscles(equations, start_of(equations, prior), np.asarray(prior.sd))

@@ -16,8 +16,8 @@ import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.limb.arm import MuscularArm, PolynomialPaths, fit_paths, monomial_exponents
-from armimpedance.muscles.models.angle_scaling import AngleScaling
 from armimpedance.muscles.models.packed import elements
+from armimpedance.muscles.models.workspace import AngleScaling
 
 #: Postures of the box, per joint, at which the anatomical arm is looked at.
 _GRID = 9

@@ -13,14 +13,12 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import InputError
 from armimpedance.limb.arm import PolynomialPaths
 from armimpedance.muscles.models.activation.model import checked_activation
-from armimpedance.muscles.models.angle_scaling import AngleScaling
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.models.combined.lengths import CorrectedLengths
-from armimpedance.muscles.models.fitted_model import FittedModel
+from armimpedance.muscles.models.fitted_model import ElementQuality, FittedModel
 from armimpedance.muscles.models.packed import matrix
 from armimpedance.muscles.models.prediction import JointPrediction
-from armimpedance.muscles.models.quality import ElementQuality
-from armimpedance.muscles.models.region import Region
+from armimpedance.muscles.models.workspace import AngleScaling, Region
 from armimpedance.numerics.regression import FitSummary, Parameters
 
 #: An activation this far beyond the measured range is still inside (rounding in a file).

@@ -10,14 +10,14 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError
 from armimpedance.core.progress import Steps
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations, MuscleEquations
-from armimpedance.muscles.models.combined.solver import Measured, Posterior, Prior, minimised
-from armimpedance.muscles.models.packed import order_of
-from armimpedance.muscles.models.quality import (
+from armimpedance.muscles.models.combined.solver import Measured, MusclePosterior, Prior, minimised
+from armimpedance.muscles.models.fitted_model import (
     ElementQuality,
     correlation,
     element_quality,
     explained,
 )
+from armimpedance.muscles.models.packed import order_of
 from armimpedance.muscles.models.rows import element_labels
 from armimpedance.numerics.regression import FitSummary, Parameters
 
@@ -38,7 +38,7 @@ def muscle_quality(
     form: EvaluatedEquations,
     measured: Measured,
     prior: Prior,
-    found: Posterior,
+    found: MusclePosterior,
     seed: int,
     steps: Steps,
 ) -> tuple[ElementQuality, ...]:
@@ -73,7 +73,7 @@ def muscle_quality(
     return tuple(quality)
 
 
-def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatArray]:
+def _left_out(measured: Measured, found: MusclePosterior) -> tuple[FloatArray, FloatArray]:
     """Predictions (P, E) of K and B without the own row."""
     C = found.covariance
     predicted = []
@@ -106,7 +106,7 @@ def _null(
     form: EvaluatedEquations,
     measured: Measured,
     prior: Prior,
-    found: Posterior,
+    found: MusclePosterior,
     seed: int,
     steps: Steps,
 ) -> FloatArray:
@@ -135,7 +135,7 @@ def _null(
     return np.asarray(np.mean(rs, axis=0) if rs else np.full(elements, np.nan))
 
 
-def _as_scattered(measured: Measured, found: Posterior) -> tuple[FloatArray, ...]:
+def _as_scattered(measured: Measured, found: MusclePosterior) -> tuple[FloatArray, ...]:
     """Weights with which shuffled rows have errors of unit variance about their mean."""
     blocks = [measured.stiffness, measured.viscosity]
     if measured.torque is not None:
@@ -148,7 +148,7 @@ def _as_scattered(measured: Measured, found: Posterior) -> tuple[FloatArray, ...
 
 
 def muscle_summary(
-    form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior
+    form: EvaluatedEquations, measured: Measured, prior: Prior, found: MusclePosterior
 ) -> FitSummary:
     """Parameters with their standard errors, and warnings of those that the data do not tell."""
     names, units = parameter_names(form.equations)
@@ -177,7 +177,9 @@ def muscle_summary(
     )
 
 
-def _warnings(names: tuple[str, ...], narrowed: FloatArray, found: Posterior) -> tuple[str, ...]:
+def _warnings(
+    names: tuple[str, ...], narrowed: FloatArray, found: MusclePosterior
+) -> tuple[str, ...]:
     untold = [n for n, part in zip(names, narrowed, strict=True) if part > _PRIOR_ONLY]
     said = [
         f"{len(names)} parameters, of which the rows settle {found.spent:.0f}; the prior the rest"

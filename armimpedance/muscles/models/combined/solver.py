@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import EstimationError
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations
-from armimpedance.muscles.models.hand_rows import HandRows
+from armimpedance.muscles.models.from_estimates import HandRows
 from armimpedance.muscles.models.least_squares import least_squares_in, whitening
 
 #: Rounds of weights and solution, and the relative change of the factors that ends them.
@@ -104,7 +104,7 @@ class Prior:
 
 
 @dataclass(frozen=True)
-class Posterior:
+class MusclePosterior:
     """What the rows say, with the prior.
 
     Attributes
@@ -142,7 +142,7 @@ class Posterior:
 
 def solve_posterior(
     form: EvaluatedEquations, measured: Measured, prior: Prior, start: FloatArray
-) -> Posterior:
+) -> MusclePosterior:
     """Parameters x of largest posterior density.
 
     Parameters
@@ -288,7 +288,7 @@ def _posterior(
     x: FloatArray,
     factor: FloatArray,
     scatter: FloatArray,
-) -> Posterior:
+) -> MusclePosterior:
     error, jacobian = _weighted(form, measured, weights, x)
     scaled = jacobian * prior.sd
     # C (n, n) = (J^T J + 1)^-1 in units of the prior's sd
@@ -297,7 +297,7 @@ def _posterior(
     covariance = inverse @ inverse.T
     torques = 0 if measured.torque is None else measured.torque.size
     ends = np.cumsum([0, measured.stiffness.size, measured.viscosity.size, torques])
-    return Posterior(
+    return MusclePosterior(
         x=x,
         covariance=covariance * np.outer(prior.sd, prior.sd),
         factor=factor,
@@ -311,7 +311,7 @@ def _posterior(
     )
 
 
-def _factors(found: Posterior, measured: Measured) -> FloatArray:
+def _factors(found: MusclePosterior, measured: Measured) -> FloatArray:
     """Factors of the standard errors that the residuals ask for; known ones of K and B stay."""
     factor = found.factor.copy()
     for g, block in enumerate(found.blocks):
@@ -320,14 +320,14 @@ def _factors(found: Posterior, measured: Measured) -> FloatArray:
     return np.maximum(factor, measured.least)
 
 
-def _spare(found: Posterior, block: slice) -> float:
+def _spare(found: MusclePosterior, block: slice) -> float:
     """Degrees of freedom that the fit left to a block of rows."""
     jacobian = found.jacobian[block]
     leverage = ((jacobian @ found.covariance) * jacobian).sum()
     return max(block.stop - block.start - float(leverage), 1.0)
 
 
-def _scatters(form: EvaluatedEquations, found: Posterior, measured: Measured) -> FloatArray:
+def _scatters(form: EvaluatedEquations, found: MusclePosterior, measured: Measured) -> FloatArray:
     """Scatter (2,) of K and B with which residuals are as large as rows whose errors are known say.
 
     ``sum r^T (S + scatter^2 D)^-1 r = degrees of freedom``, S from the errors of the rows.

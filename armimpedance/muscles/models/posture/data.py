@@ -8,8 +8,9 @@ from typing import Annotated
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
-from armimpedance.muscles.models.angle_scaling import AngleScaling
+from armimpedance.muscles.models.posture.certificate import Gram
 from armimpedance.muscles.models.rows import ELEMENTS, JointRows
+from armimpedance.muscles.models.workspace import AngleScaling
 
 #: Symbol of each matrix and the unit of its elements.
 UNITS = {"K": "N m/rad", "B": "N m s/rad"}
@@ -74,3 +75,54 @@ def posture_data(rows: JointRows, symbol: str, scaling: AngleScaling) -> Posture
 def element_names(symbol: str) -> tuple[str, ...]:
     """``K_ss, K_se, K_ee``."""
     return tuple(f"{symbol}_{element}" for element in ELEMENTS)
+
+
+# What each way of fitting one matrix over posture hands over.
+
+
+@dataclass(frozen=True)
+class FittedMatrix:
+    """K or B over posture, with what its fit is worth.
+
+    Attributes
+    ----------
+    symbol : "K" or "B"
+    powers : (terms, 2) int
+        Exponents of the scaled angles in each term.
+    coefficients : (terms, 3)
+        Coefficients of ss, se, ee.
+    covariance : (3 terms, 3 terms)
+        All terms of ss, then se, then ee.
+    dof : float
+        Degrees of freedom of the t distribution for intervals.
+    held_out : (P, 3) or None
+        Predictions of each posture by a fit without it.
+    null_r : (4,)
+        Mean R of ss, se, es, ee over shuffles of the rows.
+    spent : three floats
+        Coefficients that the fit spent on ss, se, ee.
+    cond_scaled : float
+    rank : int
+    structure : str
+        "free" polynomials, or how the sum of squares is built.
+    penalty : float
+        Weight on the trace of the Gram matrix; 0 without one.
+    grams : tuple of Gram
+        Gram matrices that prove positive semidefiniteness; empty where nothing proves it.
+    warnings : tuple of str
+    """
+
+    symbol: str
+    powers: IntArray
+    coefficients: FloatArray
+    covariance: FloatArray
+    dof: float
+    held_out: FloatArray | None
+    null_r: FloatArray
+    spent: tuple[float, float, float]
+    cond_scaled: float
+    rank: int
+    structure: str
+    penalty: float
+    grams: tuple[Gram, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -22,14 +22,36 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress, Steps
-from armimpedance.muscles.models.posture.data import PostureData
-from armimpedance.muscles.models.posture.fitted import FittedMatrix
-from armimpedance.muscles.models.posture.program import GramProgram, GramSolution
-from armimpedance.muscles.models.posture.rank import checked_rank
-from armimpedance.muscles.models.posture.tangent import Tangent, tangent
-from armimpedance.muscles.models.posture.terms import exponents, term_names
-from armimpedance.muscles.models.quality import correlation
-from armimpedance.numerics.regression import Conditioning
+from armimpedance.muscles.models.fitted_model import correlation
+from armimpedance.muscles.models.posture.certificate import exponents, term_names
+from armimpedance.muscles.models.posture.data import FittedMatrix, PostureData
+from armimpedance.muscles.models.posture.program import GramProgram, GramSolution, Tangent, tangent
+from armimpedance.numerics.regression import Conditioning, conditioning, refuse_rank_loss
+
+# Whether postures can tell the terms of a polynomial apart.
+
+
+def checked_rank(X: FloatArray, names: tuple[str, ...], order: int) -> Conditioning:
+    """Condition of a regressor X (P, p), refused where postures cannot tell its columns apart.
+
+    Raises
+    ------
+    NotIdentifiableError
+        Names the terms.
+    InputError
+        Fewer postures than terms.
+    """
+    p, count = len(X), len(names)
+    if p < count:
+        raise InputError(
+            f"{p} postures for the {count} coefficients of order {order}: rank {p} at most for the "
+            f"terms {', '.join(names)}",
+            expected=f"{count} different postures or more, or a lower order",
+        )
+    state = conditioning(np.asarray(np.linalg.qr(X, mode="r")), p)
+    refuse_rank_loss(state, names)
+    return state
+
 
 #: What roughness may cost, in residual variances per unit of stiffness over residual sd.
 PENALTIES = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
@@ -45,7 +67,7 @@ _NO_NOISE = 1e-9
 
 
 @dataclass(frozen=True)
-class Choice:
+class PenaltyChoice:
     """A cost of roughness with its solution.
 
     Attributes
@@ -123,7 +145,7 @@ def _check_weights(data: PostureData) -> None:
         )
 
 
-def choose(program: GramProgram, data: PostureData) -> Choice:
+def choose(program: GramProgram, data: PostureData) -> PenaltyChoice:
     """The penalty of `PENALTIES` whose expected error of prediction is least.
 
     Raises
@@ -146,10 +168,10 @@ def choose(program: GramProgram, data: PostureData) -> Choice:
     )
 
 
-def _solved(program: GramProgram, data: PostureData, penalty: float, cost: float) -> Choice:
+def _solved(program: GramProgram, data: PostureData, penalty: float, cost: float) -> PenaltyChoice:
     solution = program.solve(data.values, data.weights, cost)
     made = tangent(program, solution, data.values, data.weights, cost)
-    return Choice(penalty, cost, solution, made)
+    return PenaltyChoice(penalty, cost, solution, made)
 
 
 def _variance(made: Tangent, data: PostureData) -> float:

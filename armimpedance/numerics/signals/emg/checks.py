@@ -6,23 +6,190 @@ takes them out and says so; beyond, the recording is refused.
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, Verdict
 from armimpedance.core.records import Recording
-from armimpedance.numerics.signals.emg.activation import mvc_column
-from armimpedance.numerics.signals.emg.quality import (
-    ARTEFACT,
-    ARTEFACT_HZ,
-    HUM,
-    MOVED,
-    EmgQuality,
-    emg_quality,
-)
+from armimpedance.core.trials import trial_slices
+from armimpedance.numerics.signals.emg.activation import mvc_column, rest_column
+
+# What raw EMG is like: flat, saturated and humming channels, electrodes that move, its level.
+
+#: Share of samples at an extreme that are still noise: it touches its extreme once or twice.
+LEAST_AT_EXTREME: Final = 5
+MAINS_HZ: Final = (50.0, 60.0)
+#: Share of the power in lines of the mains: taken out above the first, refused above the second.
+HUM: Final = (0.05, 0.8)
+#: Share of the power below 20 Hz above which it is the electrodes that move.
+ARTEFACT_HZ: Final = 20.0
+ARTEFACT: Final = 0.05
+#: A silent muscle shows little but hum and cables that swing, and that does not matter. Artefact
+#: counts where its rms is above this part of the maximum contraction's.
+MOVED: Final = 0.003
+#: Segments of the spectrum, and half widths of a line and of the floor around it (Hz).
+_SEGMENT_S, _LINE_HZ, _FLOOR_HZ = 2.0, 1.5, 6.0
+
+
+@dataclass(frozen=True)
+class EmgQuality(FrozenRecord):
+    """What the raw EMG of T trials and m muscles is like.
+
+    Attributes
+    ----------
+    trials, muscles : tuples of str
+    still_s : (T, m)
+        Longest time at one value.
+    saturated : (T, m)
+        Share of samples piled up at an extreme.
+    mains_hz : float
+        50 or 60, whichever shows more.
+    hum : (T, m)
+        Share of power in the lines at multiples of it, over the floor beside them.
+    artefact : (T, m)
+        Share of power below 20 Hz.
+    level : (T, m)
+        rms of all in parts of the maximum contraction's; 1 where that is not known.
+    snr_db : (T, m) or None
+        Power of the muscle over power of the silent muscle's electrode; None without rest.
+    """
+
+    trials: Annotated[tuple[str, ...], "t"]
+    muscles: Annotated[tuple[str, ...], "m"]
+    still_s: Annotated[FloatArray, "t m"]
+    saturated: Annotated[FloatArray, "t m"]
+    mains_hz: float
+    hum: Annotated[FloatArray, "t m"]
+    artefact: Annotated[FloatArray, "t m"]
+    level: Annotated[FloatArray, "t m"]
+    snr_db: Annotated[FloatArray, "t m"] | None
+
+    @property
+    def humming(self) -> BoolArray:
+        """(T, m): enough hum to take out."""
+        return np.asarray(self.hum > HUM[0])
+
+    @property
+    def moving(self) -> BoolArray:
+        """(m,): electrodes that move in any trial."""
+        return np.asarray((self.above(self.artefact, MOVED) > ARTEFACT).any(axis=0))
+
+    def above(self, share: FloatArray, part: float) -> FloatArray:
+        """Shares of power (T, m) where their rms is above a part of the maximum's, else 0."""
+        return np.where(np.sqrt(share) * self.level > part, share, 0.0)
+
+
+def emg_quality(recording: Recording) -> EmgQuality:
+    """Look at the raw EMG of a recording.
+
+    Raises
+    ------
+    InputError
+        No EMG, or EMG that is normalised already.
+    """
+    rate, raw = recording.sample_rate_hz, _raw_emg(recording)
+    spectra = [_spectrum(one - one.mean(axis=0), rate) for one in raw]
+    lines = np.array([[_line_share(f, p, hz) for f, p in spectra] for hz in MAINS_HZ])
+    mains = int(lines.sum(axis=(1, 2)).argmax())
+    rms = np.array([one.std(axis=0) for one in raw])
+    return EmgQuality(
+        trials=tuple(str(t) for t in recording.trials["trial"]),
+        muscles=recording.muscles,
+        still_s=np.array([_longest_still(one) for one in raw]) / rate,
+        saturated=np.array([_saturated(one) for one in raw]),
+        mains_hz=MAINS_HZ[mains],
+        hum=lines[mains],
+        artefact=np.array([_below(f, p, ARTEFACT_HZ) for f, p in spectra]),
+        level=_over_maximum(rms, recording),
+        snr_db=_over_rest_db(rms, recording),
+    )
+
+
+def _raw_emg(recording: Recording) -> list[FloatArray]:
+    """The raw EMG of each trial, (S_t, m)."""
+    if recording.emg is None or not recording.muscles:
+        raise InputError("the recording holds no EMG", expected="columns emg_<muscle>")
+    if recording.emg_unit != "V":
+        raise InputError("the EMG is normalised: an envelope", expected="raw EMG in V")
+    return [recording.emg[samples] for samples in trial_slices(recording.offsets)]
+
+
+def _levels(recording: Recording, column_of: Callable[[str], str]) -> FloatArray | None:
+    """A level of each trial and muscle, (T, m); None where one is missing or not positive."""
+    columns = [column_of(muscle) for muscle in recording.muscles]
+    if any(column not in recording.trials for column in columns):
+        return None
+    table = recording.trials[columns].to_numpy(dtype=np.float64)
+    return table if np.isfinite(table).all() and (table > 0).all() else None
+
+
+def _over_maximum(rms: FloatArray, recording: Recording) -> FloatArray:
+    """rms (T, m) in parts of the maximum contraction's; 1 where that is not known."""
+    mvc = _levels(recording, mvc_column)
+    return np.ones_like(rms) if mvc is None else rms / (mvc * np.sqrt(np.pi / 2))
+
+
+def _over_rest_db(rms: FloatArray, recording: Recording) -> FloatArray | None:
+    """dB of the muscle's own power over that of the silent electrode; -30 dB at the least."""
+    rest = _levels(recording, rest_column)
+    if rest is None:
+        return None
+    own = np.maximum((rms / (rest * np.sqrt(np.pi / 2))) ** 2 - 1, 1e-3)
+    return np.asarray(10 * np.log10(own))
+
+
+def _spectrum(emg: FloatArray, rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    """Power (f, m) over frequency (f,), from half overlapping Hann segments."""
+    from scipy.signal import welch
+
+    length = min(round(_SEGMENT_S * rate_hz), len(emg))
+    frequency, power = welch(emg, fs=rate_hz, nperseg=length, axis=0, detrend=False)
+    return np.asarray(frequency), np.asarray(power)
+
+
+def _below(frequency: FloatArray, power: FloatArray, edge_hz: float) -> FloatArray:
+    total = power.sum(axis=0)
+    low = power[frequency < edge_hz].sum(axis=0)
+    return np.divide(low, total, out=np.zeros_like(total), where=total > 0)
+
+
+def _line_share(frequency: FloatArray, power: FloatArray, mains_hz: float) -> FloatArray:
+    """Share (m,) of power in lines at the multiples of the mains, over the floor beside them."""
+    lines = np.zeros(power.shape[1])
+    for line in np.arange(mains_hz, frequency[-1] - _FLOOR_HZ, mains_hz):
+        away = np.abs(frequency - line)
+        here, beside = away <= _LINE_HZ, (away > _LINE_HZ) & (away <= _FLOOR_HZ)
+        if here.any() and beside.any():
+            lines += power[here].sum(axis=0) - here.sum() * power[beside].mean(axis=0)
+    total = power.sum(axis=0)
+    share = np.divide(lines, total, out=np.zeros_like(total), where=total > 0)
+    return np.clip(share, 0.0, 1.0)
+
+
+def _longest_still(emg: FloatArray) -> FloatArray:
+    """Most samples in a row with one value, of each muscle (m,)."""
+    longest = np.zeros(emg.shape[1])
+    for m, channel in enumerate(emg.T):
+        edges = np.flatnonzero(np.diff(channel))
+        longest[m] = np.diff(np.concatenate([[-1], edges, [len(channel) - 1]])).max()
+    return longest
+
+
+def _saturated(emg: FloatArray) -> FloatArray:
+    """Share of samples (m,) piled up at the highest or lowest value, far more than next to it."""
+    share = np.zeros(emg.shape[1])
+    for m, channel in enumerate(emg.T):
+        _, counts = np.unique(channel, return_counts=True)
+        for end, beside in ((counts[0], counts[1:2]), (counts[-1], counts[-2:-1])):
+            if end > LEAST_AT_EXTREME and end > 3 * beside.max(initial=0):
+                share[m] += end / len(channel)
+    return share
+
 
 #: Surface EMG has most of its power below 250 Hz and some up to about 450 Hz.
 LEAST_RATE_HZ: Final = 500.0

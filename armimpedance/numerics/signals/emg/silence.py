@@ -12,8 +12,7 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals
 from armimpedance.core.records import Recording
-from armimpedance.numerics.signals.emg.activation import mvc_column
-from armimpedance.numerics.signals.emg.emg import envelope
+from armimpedance.numerics.signals.emg.activation import envelope, mvc_column
 
 
 @dataclass(frozen=True)

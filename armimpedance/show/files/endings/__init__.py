@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.method_table import MethodTable
-from armimpedance.show.files.written.content import Content
+from armimpedance.show.files.content import Content
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from armimpedance.show.files.cell_text import guarded
+from armimpedance.show.files.content import Content
 from armimpedance.show.files.endings import Ending
-from armimpedance.show.files.written.content import Content
-from armimpedance.show.files.written.formula import guarded
 
 
 def write(content: Content, path: Path) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from armimpedance.show.files.content import Content
 from armimpedance.show.files.endings import Ending
-from armimpedance.show.files.written.content import Content
 
 
 def write(content: Content, path: Path) -> None:

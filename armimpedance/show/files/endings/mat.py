@@ -10,9 +10,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
+from armimpedance.show.files.cell_text import of_one_cell
+from armimpedance.show.files.content import Cells, Content
 from armimpedance.show.files.endings import Ending
-from armimpedance.show.files.sentences import of_one_cell
-from armimpedance.show.files.written.content import Cells, Content
 
 #: The first 116 bytes of the file are free text, where SciPy puts the time.
 _HEADER: Final = "MATLAB 5.0 MAT-file, written by armimpedance"
@@ -22,7 +22,7 @@ def write(content: Content, path: Path) -> None:
     """Write results, checks and methods; the same result gives the same bytes."""
     from scipy.io import savemat
 
-    from armimpedance.show.files.written.matlab import Names, matlab_value, struct_array
+    from armimpedance.show.files.matlab_values import Names, matlab_value, struct_array
 
     names = Names()
     rows = _structs(content) if content.structs is None else list(content.structs())

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.core.errors import InputError
+from armimpedance.show.files.content import Content
 from armimpedance.show.files.endings import Ending
-from armimpedance.show.files.written.content import Content
 
 #: Letters that end a cell or a line of such a file, or that its readers take for the end.
 _BREAKS: Final = str.maketrans(dict.fromkeys("\t\r\n\v\f\x1c\x1d\x1e\x85\u2028\u2029\0", " "))

@@ -5,15 +5,15 @@ from __future__ import annotations
 from math import inf
 from pathlib import Path
 
-from armimpedance.core.extras import needed
+from armimpedance.core.errors import needed
+from armimpedance.show.files.content import Content
 from armimpedance.show.files.endings import Ending
-from armimpedance.show.files.written.content import Content
 
 
 def write(content: Content, path: Path) -> None:
     """Write all sheets."""
-    from armimpedance.show.files.workbook.book import check_size, write_book
-    from armimpedance.show.files.workbook.sheets import sheets_of
+    from armimpedance.show.files.workbook import check_size, write_book
+    from armimpedance.show.files.workbook_sheets import sheets_of
 
     openpyxl = needed("openpyxl", "excel", "an Excel workbook (.xlsx)")
     check_size("results", len(content.rows), len(content.columns))

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -11,7 +14,9 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import AXES, force_columns, position_columns
 from armimpedance.core.motion import WRENCH, MarkerRecording, MotionRecording
 from armimpedance.core.records import Recording
-from armimpedance.show.files.written.words import meaning_of
+from armimpedance.recordings import AnyRecording
+from armimpedance.show.files.sharing.form import Shared
+from armimpedance.show.files.words import meaning_of
 
 Kind = Literal["POS", "JNTANG", "MISC"]
 
@@ -31,7 +36,7 @@ _WRENCH_UNITS: Final = ("N", "N", "N", "N*m", "N*m", "N*m")
 
 
 @dataclass(frozen=True)
-class Column:
+class DescribedColumn:
     """One column of samples.
 
     Attributes
@@ -65,14 +70,14 @@ def unit_of_name(name: str) -> str:
     return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "n/a")
 
 
-def sample_columns(recording: Any) -> list[Column]:
+def sample_columns(recording: Any) -> list[DescribedColumn]:
     """All columns of samples of a recording, its time first; EMG of another rate is not among them.
 
     Parameters
     ----------
     recording : Recording, MarkerRecording or MotionRecording
     """
-    time = Column("trial_time", "each trial's own clock", "s", recording.time_s)
+    time = DescribedColumn("trial_time", "each trial's own clock", "s", recording.time_s)
     if isinstance(recording, Recording):
         return [time, *_of_the_limb(recording)]
     plates = _plates(recording)
@@ -81,7 +86,7 @@ def sample_columns(recording: Any) -> list[Column]:
     return [time, *_coordinates(recording), *plates]
 
 
-def _of_the_limb(recording: Recording) -> list[Column]:
+def _of_the_limb(recording: Recording) -> list[DescribedColumn]:
     hand = recording.kind == "hand"
     d = recording.axes
     columns = []
@@ -90,24 +95,30 @@ def _of_the_limb(recording: Recording) -> list[Column]:
         kind: Kind = "POS" if hand else "JNTANG"
         component, point = (AXES[i], "hand") if hand else ("n/a", f"joint{i + 1}")
         values = recording.position[:, i]
-        columns.append(Column(name, words, unit_of_name(name), values, kind, component, point))
+        columns.append(
+            DescribedColumn(name, words, unit_of_name(name), values, kind, component, point)
+        )
     for i, name in enumerate(force_columns(recording.kind, d)):
         what = f"force, {AXES[i]}," if hand else f"torque of joint {i + 1}"
         words = f"{what} by the limb on the device"
-        columns.append(Column(name, words, unit_of_name(name), recording.force[:, i]))
+        columns.append(DescribedColumn(name, words, unit_of_name(name), recording.force[:, i]))
     if recording.joint_angles is not None:
         for i, name in enumerate(arm_angle_names(recording.joint_angles.shape[1])):
             values = recording.joint_angles[:, i]
             words = f"measured angle {i + 1} of the arm"
-            columns.append(Column(name, words, "rad", values, "JNTANG", point=f"joint{i + 1}"))
+            columns.append(
+                DescribedColumn(name, words, "rad", values, "JNTANG", point=f"joint{i + 1}")
+            )
     if recording.emg is not None:
         unit = "V" if recording.emg_unit == "V" else "n/a"
         told = "" if recording.emg_unit == "V" else ", part of a maximal contraction"
         for i, muscle in enumerate(recording.muscles):
             words = f"EMG of {muscle}{told}"
-            columns.append(Column(f"emg_{muscle}", words, unit, recording.emg[:, i]))
+            columns.append(DescribedColumn(f"emg_{muscle}", words, unit, recording.emg[:, i]))
     for name, values in recording.extra.items():
-        columns.append(Column(name, "further column of the recording", unit_of_name(name), values))
+        columns.append(
+            DescribedColumn(name, "further column of the recording", unit_of_name(name), values)
+        )
     return columns
 
 
@@ -118,9 +129,9 @@ def arm_angle_names(joints: int) -> tuple[str, ...]:
     return tuple(f"q_{i}_rad" for i in range(1, joints + 1))
 
 
-def _markers(recording: MarkerRecording) -> list[Column]:
+def _markers(recording: MarkerRecording) -> list[DescribedColumn]:
     return [
-        Column(
+        DescribedColumn(
             name=f"{name}_{axis}",
             words=f"place of marker {name}, {axis}",
             unit="m",
@@ -134,21 +145,21 @@ def _markers(recording: MarkerRecording) -> list[Column]:
     ]
 
 
-def _coordinates(recording: MotionRecording) -> list[Column]:
+def _coordinates(recording: MotionRecording) -> list[DescribedColumn]:
     columns = []
     for i, name in enumerate(recording.skeleton.columns):
         unit = unit_of_name(name)
         kind: Kind = "JNTANG" if unit == "rad" else "MISC"
         words = "coordinate of the skeleton"
-        columns.append(Column(name, words, unit, recording.coordinates[:, i], kind))
+        columns.append(DescribedColumn(name, words, unit, recording.coordinates[:, i], kind))
     if recording.torque is not None:
         for i, name in enumerate(recording.skeleton.coordinates):
             words = f"generalised force of {name}"
-            columns.append(Column(f"tau_{name}", words, "n/a", recording.torque[:, i]))
+            columns.append(DescribedColumn(f"tau_{name}", words, "n/a", recording.torque[:, i]))
     return columns
 
 
-def _plates(recording: MarkerRecording | MotionRecording) -> list[Column]:
+def _plates(recording: MarkerRecording | MotionRecording) -> list[DescribedColumn]:
     if recording.wrenches is None or recording.plate_origins_m is None:
         return []
     columns = []
@@ -158,7 +169,7 @@ def _plates(recording: MarkerRecording | MotionRecording) -> list[Column]:
             what = "force" if name.startswith("f") else "moment about its origin"
             words = f"{what} by plate {k + 1} on the body; origin at {origin} m"
             values = np.ascontiguousarray(recording.wrenches[:, k, i])
-            columns.append(Column(f"plate{k + 1}_{name}", words, _WRENCH_UNITS[i], values))
+            columns.append(DescribedColumn(f"plate{k + 1}_{name}", words, _WRENCH_UNITS[i], values))
     return columns
 
 
@@ -213,3 +224,115 @@ _TEXTS: Final = {
     "standard deviation of each cause, part of the covariance",
     "muscles": "names of the muscles",
 }
+
+# What can be said of data without asking their owner: variables, files, numbers of trials.
+
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the data: its name, what it is, its unit ("n/a": none)."""
+
+    name: str
+    words: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class DataFile:
+    """A file of the data: its name below what was named, its size and its checksum."""
+
+    name: str
+    size: int
+    sha256: str
+    ending: str
+
+
+def variables(shared: Shared) -> list[Variable]:
+    """All variables, each name once: those of samples, of trials, of results."""
+    found: dict[str, Variable] = {}
+    for _, recording in shared.recordings:
+        samples: list[DescribedColumn] = sample_columns(recording)
+        found |= {c.name: Variable(c.name, c.words, c.unit) for c in samples}
+        if not isinstance(recording, Recording) and recording.emg is not None:
+            unit = "V" if recording.emg.unit == "V" else "n/a"
+            for muscle in recording.emg.muscles:
+                found[f"emg_{muscle}"] = Variable(f"emg_{muscle}", f"EMG of {muscle}", unit)
+        for name in map(str, recording.trials.columns):
+            found.setdefault(name, Variable(name, *trial_column(name)))
+    for table in shared.results:
+        levels = {row.get("level", "") for row in table.rows}
+        level = levels.pop() if len(levels) == 1 else ""
+        for name in table.columns:
+            words, unit = result_column(name, level or "hand")
+            found.setdefault(name, Variable(name, words or "column of the table", unit))
+    return list(found.values())
+
+
+def data_files(shared: Shared) -> list[DataFile]:
+    """The files that were named, those of a folder one by one."""
+    return [_file(file, top) for path in shared.paths for top, file in _inside(path.resolve())]
+
+
+def _inside(path: Path) -> Iterator[tuple[Path, Path]]:
+    if path.is_dir():
+        files = sorted(file for file in path.rglob("*") if file.is_file())
+        yield from ((path.parent, file) for file in files)
+    else:
+        yield path.parent, path
+
+
+def _file(file: Path, top: Path) -> DataFile:
+    summed = hashlib.sha256()
+    with file.open("rb") as stream:
+        while block := stream.read(_BLOCK):
+            summed.update(block)
+    name = file.relative_to(top).as_posix()
+    return DataFile(name, file.stat().st_size, summed.hexdigest(), file.suffix.lower())
+
+
+def facts(recording: AnyRecording) -> list[tuple[str, str]]:
+    """What a recording says of itself, for people: name and value."""
+    kind = recording.kind if isinstance(recording, Recording) else type(recording).__name__
+    names = {
+        "hand": "position of the hand and its force on a device",
+        "joint": "joint angles and torques",
+        "MarkerRecording": "markers of motion capture",
+        "MotionRecording": "joint motion",
+    }
+    conditions = list(dict.fromkeys(map(str, recording.trials["condition"])))
+    shown = ", ".join(conditions[:20]) + (", …" if len(conditions) > 20 else "")
+    told = [
+        ("what was recorded", names[kind]),
+        ("trials", str(len(recording.trials))),
+        ("conditions", f"{len(conditions)}: {shown}"),
+        ("samples a second", f"{recording.sample_rate_hz:g}"),
+        ("samples", str(len(recording.time_s))),
+    ]
+    if isinstance(recording, Recording):
+        told.append(("disturbances", recording.perturbation))
+    emg = recording.emg
+    if emg is not None:
+        names_of = recording.muscles if isinstance(recording, Recording) else emg.muscles  # type: ignore[union-attr]
+        told.append(("EMG", ", ".join(names_of)))
+    return told
+
+
+def steps(recording: AnyRecording) -> list[str]:
+    """What was done so far; sentences that name a place on somebody's disk are left out."""
+    return [s for s in recording.provenance if "/" not in s and "\\" not in s]
+
+
+def missing_words(shared: Shared) -> tuple[str, ...]:
+    """Which of the owner's statements are missing, one sentence."""
+    options: dict[str, Any] = {
+        "name": "--name",
+        "description": "--description",
+        "creators": "--creator",
+        "licence": "--licence",
+        "identifier": "--identifier",
+    }
+    said = shared.statement
+    absent = [f"{name} ({o})" for name, o in options.items() if not getattr(said, name)]
+    return (f"Not told, and left out: {', '.join(absent)}.",) if absent else ()

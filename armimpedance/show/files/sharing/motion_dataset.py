@@ -11,24 +11,23 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray, to_plain
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import json_text
-from armimpedance.core.plain import to_plain
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.files.sharing.bids_text import (
     checked_label,
     label,
+    mapping_text,
+    write_bdf,
     write_description,
     write_json,
     write_numbers,
     write_table,
 )
-from armimpedance.show.files.sharing.columns import Column, sample_columns, trial_column
-from armimpedance.show.files.sharing.emg_bdf import write_bdf
+from armimpedance.show.files.sharing.columns import DescribedColumn, sample_columns, trial_column
 from armimpedance.show.files.sharing.form import Shared
-from armimpedance.show.files.sharing.mapping_text import mapping_text
 
 _SIZES: Final = {"mass_kg": ("weight", "kg", 1.0), "height_m": ("height", "m", 1.0)}
 #: The head of a skeleton's file.
@@ -163,7 +162,7 @@ def _write_run(
     beginning: str,
     task: str,
     recording: AnyRecording,
-    columns: Sequence[Column],
+    columns: Sequence[DescribedColumn],
     stretch: _Stretch,
 ) -> tuple[str, ...]:
     system = "device" if isinstance(recording, Recording) else "mocap"
@@ -193,7 +192,7 @@ def _write_scans(person: Path) -> None:
 
 
 def _motion_json(
-    task: str, recording: AnyRecording, columns: Sequence[Column], rows: int
+    task: str, recording: AnyRecording, columns: Sequence[DescribedColumn], rows: int
 ) -> dict[str, Any]:
     counts = {kind: sum(c.kind == kind for c in columns) for kind in _TYPES}
     several = isinstance(recording, Recording) and len(recording.trials) > 1
@@ -211,7 +210,9 @@ def _motion_json(
     }
 
 
-def _write_channels(stem: Path, recording: AnyRecording, columns: Sequence[Column]) -> None:
+def _write_channels(
+    stem: Path, recording: AnyRecording, columns: Sequence[DescribedColumn]
+) -> None:
     names = ["name", "component", "type", "tracked_point", "units", "reference_frame"]
     rows = [
         {

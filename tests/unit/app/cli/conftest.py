@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.motion.marker_folder import write_markers
+from armimpedance.recordings.motion.marker_and_motion_folder import write_markers
 from manipulandum_sim.passive.swing import simulate_passive
 
 

@@ -12,7 +12,7 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.core.records import Subject
 from armimpedance.core.skeleton import Skeleton
-from armimpedance.recordings.motion.motion_folder import write_motion
+from armimpedance.recordings.motion.marker_and_motion_folder import write_motion
 from manipulandum_sim.body.simulate import simulate_body
 
 MOTIONS = ("walk", "all_joints", "trunk_twist")

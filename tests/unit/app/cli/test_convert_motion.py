@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.motion.marker_folder import read_markers
-from armimpedance.recordings.motion.motion_folder import read_motion
+from armimpedance.recordings.motion.marker_and_motion_folder import read_markers, read_motion
 from armimpedance.recordings.motion.skeleton_json import write_skeleton
 
 BODY = ("--skeleton", "elbow", "--mass-kg", "70", "--height-m", "1.75")

@@ -11,8 +11,7 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.core.records import Recording
-from armimpedance.recordings.motion.marker_folder import write_markers
-from armimpedance.recordings.motion.motion_folder import write_motion
+from armimpedance.recordings.motion.marker_and_motion_folder import write_markers, write_motion
 from armimpedance.recordings.tables.folder import write_folder
 from manipulandum_sim.body.simulate import simulate_body
 

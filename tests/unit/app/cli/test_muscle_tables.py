@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.app.cli.main import run as main
 from armimpedance.limb.arm import arm_named
-from armimpedance.recordings.motion.opensim_table import read_opensim_table
+from armimpedance.recordings.motion.opensim_tables import read_opensim_table
 
 #: Elbow and shoulder, m, as OpenSim 4.6 computes them in arm26.osim at the postures below
 #: (opensim-models, commit 20a888b).

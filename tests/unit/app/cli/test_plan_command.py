@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.app.cli.main import run as main
-from armimpedance.hand.planning.profile_csv import read_profile
+from armimpedance.hand.planning.profile import read_profile
 from armimpedance.hand.show.results_csv import write_results
 from armimpedance.hand.still.estimation import estimate
 from armimpedance.recordings.tables.folder import write_folder

@@ -19,13 +19,11 @@ from armimpedance.hand.comparison import changes as compared
 from armimpedance.hand.still import Group, Options, estimate_window
 from armimpedance.lab.simulate_study import carry_out
 from armimpedance.lab.simulate_study.blocks import STORE, Blocks
-from armimpedance.lab.simulate_study.change import changes
 from armimpedance.lab.simulate_study.config import read_config
-from armimpedance.lab.simulate_study.hand_drawing import values_of
-from armimpedance.lab.simulate_study.hand_numbers import QUANTITIES, numbers_of
+from armimpedance.lab.simulate_study.hand_numbers import QUANTITIES, numbers_of, values_of
 from armimpedance.lab.simulate_study.rig import RIGS
 from armimpedance.lab.simulate_study.rigs.linear import LIMB, linear_window
-from armimpedance.lab.simulate_study.summary import wilson
+from armimpedance.lab.simulate_study.summary import changes, wilson
 
 TINY = """
 sessions = 30
@@ -423,12 +421,12 @@ def test_an_elbow_holds_its_truth(tmp_path):
 
 
 def test_plain_numbers_are_drawn_as_they_are():
-    from armimpedance.lab.simulate_study.plain_numbers import SHORTCUT, Fitted, numbers_of
+    from armimpedance.lab.simulate_study.rig import SHORTCUT, FittedNumbers, numbers_of
 
     rng = np.random.default_rng(1)
     truth = np.array([1.0, 2.0])
-    fits = [Fitted(truth + 0.1 * rng.normal(size=2), rng.uniform(0.05, 0.2, 2), 9.0, truth)]
-    fits += [Fitted(truth, np.array([0.1, 0.3]), 9.0 + n, truth) for n in range(5)]
+    fits = [FittedNumbers(truth + 0.1 * rng.normal(size=2), rng.uniform(0.05, 0.2, 2), 9.0, truth)]
+    fits += [FittedNumbers(truth, np.array([0.1, 0.3]), 9.0 + n, truth) for n in range(5)]
     found = numbers_of([lambda one=one: one for one in fits], len(fits), 2)
     again = SHORTCUT.values(found.extras[0], truth, np.full(2, np.nan))
     assert np.allclose(again, found.values[0], equal_nan=True)

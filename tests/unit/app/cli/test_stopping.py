@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from armimpedance.core.errors import WorkerError
-from armimpedance.show.command.failures import told
-from armimpedance.show.command.stopping import Stopped, stopped_in_order
+from armimpedance.show.command.failures import Stopped, stopped_in_order, told
 
 #: A command that says when it is at work, has a file open, and would take for ever.
 AT_WORK = """
@@ -86,7 +85,7 @@ def test_a_signal_that_is_ignored_stays_ignored(tmp_path):
 
 def test_a_second_signal_does_not_disturb_the_tidying_up_and_a_later_one_is_heeded(monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr("armimpedance.show.command.stopping.monotonic", lambda: clock[0])
+    monkeypatch.setattr("armimpedance.show.command.failures.monotonic", lambda: clock[0])
     with stopped_in_order() as asked:
         with pytest.raises(Stopped):
             signal.raise_signal(signal.SIGTERM)

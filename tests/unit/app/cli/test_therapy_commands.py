@@ -13,8 +13,8 @@ from therapy_sessions import RESTLESS, SEED
 
 import manipulandum_sim.therapy as rig
 from armimpedance.__main__ import main
+from armimpedance.joint.therapy.show.contributions import SAMPLE_COLUMNS
 from armimpedance.joint.therapy.show.models_json import read_arm, read_robot
-from armimpedance.joint.therapy.show.table import SAMPLE_COLUMNS
 from manipulandum_sim.therapy.truth import TherapyTruth
 
 #: Columns of RESULT.csv, in their order.

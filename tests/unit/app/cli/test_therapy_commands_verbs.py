@@ -10,8 +10,8 @@ import pytest
 from therapy_bench import DRAWINGS, PIPE, bench_in, lifted, recorded
 
 from armimpedance.__main__ import main
+from armimpedance.core.arrays import to_plain
 from armimpedance.core.errors import InputError
-from armimpedance.core.plain import to_plain
 from armimpedance.core.records import Subject
 from armimpedance.joint.therapy import PassiveArm, pipes
 from armimpedance.joint.therapy.show import (

@@ -10,11 +10,13 @@ import pandas as pd
 
 from armimpedance.__main__ import main
 from armimpedance.core.records import Recording, Subject
-from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
-from armimpedance.joint.therapy.arm.person import segments_of
-from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.joint.therapy.robot.rigid import robot_bodies
-from armimpedance.joint.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm, arm_bodies, segments_of
+from armimpedance.joint.therapy.robot.therapy_robot import (
+    Loads,
+    load_torque,
+    parameter_count,
+    robot_bodies,
+)
 from armimpedance.joint.therapy.show.models_json import write_robot
 from armimpedance.lab.simulated.therapy import drawings_of
 from armimpedance.recordings.tables.folder import write_folder

@@ -15,10 +15,14 @@ import pytest
 from scipy.stats import ttest_ind
 
 from armimpedance.app.cli.study import parse
-from armimpedance.app.study import Design, Session, run_group
-from armimpedance.app.study.design import Step
-from armimpedance.app.study.outliers import far_from_others, robust_scores
-from armimpedance.app.study.people_groups import compare_people, groups_of_people
+from armimpedance.app.study import StudyDesign, StudySession, run_group
+from armimpedance.app.study.design import StudyStep
+from armimpedance.app.study.people_groups import (
+    compare_people,
+    far_from_others,
+    groups_of_people,
+    robust_scores,
+)
 from armimpedance.app.study.strips import Strip, strips_of
 
 HOSTILE = '<img src=x onerror="alert(1)">&$\\frac$'
@@ -161,7 +165,7 @@ class Study:
         self.data, self.out = top / "data", top / "out"
         self.out.mkdir()
         self.data.mkdir()
-        self.sessions: list[Session] = []
+        self.sessions: list[StudySession] = []
 
     def add(
         self,
@@ -174,7 +178,7 @@ class Study:
         session="1",
         missing=False,
     ):
-        session = Session(person, session, self.data / f"{len(self.sessions)}")
+        session = StudySession(person, session, self.data / f"{len(self.sessions)}")
         self.sessions.append(session)
         if missing:
             return session
@@ -207,7 +211,7 @@ class Study:
         return session
 
     def group(self, command=lambda _: 0, steps=()):
-        design = Design((), steps, (), None, self.data)
+        design = StudyDesign((), steps, (), None, self.data)
         return run_group(self.sessions, design, self.data, self.out, command)
 
 
@@ -356,7 +360,7 @@ def test_conditions_are_compared_over_people_unless_the_design_says_otherwise(st
     assert [words[0] for words in calls.made] == ["compare"]
     assert "session" not in calls.made[0]
     parse(calls.made[0])
-    study.group(calls, (Step(("other",)),))
+    study.group(calls, (StudyStep(("other",)),))
     assert calls.made[1] == ["other"]
 
 

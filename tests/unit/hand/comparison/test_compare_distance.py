@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison.distance import (
+from armimpedance.hand.comparison.matrix_test import (
     affine_invariant_distance,
     expected_square,
     upper_elements,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.hand.comparison.hotelling import hotelling
+from armimpedance.hand.comparison.matrix_test import hotelling
 
 
 def summary(sample):

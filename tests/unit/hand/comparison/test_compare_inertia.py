@@ -9,7 +9,7 @@ import pytest
 
 from armimpedance.hand.comparison.compare import compare
 from armimpedance.hand.comparison.groups import groups_of_estimates
-from armimpedance.hand.comparison.inertia import check_inertia
+from armimpedance.hand.comparison.pairs import check_inertia
 from armimpedance.hand.still.estimation import estimate
 
 

@@ -9,14 +9,19 @@ from scipy import stats
 
 from armimpedance.core.errors import InputError
 from armimpedance.hand.comparison.compare import MOST_DRAWN_PAIRS, compare
-from armimpedance.hand.comparison.distance import affine_invariant_distance, expected_square
-from armimpedance.hand.comparison.first_order import Elements, first_order_tests
 from armimpedance.hand.comparison.groups import ComparedGroup
-from armimpedance.hand.comparison.matrix_test import holm
-from armimpedance.hand.comparison.mixture import mixture_tail
-from armimpedance.hand.comparison.parametric import parametric_test
-from armimpedance.hand.comparison.permutation import permutation_test
-from armimpedance.hand.comparison.planar import planar_ratios
+from armimpedance.hand.comparison.matrix_test import (
+    affine_invariant_distance,
+    expected_square,
+    holm,
+)
+from armimpedance.hand.comparison.parametric import (
+    Elements,
+    first_order_tests,
+    mixture_tail,
+    parametric_test,
+)
+from armimpedance.hand.comparison.permutation import permutation_test, planar_ratios
 from armimpedance.hand.comparison.show.table import comparison_content
 from armimpedance.hand.comparison.show.text import comparison_text
 

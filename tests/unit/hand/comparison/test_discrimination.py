@@ -12,14 +12,22 @@ import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.app.study import discriminate
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison.discrimination import Group, discriminate_groups
-from armimpedance.hand.comparison.show.discrimination_plot import plot_discrimination
-from armimpedance.hand.comparison.two_samples import hedges_g, leave_one_out, newcombe_auc, wilson
+from armimpedance.hand.comparison.discrimination import (
+    PeopleGroup,
+    discriminate_groups,
+    hedges_g,
+    leave_one_out,
+    newcombe_auc,
+    wilson,
+)
+from armimpedance.hand.comparison.show.plot import plot_discrimination
 from armimpedance.numerics.regression import NamedParameter
 
 
 def group(name, values, sd=None):
-    return Group(name, tuple(f"{name}{i}" for i in range(len(values))), np.asarray(values), sd)
+    return PeopleGroup(
+        name, tuple(f"{name}{i}" for i in range(len(values))), np.asarray(values), sd
+    )
 
 
 def test_the_area_is_the_share_of_pairs_and_the_difference_welch_s():
@@ -217,6 +225,6 @@ def test_a_result_shows_itself_in_a_few_lines_and_escaped():
 
 
 def test_groups_of_different_units_are_refused():
-    a, b = (Group(n, ("x", "y", "z"), np.arange(3.0), None, n) for n in ("N m", "N"))
+    a, b = (PeopleGroup(n, ("x", "y", "z"), np.arange(3.0), None, n) for n in ("N m", "N"))
     with pytest.raises(InputError, match="in N m and in N"):
         discriminate_groups(a, b, "k")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.levels.muscle import curvature_term, joint_stiffness, joint_viscosity
+from armimpedance.hand.levels.muscle_map import curvature_term, joint_stiffness, joint_viscosity
 from armimpedance.limb.arm.muscular_arms import arm_named
 from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, monomial_exponents
 from armimpedance.limb.arm.table_paths import TablePaths

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.levels.muscle import joint_stiffness
 from armimpedance.hand.levels.muscle_identifiable import muscle_share
+from armimpedance.hand.levels.muscle_map import joint_stiffness
 from armimpedance.limb.arm.muscular_arms import arm_named
 
 ARM = arm_named("planar6")

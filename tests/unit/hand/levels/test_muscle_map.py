@@ -8,10 +8,9 @@ import pytest
 from armimpedance.core.conventions import MUSCLES
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Quality
-from armimpedance.hand.levels.muscle import curvature_term, joint_stiffness
-from armimpedance.hand.levels.muscle_map import to_muscle
-from armimpedance.limb.arm.muscle_paths import MuscularArm
+from armimpedance.hand.levels.muscle_map import curvature_term, joint_stiffness, to_muscle
 from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.limb.arm.polynomial_paths import MuscularArm
 from armimpedance.limb.arm.table_paths import TablePaths
 from manipulandum_sim.hand.arm_plant import Arm
 from manipulandum_sim.hand.experiments import Condition, hand_force, nominal_hand

@@ -11,8 +11,7 @@ from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.records import ImpedanceEstimate, Quality
 from armimpedance.hand.levels.joint import force_term, to_hand, to_joint
 from armimpedance.limb.arm.anthropometry import two_link_arm
-from armimpedance.limb.arm.operational import hand_inertia
-from armimpedance.limb.arm.two_link import TwoLinkArm
+from armimpedance.limb.arm.two_link import TwoLinkArm, hand_inertia
 
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024)
 POSTURE = ARM.posture(NOMINAL_POSTURE_RAD)

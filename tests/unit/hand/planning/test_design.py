@@ -12,11 +12,9 @@ from armimpedance.hand.planning.design import (
     design,
     shortest_duration,
 )
-from armimpedance.hand.planning.motion import PlannedMotion
-from armimpedance.hand.planning.precision import precision
+from armimpedance.hand.planning.precision import PlannedMotion, precision
 from armimpedance.hand.planning.profile import Profile
-from armimpedance.hand.planning.servo import Servo
-from armimpedance.hand.planning.setting import Setting
+from armimpedance.hand.planning.setting import Servo, Setting
 from armimpedance.hand.planning.shapes import SHAPES
 
 

@@ -7,8 +7,6 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.core.errors import InputError
-from armimpedance.hand.planning.encoder_error import rounding_covariance
-from armimpedance.hand.planning.motion import PlannedMotion, equation_rows, information
 from armimpedance.hand.planning.noise_level import (
     NOISE_LEVELS,
     NOMINAL,
@@ -16,13 +14,27 @@ from armimpedance.hand.planning.noise_level import (
     NoiseLevel,
     noise_named,
 )
-from armimpedance.hand.planning.precision import fewest_trials, precision, reflex_bias
+from armimpedance.hand.planning.precision import (
+    PlannedMotion,
+    equation_rows,
+    fewest_trials,
+    information,
+    precision,
+    reflex_bias,
+)
 from armimpedance.hand.planning.profile import Profile
-from armimpedance.hand.planning.servo import Servo, follow
-from armimpedance.hand.planning.setting import PlannedArm, Setting, relaxed_arm, unit_directions
+from armimpedance.hand.planning.setting import (
+    PlannedArm,
+    Servo,
+    Setting,
+    follow,
+    relaxed_arm,
+    rounding_covariance,
+    unit_directions,
+)
 from armimpedance.hand.planning.shapes import SHAPES
 from armimpedance.hand.still.bound import bound
-from armimpedance.hand.still.weighing.modal import ModalEquation
+from armimpedance.hand.still.modal import ModalEquation
 from manipulandum_sim.hand import noise as simulated_noise
 from manipulandum_sim.hand.rig import Reflex
 from manipulandum_sim.hand.robot import IDEAL
@@ -185,7 +197,7 @@ def test_reflex_bias_is_what_a_noise_free_estimate_shows(shape):
     with_reflex, truth = simulate_condition(reflex=Reflex(0.25, 0.055), **kwargs)
     arm = np.stack([truth.M_e[0] + 0.164 * np.eye(2), truth.B_e[0], truth.K_e[0]])
     motion = PlannedMotion(Setting(PlannedArm(arm)), Profile(SHAPES.named(shape), 0.005, 0.3))
-    from armimpedance.hand.still.weighing.modal import modal_equation
+    from armimpedance.hand.still.modal import modal_equation
     from armimpedance.numerics.signals.windows import cut_windows
 
     equation = modal_equation(cut_windows(with_reflex))

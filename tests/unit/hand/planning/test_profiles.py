@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.planning.profile import Profile
-from armimpedance.hand.planning.profile_csv import (
+from armimpedance.hand.planning.profile import (
     SHIPPED,
+    Profile,
     read_profile,
     sampled,
     shipped_profile,

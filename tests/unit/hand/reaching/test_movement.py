@@ -14,8 +14,8 @@ from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputEr
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching import METHODS, identify_movement
-from armimpedance.hand.reaching.arm import inertial_gradients, inertial_rows
-from armimpedance.hand.reaching.hand_level import Instant, to_hand
+from armimpedance.hand.reaching.course import inertial_gradients, inertial_rows
+from armimpedance.hand.reaching.fitted import Instant, to_hand
 from armimpedance.hand.still import Options, estimate
 from armimpedance.limb.arm import TwoLinkArm
 from manipulandum_sim.hand import Arm, find_subject, simulate_condition

@@ -12,7 +12,7 @@ from armimpedance.__main__ import main
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching import identify_movement
-from armimpedance.hand.reaching.shapes import SHAPES, respond_to
+from armimpedance.hand.reaching.push_plan import SHAPES, respond_to
 from armimpedance.recordings import write_recording
 from manipulandum_sim.movement import simulate_movement
 

@@ -12,7 +12,7 @@ from armimpedance.hand.planning.pilot import Pilot
 from armimpedance.hand.planning.shapes import SHAPES
 from armimpedance.hand.still import estimate
 from armimpedance.hand.still.bound import bound
-from armimpedance.hand.still.weighing.modal import ModalEquation
+from armimpedance.hand.still.modal import ModalEquation
 from manipulandum_sim.space import SpaceCondition, simulate_space, sphere_directions
 
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.hand.still.doubts.allowance import _tails, allowing
-from armimpedance.hand.still.doubts.shared import in_common
+from armimpedance.hand.still.doubts.allowance import _tails, allowing, in_common
 from armimpedance.hand.still.estimation import estimate
 
 BY = ("condition",)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.hand.still.bound import bound
-from armimpedance.hand.still.weighing.modal import modal_equation, weighted_equations
-from armimpedance.hand.still.weighing.noise import through_impedance
+from armimpedance.hand.still.modal import modal_equation, weighted_equations
+from armimpedance.hand.still.weighing import through_impedance
 from armimpedance.numerics.regression.equations import solve_total
 from armimpedance.numerics.signals.windows import cut_windows
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.still.weighing.components import (
+from armimpedance.hand.still.variance_components import (
     _inverse,
     _middle,
     _middle_of_two,

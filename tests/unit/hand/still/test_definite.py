@@ -9,8 +9,7 @@ from armimpedance.core.errors import EstimationError
 from armimpedance.hand.ellipses import ellipse_of
 from armimpedance.hand.levels.symmetry import antisymmetric_part
 from armimpedance.hand.show.results_csv import read_results, write_results
-from armimpedance.hand.show.text import estimate_text
-from armimpedance.hand.show.text_table import summary_table
+from armimpedance.hand.show.text import estimate_text, summary_table
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods import definite, exact
 from armimpedance.numerics.signals.windows import cut_windows

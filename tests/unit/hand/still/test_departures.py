@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from armimpedance.hand.still.doubts.columns import _slopes
-from armimpedance.hand.still.doubts.told import check_departures
+from armimpedance.hand.still.doubts.departures import check_departures
+from armimpedance.hand.still.doubts.model import _slopes
 
 
 def told(recording):

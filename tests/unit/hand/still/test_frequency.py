@@ -8,7 +8,7 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods.frequency import line_weight, replicate_noise, tapered_lines
-from armimpedance.hand.still.weighing.modal import modal_equation
+from armimpedance.hand.still.modal import modal_equation
 from armimpedance.numerics.signals.windows import cut_windows
 
 BY_LINES = Options(method="frequency")
@@ -85,7 +85,7 @@ def test_noise_of_the_position_does_not_shrink_the_inertia(limb):
     """White noise of 0.4 mm and 1 N: the same lines with each trial's own motion as its instrument
     lose more than 10 % of M_22; with that of the other replicates all of M stays within four
     standard errors. (Against less force noise the weights turn to lines that bear the noise.)"""
-    from armimpedance.hand.still.weighing.modal import weighted_equations
+    from armimpedance.hand.still.modal import weighted_equations
     from armimpedance.numerics.regression.equations import solve_total
 
     recording = limb.record(sets=10, force_noise=1.0)

@@ -16,7 +16,7 @@ from armimpedance.hand.still import (
     reflex_guard,
     side_by_side,
 )
-from armimpedance.hand.still.weighing.components import fit_components, total_covariance
+from armimpedance.hand.still.variance_components import fit_components, total_covariance
 from armimpedance.numerics.signals import cut_windows
 
 MATRICES = ("inertia", "viscosity", "stiffness")

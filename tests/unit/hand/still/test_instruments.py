@@ -9,8 +9,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods import exact, instruments
 from armimpedance.hand.still.methods.instruments import instrumented, mean_of_others
-from armimpedance.hand.still.prepared import Prepared
-from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.hand.still.prepared import Prepared, impedance_factors
 from armimpedance.numerics.regression.equations import solve_equations
 from armimpedance.numerics.signals.response import choose_span, respond
 from armimpedance.numerics.signals.windows import cut_windows

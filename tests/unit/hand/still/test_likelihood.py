@@ -7,8 +7,8 @@ from scipy.optimize import minimize
 
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods.likelihood import score_equations
-from armimpedance.hand.still.weighing.modal import modal_equation
-from armimpedance.hand.still.weighing.noise import through_impedance
+from armimpedance.hand.still.modal import modal_equation
+from armimpedance.hand.still.weighing import through_impedance
 from armimpedance.numerics.regression.equations import solve_total
 from armimpedance.numerics.signals.windows import cut_windows
 

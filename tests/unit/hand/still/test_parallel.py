@@ -10,8 +10,7 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.core.errors import InputError, NotIdentifiableError
-from armimpedance.hand.still.estimation import estimate
-from armimpedance.hand.still.parallel import in_order
+from armimpedance.hand.still.estimation import estimate, in_order
 from armimpedance.recordings.tables.folder import write_folder
 
 

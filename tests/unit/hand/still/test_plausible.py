@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.records import Subject
-from armimpedance.hand.still.plausible import check_limb
+from armimpedance.hand.still.checks import check_limb
 
 
 @pytest.fixture(scope="module")

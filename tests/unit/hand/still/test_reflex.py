@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
-from armimpedance.hand.still.reflex import guard as reflex
-from armimpedance.hand.still.reflex.ends import window_ends
-from armimpedance.hand.still.reflex.evidence import weigh
-from armimpedance.hand.still.reflex.guard import guard_window, reflex_guard
-from armimpedance.hand.still.reflex.scan import scan_delays
-from armimpedance.hand.still.reflex.verdict import LEVEL, TELLING_SHARE
-from armimpedance.hand.still.show.reflex_text import headline
-from armimpedance.hand.still.weighing.weighted_fit import weighted_fit
+from armimpedance.hand.still import reflex as reflex
+from armimpedance.hand.still.reflex import guard_window, reflex_guard
+from armimpedance.hand.still.reflex_scan import scan_delays, weigh
+from armimpedance.hand.still.reflex_verdict import LEVEL, TELLING_SHARE, window_ends
+from armimpedance.hand.still.show.text import headline
+from armimpedance.hand.still.weighing import weighted_fit
 from armimpedance.numerics.regression.equations import solve_equations, solve_total
 from armimpedance.numerics.signals.windows import cut_windows
 

@@ -9,7 +9,7 @@ import pytest
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods import METHODS
-from armimpedance.hand.still.show.methods_table import methods_table
+from armimpedance.hand.still.show.text import methods_table
 from armimpedance.hand.still.side_by_side import side_by_side
 
 

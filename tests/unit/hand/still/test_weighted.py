@@ -10,10 +10,8 @@ import pytest
 from armimpedance.core.errors import NotIdentifiableError
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods import exact, weighted
-from armimpedance.hand.still.weighing.expected_motion import expected_motion
-from armimpedance.hand.still.weighing.modal import modal_equation, weighted_equations
-from armimpedance.hand.still.weighing.noise import NAMES
-from armimpedance.hand.still.weighing.weighted_fit import weighted_fit
+from armimpedance.hand.still.modal import expected_motion, modal_equation, weighted_equations
+from armimpedance.hand.still.weighing import NAMES, weighted_fit
 from armimpedance.numerics.regression.equations import solve_total
 from armimpedance.numerics.signals.windows import cut_windows
 

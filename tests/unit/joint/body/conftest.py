@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from armimpedance.core.motion import MotionRecording
 from armimpedance.core.skeleton import Hinge, Segment, Skeleton
-from armimpedance.joint.body.parameters import moving_segments, pseudo_inertias
+from armimpedance.joint.body.regressor import moving_segments, pseudo_inertias
 from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics
 
 RATE = 100.0

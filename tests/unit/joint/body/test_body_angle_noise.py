@@ -9,7 +9,7 @@ import pytest
 
 from armimpedance.joint.body.angle_noise import can_tell_noise, coordinate_noise
 from armimpedance.joint.body.identify import identify_body
-from armimpedance.joint.body.parameters import inertial_parameters
+from armimpedance.joint.body.regressor import inertial_parameters
 from armimpedance.joint.body.rows import RowChoice
 
 ANGLE, PLACE, CUTOFF_HZ = 2e-3, 5e-4, 6.0

@@ -11,9 +11,13 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.core.skeleton import Hinge
 from armimpedance.joint.body.base_parameters import base_parameters, essential_base_parameters
-from armimpedance.joint.body.joint_terms import robot_terms
-from armimpedance.joint.body.parameters import inertial_parameters, parameter_names, parameter_units
-from armimpedance.joint.body.regressor import regressor
+from armimpedance.joint.body.regressor import (
+    inertial_parameters,
+    parameter_names,
+    parameter_units,
+    regressor,
+    robot_terms,
+)
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.limb.arm.skeleton_model import skeleton_model
 

@@ -12,7 +12,7 @@ from armimpedance.core.records import Subject
 from armimpedance.joint.body.checks import check_body
 from armimpedance.joint.body.equations import body_equations
 from armimpedance.joint.body.identify import identify_body
-from armimpedance.joint.body.joint_terms import JointTerm
+from armimpedance.joint.body.regressor import JointTerm
 from armimpedance.joint.body.rows import RowChoice
 
 

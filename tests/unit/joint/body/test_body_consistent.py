@@ -12,7 +12,7 @@ from armimpedance.joint.body.base_parameters import essential_base_parameters
 from armimpedance.joint.body.consistent import fit_consistent
 from armimpedance.joint.body.equations import body_equations
 from armimpedance.joint.body.estimate import fit_base
-from armimpedance.joint.body.parameters import (
+from armimpedance.joint.body.regressor import (
     inertial_parameters,
     pseudo_inertia_basis,
     pseudo_inertias,

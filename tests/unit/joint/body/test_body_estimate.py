@@ -11,7 +11,7 @@ from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.joint.body.base_parameters import essential_base_parameters
 from armimpedance.joint.body.equations import body_equations
 from armimpedance.joint.body.estimate import clustered_covariance, fit_base, row_levels
-from armimpedance.joint.body.parameters import inertial_parameters
+from armimpedance.joint.body.regressor import inertial_parameters
 from armimpedance.joint.body.rows import RowChoice
 
 
@@ -49,7 +49,7 @@ def test_joint_rows_give_the_same(rigs, small):
 
 def test_torques_and_plates_together_give_the_same(rigs, small):
     recording, parts = rigs.moving(small, 6, trials=2)
-    from armimpedance.joint.body.contacts import contact_torques
+    from armimpedance.joint.body.rows import contact_torques
     from armimpedance.limb.arm.skeleton_model import skeleton_model
 
     tau = np.concatenate([rigs.inverse_dynamics(small, *p[1:]) for p in parts])

@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.joint.body.base_parameters import essential_base_parameters
+from armimpedance.joint.body.base_parameters import (
+    choose_motions,
+    essential_base_parameters,
+    motion_conditions,
+    scaled_condition,
+)
 from armimpedance.joint.body.equations import body_equations
-from armimpedance.joint.body.exciting import choose_motions, motion_conditions, scaled_condition
 from armimpedance.joint.body.rows import RowChoice, each_trial
 
 

@@ -11,8 +11,13 @@ from armimpedance.core.errors import InputError
 from armimpedance.joint.body.base_parameters import essential_base_parameters
 from armimpedance.joint.body.equations import body_equations
 from armimpedance.joint.body.identify import identify_body
-from armimpedance.joint.body.joint_terms import JointTerm, passive_terms, robot_terms, term_columns
-from armimpedance.joint.body.parameters import inertial_parameters
+from armimpedance.joint.body.regressor import (
+    JointTerm,
+    inertial_parameters,
+    passive_terms,
+    robot_terms,
+    term_columns,
+)
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.numerics.signals.filters import lowpass
 

@@ -8,20 +8,23 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.joint.body.contacts import (
-    about_world_origin,
-    contact_torques,
-    standing_segments,
-    wrench_on_root,
-)
-from armimpedance.joint.body.parameters import (
+from armimpedance.joint.body.regressor import (
     inertial_parameters,
     parameter_names,
     pseudo_inertias,
+    regressor,
+    root_rotation,
+    root_wrench,
     with_inertial_parameters,
 )
-from armimpedance.joint.body.regressor import regressor, root_rotation, root_wrench
-from armimpedance.joint.body.rows import RowChoice, each_trial
+from armimpedance.joint.body.rows import (
+    RowChoice,
+    about_world_origin,
+    contact_torques,
+    each_trial,
+    standing_segments,
+    wrench_on_root,
+)
 from armimpedance.limb.arm.skeleton_model import skeleton_model
 from manipulandum_sim.tree_dynamics import move
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
+from armimpedance.joint.body.base_parameters import scaled_condition
 from armimpedance.joint.body.equations import body_equations
-from armimpedance.joint.body.exciting import scaled_condition
 from armimpedance.joint.body.identify import identify_body
 from armimpedance.joint.body.methods import METHODS
-from armimpedance.joint.body.parameters import parameter_names
+from armimpedance.joint.body.regressor import parameter_names
 from armimpedance.joint.body.rows import RowChoice
 
 

@@ -10,13 +10,12 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.joint.body.angle_noise import NoiseShift
 from armimpedance.joint.body.base_parameters import essential_base_parameters
-from armimpedance.joint.body.consistent import _Problem
+from armimpedance.joint.body.consistent import _Problem, trust_in_prior, unit_covariance
 from armimpedance.joint.body.equations import body_equations
 from armimpedance.joint.body.estimate import fit_base
 from armimpedance.joint.body.identify import identify_body
-from armimpedance.joint.body.parameters import inertial_parameters, pseudo_inertias
+from armimpedance.joint.body.regressor import inertial_parameters, pseudo_inertias
 from armimpedance.joint.body.rows import RowChoice
-from armimpedance.joint.body.trust import trust_in_prior, unit_covariance
 
 
 @pytest.fixture(scope="module")

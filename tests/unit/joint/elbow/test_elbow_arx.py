@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
-from armimpedance.joint.elbow.result import NAMES
+from armimpedance.joint.elbow.checks import spectra_of
+from armimpedance.joint.elbow.elbow_result import NAMES
 from armimpedance.joint.elbow.samples import JointSamples, from_recording
-from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import band_of
+from armimpedance.joint.elbow.stationary.diagnosis import ljung_box
+from armimpedance.joint.elbow.stationary.discrete import solve_structure
 from armimpedance.joint.elbow.stationary.identify import estimate_joint, identify_elbow
-from armimpedance.joint.elbow.stationary.lagged import solve_structure
 from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.noise_bias import predicted_bias
 from armimpedance.joint.elbow.stationary.preparation import prepare
-from armimpedance.joint.elbow.stationary.whiteness import ljung_box
 from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.elbow.bench import simulate_bench
 

@@ -8,10 +8,10 @@ from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputEr
 from armimpedance.joint.elbow.stationary.discrete import (
     DiscreteModel,
     jacobian,
+    simulated,
     to_continuous,
     to_discrete,
 )
-from armimpedance.joint.elbow.stationary.lagged import simulated
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINTS = {

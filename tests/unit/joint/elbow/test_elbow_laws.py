@@ -15,7 +15,7 @@ from armimpedance.joint.elbow import (
     identify_elbow,
     identify_varying,
 )
-from armimpedance.joint.elbow.snr import spectra_of
+from armimpedance.joint.elbow.checks import spectra_of
 from manipulandum_sim.elbow.bench import simulate_bench
 
 RATE = 1000.0

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.checks import channel_spectrum, spectra_of
 from armimpedance.joint.elbow.samples import JointSamples
-from armimpedance.joint.elbow.snr import channel_spectrum, spectra_of
 from armimpedance.joint.elbow.stationary import preparation
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.joint.elbow.stationary.methods import METHODS

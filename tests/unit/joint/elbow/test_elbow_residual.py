@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.joint.elbow.checks import spectra_of
 from armimpedance.joint.elbow.samples import JointSamples, from_recording
-from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import band_of
+from armimpedance.joint.elbow.stationary.estimate import Solved
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.joint.elbow.stationary.instruments import refined
 from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import prepare
-from armimpedance.joint.elbow.stationary.rows import Solved
 from armimpedance.joint.elbow.stationary.weights import LINES, RATIO, hats, knots_of, weighed_band
 from armimpedance.numerics.regression import Parameters, t_factor
 from manipulandum_sim.elbow.bench import simulate_bench

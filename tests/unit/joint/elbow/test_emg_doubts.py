@@ -9,7 +9,7 @@ import pytest
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
 from armimpedance.joint.elbow.emg.law import fit_emg_law, fit_law
-from armimpedance.joint.elbow.emg.names import check_names
+from armimpedance.joint.elbow.emg.roles import check_names
 from armimpedance.joint.elbow.show import emg_law, law_text
 from manipulandum_sim.elbow import Electrodes, raw_emg, simulate_elbow
 

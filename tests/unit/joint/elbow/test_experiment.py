@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError, RecordError
-from armimpedance.joint.elbow.experiment.answer import NATS, answered
-from armimpedance.joint.elbow.experiment.hull import hull, middle, shifted
-from armimpedance.joint.elbow.experiment.local_fit import explained_motion
+from armimpedance.joint.elbow.checks import spectra_of
+from armimpedance.joint.elbow.imposed import NATS, answered, hull, middle, shifted
 from armimpedance.joint.elbow.samples import from_recording
-from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import source_of
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.joint.elbow.stationary.instruments import explained_motion
 from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import prepare
 from armimpedance.numerics.regression import Parameters

@@ -9,7 +9,7 @@ import pytest
 
 from armimpedance.joint.elbow import JointSamples, from_recording, identify_elbow
 from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths
-from armimpedance.joint.elbow.doubts.whittle import Spectrum, fit_models
+from armimpedance.joint.elbow.doubts.record import Spectrum, fit_models
 from armimpedance.joint.elbow.show import elbow_text
 from manipulandum_sim.elbow import Departures, simulate_bench
 

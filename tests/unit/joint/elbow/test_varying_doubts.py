@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.samples import JointSamples, from_recording
 from armimpedance.joint.elbow.show import varying_text
-from armimpedance.joint.elbow.varying.autoregression import Autoregression
+from armimpedance.joint.elbow.varying.data import Autoregression
 from armimpedance.joint.elbow.varying.identify import identify_varying
 
 RATE, SECONDS = 1000, 10

@@ -5,7 +5,6 @@ import pytest
 
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.joint.elbow.samples import from_recording
-from armimpedance.joint.elbow.varying.chain import smooth_chain
 from armimpedance.joint.elbow.varying.data import decimated, varying_data
 from armimpedance.joint.elbow.varying.equation import (
     FIRST,
@@ -15,6 +14,7 @@ from armimpedance.joint.elbow.varying.equation import (
     solve_weighted,
     start,
 )
+from armimpedance.joint.elbow.varying.smoother_model import smooth_chain
 from manipulandum_sim.elbow.bench import simulate_bench
 
 

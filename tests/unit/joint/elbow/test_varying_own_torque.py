@@ -9,7 +9,8 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from armimpedance.joint.elbow.samples import from_recording
-from armimpedance.joint.elbow.varying.autoregression import (
+from armimpedance.joint.elbow.varying.beginning import begin
+from armimpedance.joint.elbow.varying.data import (
     Autoregression,
     applied,
     by_reflection,
@@ -17,9 +18,8 @@ from armimpedance.joint.elbow.varying.autoregression import (
     phases,
     reflections_of,
     transposed,
+    varying_data,
 )
-from armimpedance.joint.elbow.varying.beginning import begin
-from armimpedance.joint.elbow.varying.data import varying_data
 from armimpedance.joint.elbow.varying.departures import _probability
 from armimpedance.joint.elbow.varying.equation import HALF, linearise, start
 from armimpedance.joint.elbow.varying.identify import identify_varying
@@ -180,7 +180,7 @@ def test_the_score_test_keeps_its_level():
 
 
 def test_a_process_that_was_drawn_comes_back():
-    from armimpedance.joint.elbow.varying.voluntary import Residual, own_torque
+    from armimpedance.joint.elbow.varying.beginning import Residual, own_torque
 
     rng = np.random.default_rng(0)
     v = lfilter([0.01], np.append(1, -PROCESS.coefficients), rng.standard_normal(20000))

@@ -10,12 +10,12 @@ import pandas as pd
 import pytest
 
 from armimpedance.core.records import Recording
-from armimpedance.joint.relaxed.doubts.likelihood import Evidence, Noise
+from armimpedance.joint.relaxed.doubts.evidence import RowEvidence, WhiteningNoise
 from armimpedance.joint.relaxed.doubts.rivals import cause_findings
-from armimpedance.joint.relaxed.from_motion import from_motion
-from armimpedance.joint.relaxed.from_recording import from_joint_recording
+from armimpedance.joint.relaxed.equations import Terms
 from armimpedance.joint.relaxed.joint_spline import solve_joint_spline
-from armimpedance.joint.relaxed.terms import Terms
+from armimpedance.joint.relaxed.linear import from_joint_recording
+from armimpedance.joint.relaxed.samples import from_motion
 
 FREE = Terms("free")
 K, H, F, Q_R = 3.0, 0.2, 0.15, 1.4
@@ -180,7 +180,7 @@ def test_evidence_is_least_squares():
     rng = np.random.default_rng(1)
     X, y = rng.standard_normal((50, 3)), rng.standard_normal(50)
     rows = np.column_stack([X, y])
-    evidence = Evidence(("a", "b", "c"), (Noise(rows, 0.0, 0.0, 1.0),), 50)
+    evidence = RowEvidence(("a", "b", "c"), (WhiteningNoise(rows, 0.0, 0.0, 1.0),), 50)
     fit = evidence.fit(("a", "c"))
     theta, left, *_ = np.linalg.lstsq(X[:, [0, 2]], y, rcond=None)
     np.testing.assert_allclose(fit.values, theta, atol=1e-12)

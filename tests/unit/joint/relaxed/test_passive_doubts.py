@@ -9,10 +9,9 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Subject
-from armimpedance.joint.relaxed.from_motion import from_motion
 from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.samples import as_still_as_shown, from_motion
 from armimpedance.joint.relaxed.show.verb import passive
-from armimpedance.joint.relaxed.stillness import as_still_as_shown
 
 
 def verdicts(fit):

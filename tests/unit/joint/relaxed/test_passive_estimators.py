@@ -8,13 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from armimpedance.joint.relaxed.from_motion import from_motion
-from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.identify import identify_passive, limit_cycle_rad
 from armimpedance.joint.relaxed.linear import number_of_cosines
 from armimpedance.joint.relaxed.methods import METHODS
-from armimpedance.joint.relaxed.notes import limit_cycle_rad
-from armimpedance.joint.relaxed.result import summary_of
-from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.passive_fit import summary_of
+from armimpedance.joint.relaxed.samples import PassiveSamples, from_motion
 
 NAMES = ("k", "h", "f")
 

@@ -11,10 +11,9 @@ import pytest
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.motion import EmgSignals
 from armimpedance.core.records import Recording
-from armimpedance.joint.relaxed.from_motion import from_motion
-from armimpedance.joint.relaxed.from_recording import from_joint_recording
 from armimpedance.joint.relaxed.identify import identify_passive
-from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.linear import from_joint_recording
+from armimpedance.joint.relaxed.samples import PassiveSamples, from_motion
 from armimpedance.numerics.signals.emg.silence import emg_gate, recorded_emg
 
 RATE = 1000.0

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import EstimationError
-from armimpedance.joint.relaxed.equations import Equations
+from armimpedance.joint.relaxed.equations import Equations, Terms
 from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.linear import free_rest_angle, rest_angle_note
 from armimpedance.joint.relaxed.methods import METHODS
-from armimpedance.joint.relaxed.rest_angle import free_rest_angle, rest_angle_note
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.joint.relaxed.terms import Terms
 
 RATE, TRUE = 100.0, 0.8
 

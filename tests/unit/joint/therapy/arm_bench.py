@@ -10,14 +10,13 @@ from scipy.signal import lfilter
 
 from armimpedance.core.records import Recording, Subject
 from armimpedance.core.skeleton import Hinge, Segment, Skeleton
-from armimpedance.joint.therapy.arm.passive_arm import PassiveArm, winter_segments
-from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm, arm_bodies, winter_segments
 from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     load_torque,
     parameter_count,
+    robot_bodies,
 )
 
 RATE = 250.0

@@ -9,16 +9,21 @@ import pandas as pd
 
 from armimpedance.core.records import Recording, Subject
 from armimpedance.core.skeleton import Hinge, Segment, Skeleton
-from armimpedance.joint.therapy.arm.passive_arm import ArmSegment, Elastic, PassiveArm, Reference
-from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.joint.therapy.arm.torques import MovementTorques
-from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.arm.movements import MovementTorques
+from armimpedance.joint.therapy.arm.passive_arm import (
+    ArmSegment,
+    Elastic,
+    PassiveArm,
+    Reference,
+    arm_bodies,
+)
 from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     load_gradient,
     load_torque,
     parameter_count,
+    robot_bodies,
 )
 
 AXES = ("elevation", "horizontal", "rotation", "elbow", "pronation")

@@ -12,7 +12,7 @@ from arm_bench import MOVEMENTS, REST_RAD, SEGMENTS, STIFFNESS, Session, bench, 
 from armimpedance.core.errors import InputError
 from armimpedance.joint.therapy.arm.calibrate import identify_arm
 from armimpedance.joint.therapy.arm.movements import movement_torques
-from armimpedance.joint.therapy.robot.sliding import slides
+from armimpedance.joint.therapy.robot.steady import slides
 from armimpedance.joint.therapy.share.of_movement import contribution_of
 from armimpedance.joint.therapy.show.models_json import read_arm, write_arm
 

@@ -20,12 +20,12 @@ from metric_bench import (
     reference,
 )
 
+from armimpedance.core.arrays import to_plain
 from armimpedance.core.errors import InputError
-from armimpedance.core.plain import to_plain
 from armimpedance.joint.therapy.arm.movements import movement_torques
-from armimpedance.joint.therapy.live.live_contribution import LiveContribution
-from armimpedance.joint.therapy.live.replay import replay
-from armimpedance.joint.therapy.robot.smooth import kernels_for
+from armimpedance.joint.therapy.live_contribution import LiveContribution
+from armimpedance.joint.therapy.live_replay import replay
+from armimpedance.joint.therapy.robot.steady import kernels_for
 from armimpedance.joint.therapy.share.of_movement import contribution_of
 from armimpedance.numerics.signals import LastRows
 

@@ -25,7 +25,7 @@ from metric_bench import (
 )
 
 from armimpedance.core.errors import InputError
-from armimpedance.joint.therapy.robot.smooth import kernels_for
+from armimpedance.joint.therapy.robot.steady import kernels_for
 from armimpedance.joint.therapy.robot.therapy_robot import Loads
 from armimpedance.joint.therapy.share.error_law import PARTS
 from armimpedance.joint.therapy.share.of_movement import contribution_of

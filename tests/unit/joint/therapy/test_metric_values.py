@@ -22,8 +22,8 @@ from metric_bench import (
     true_arm,
 )
 
+from armimpedance.core.arrays import from_plain, to_plain
 from armimpedance.core.errors import InputError
-from armimpedance.core.plain import from_plain, to_plain
 from armimpedance.joint.therapy.share.of_movement import contribution_of
 from armimpedance.joint.therapy.share.over_time import running_contribution, sample_contribution
 

@@ -6,7 +6,7 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Subject
-from armimpedance.joint.therapy.arm.person import segments_of, upper_arm_length
+from armimpedance.joint.therapy.arm.passive_arm import segments_of, upper_arm_length
 from armimpedance.limb.arm.anthropometry import WINTER, two_link_arm
 
 

@@ -14,11 +14,11 @@ from armimpedance.joint.therapy.arm.passive_arm import (
     Elastic,
     PassiveArm,
     Reference,
+    arm_bodies,
+    arm_skeleton,
     winter_segments,
 )
-from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies, arm_skeleton
-from armimpedance.joint.therapy.robot.rigid import robot_bodies
-from armimpedance.joint.therapy.robot.smooth import WIDTH_S, kernels_for, smooth_trials
+from armimpedance.joint.therapy.robot.steady import WIDTH_S, kernels_for, smooth_trials
 from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
@@ -28,6 +28,7 @@ from armimpedance.joint.therapy.robot.therapy_robot import (
     parameter_count,
     parameter_names,
     parameter_units,
+    robot_bodies,
 )
 from armimpedance.joint.therapy.show.models_json import read_arm, read_robot, write_arm, write_robot
 

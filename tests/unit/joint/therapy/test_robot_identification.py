@@ -13,15 +13,14 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording, Subject
 from armimpedance.core.skeleton import Hinge, Segment, Skeleton
 from armimpedance.joint.therapy.robot.calibrate import identify_robot
-from armimpedance.joint.therapy.robot.checks import check_recording
-from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.robot.checks import check_recording, validate_robot
 from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     load_torque,
     parameter_count,
+    robot_bodies,
 )
-from armimpedance.joint.therapy.robot.validation import validate_robot
 
 RATE = 1000.0
 AXES = ("elevation", "horizontal", "elbow")

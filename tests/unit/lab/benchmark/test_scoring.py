@@ -7,21 +7,20 @@ import random
 
 import pytest
 
-from armimpedance.lab.benchmark import Asked, Group, Known, record_names
-from armimpedance.lab.benchmark.scoring import score
-from armimpedance.lab.benchmark.submission import Claim
+from armimpedance.lab.benchmark import AskedGroup, AskedQuantity, KnownTruth, record_names
+from armimpedance.lab.benchmark.scoring import Claim, score
 
 RECORDS = [*record_names("public", 4), *record_names("sealed", 3)]
 MATRIX = [[100.0, -30.0], [-20.0, 200.0]]
 
 
 @pytest.fixture
-def truth() -> list[Known]:
-    groups = [Group.matrix("K", "N/m", MATRIX), Group("I", "kg m^2", {"I": 0.07})]
+def truth() -> list[KnownTruth]:
+    groups = [AskedGroup.matrix("K", "N/m", MATRIX), AskedGroup("I", "kg m^2", {"I": 0.07})]
     return [k for record in RECORDS for group in groups for k in group.known("task", record)]
 
 
-def place(known: Known) -> tuple[str, str, str]:
+def place(known: KnownTruth) -> tuple[str, str, str]:
     return known.asked.task, known.asked.record, known.asked.quantity
 
 
@@ -73,7 +72,7 @@ def test_a_shift_is_bias_a_scatter_is_random_and_their_squares_add(truth):
 
 
 def test_an_error_of_a_matrix_is_that_of_its_frobenius_norm():
-    (first, *rest) = Group.matrix("K", "N/m", MATRIX).known("task", "p01")
+    (first, *rest) = AskedGroup.matrix("K", "N/m", MATRIX).known("task", "p01")
     wrong = {place(first): Claim(110.0)} | {place(k): Claim(k.value) for k in rest}
     (row,) = score([first, *rest], wrong)
     size = math.sqrt(100**2 + 30**2 + 20**2 + 200**2)
@@ -167,7 +166,7 @@ def test_the_order_of_rows_changes_no_bit(truth):
 
 
 def test_the_time_is_the_median_over_records():
-    asked = [Asked("task", r, "I", "I", "kg") for r in ("p01", "p02", "p03")]
-    truth = [Known(a, 1.0, 1.0) for a in asked]
+    asked = [AskedQuantity("task", r, "I", "I", "kg") for r in ("p01", "p02", "p03")]
+    truth = [KnownTruth(a, 1.0, 1.0) for a in asked]
     claims = {place(k): Claim(1.0, time_s=t) for k, t in zip(truth, (1, 9, 2), strict=True)}
     assert score(truth, claims)[0].time_s == 2

@@ -7,11 +7,11 @@ import math
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.lab.benchmark import Asked
-from armimpedance.lab.benchmark.submission import read_submission
+from armimpedance.lab.benchmark import AskedQuantity
+from armimpedance.lab.benchmark.scoring import read_submission
 
 ASKED = [
-    Asked(task, record, "I", quantity, unit)
+    AskedQuantity(task, record, "I", quantity, unit)
     for task, quantity, unit in (("joint", "I", "kg m^2"), ("hand", "K_11", "N/m"))
     for record in ("p01", "s01")
 ]

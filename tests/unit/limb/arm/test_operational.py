@@ -7,7 +7,7 @@ from oracles.pinocchio_arm import planar_chain, seven_joint_arm
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.limb.arm.anthropometry import two_link_arm
-from armimpedance.limb.arm.operational import dynamic_inverse, hand_bias, hand_gravity, hand_inertia
+from armimpedance.limb.arm.two_link import dynamic_inverse, hand_bias, hand_gravity, hand_inertia
 
 TWO = two_link_arm(70, 1.75)
 THREE = planar_chain(

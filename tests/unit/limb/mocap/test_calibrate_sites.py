@@ -13,8 +13,8 @@ from armimpedance.core.motion import MarkerRecording
 from armimpedance.core.skeleton import MarkerSite, Skeleton
 from armimpedance.limb.arm.anthropometry import two_link_arm
 from armimpedance.limb.arm.skeletons import body_skeleton, elbow_skeleton
-from armimpedance.limb.mocap.calibrate import calibrate_sites
 from armimpedance.limb.mocap.joint_motion import joint_motion
+from armimpedance.limb.mocap.kinematics import calibrate_sites
 from manipulandum_sim.tree_dynamics import marker_positions, mass_matrix
 
 MODEL = elbow_skeleton(70.0, 1.75)

@@ -17,7 +17,7 @@ from made_up_arm import SUBJECT
 
 from armimpedance.core.errors import InputError
 from armimpedance.muscles.live import Live, packets_of, serve
-from armimpedance.muscles.live.packets import LONGEST
+from armimpedance.muscles.live.stream import LONGEST
 from armimpedance.muscles.models import write_model
 from manipulandum_sim.hand import simulate
 

@@ -13,8 +13,8 @@ from armimpedance.core.errors import InputError
 from armimpedance.hand.levels import kinematic_arm
 from armimpedance.limb.arm import TwoLinkArm
 from armimpedance.muscles.live import Live, StiffnessForm
-from armimpedance.muscles.live.clock import AGREEING, Clock
-from armimpedance.muscles.live.spring import VaryingSpring
+from armimpedance.muscles.live.activity import AGREEING, StreamClock
+from armimpedance.muscles.live.result import VaryingSpring
 from armimpedance.muscles.models import at_hand
 
 SQUARE = np.array([1.0, 1.5])
@@ -239,7 +239,7 @@ def test_the_hands_place_says_the_posture(model):
     np.testing.assert_allclose(by_hand.stiffness, by_angles.stiffness, rtol=1e-9)
 
 
-def refusals(clock: Clock, stamps: list[float]) -> list[float]:
+def refusals(clock: StreamClock, stamps: list[float]) -> list[float]:
     refused = []
     for stamp in stamps:
         try:
@@ -250,17 +250,17 @@ def refusals(clock: Clock, stamps: list[float]) -> list[float]:
 
 
 def test_late_and_repeated_stamps_are_refused_and_nothing_else():
-    assert refusals(Clock(1000), [0.0, 0.001, 0.001, 0.003, 0.002, 0.004]) == [0.001, 0.002]
+    assert refusals(StreamClock(1000), [0.0, 0.001, 0.001, 0.003, 0.002, 0.004]) == [0.001, 0.002]
 
 
 def test_one_stamp_far_ahead_does_not_make_the_others_late():
-    clock = Clock(1000)
+    clock = StreamClock(1000)
     stamps = [0.001 * k for k in range(50)]
     assert refusals(clock, stamps[:20] + [1e9] + stamps[20:]) == [1e9]
 
 
 def test_a_sender_that_begins_anew_is_followed():
-    clock = Clock(1000)
+    clock = StreamClock(1000)
     refusals(clock, [100.0, 100.001])
     refused = refusals(clock, [0.001 * k for k in range(100)])
     assert len(refused) == AGREEING - 1

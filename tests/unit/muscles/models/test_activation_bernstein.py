@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.muscles.models.activation.bernstein import (
+from armimpedance.muscles.models.activation.fit import (
     bernstein_basis,
     bernstein_slopes,
     increments,

@@ -9,7 +9,7 @@ import pytest
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.limb.arm.muscular_arms import arm_named
-from armimpedance.muscles.models.activation.elements import element_fits
+from armimpedance.muscles.models.activation.quality import element_fits
 from armimpedance.muscles.models.packed import matrix, triple
 from armimpedance.muscles.models.rows import JointRows
 

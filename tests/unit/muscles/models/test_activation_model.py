@@ -11,7 +11,7 @@ from scipy.optimize import nnls
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.limb.arm.muscular_arms import arm_named
-from armimpedance.muscles.models.activation.design import muscle_patterns
+from armimpedance.muscles.models.activation.equations import muscle_patterns
 from armimpedance.muscles.models.activation.fit import fit_activation_model
 from armimpedance.muscles.models.activation.model import ActivationModel
 from armimpedance.muscles.models.activation.models import ACTIVATION_MODELS

@@ -7,9 +7,8 @@ from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.records import ImpedanceEstimate, Quality
 from armimpedance.hand.levels.joint import to_hand, to_joint
 from armimpedance.limb.arm.two_link import TwoLinkArm
-from armimpedance.muscles.models.at_hand import at_hand
 from armimpedance.muscles.models.packed import matrix, triple
-from armimpedance.muscles.models.prediction import JointPrediction
+from armimpedance.muscles.models.prediction import JointPrediction, at_hand
 
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024)
 POSTURES = np.array([[1.04, 1.57], [0.6, 1.1], [1.4, 2.2]])

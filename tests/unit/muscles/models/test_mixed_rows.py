@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from armimpedance.muscles.models.activation.mixed import MixedRows
+from armimpedance.muscles.models.activation.misfit import MixedRows
 
 POINTS = [np.array([-0.3, -0.6]), np.array([-0.3, -0.6, -1.0, -2.0, -1.5])]
 GROUP = np.array([0, 0, 1, 1])

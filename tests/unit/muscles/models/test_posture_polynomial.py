@@ -7,8 +7,8 @@ import pytest
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.models.packed import triple
+from armimpedance.muscles.models.posture.certificate import exponents, monomials
 from armimpedance.muscles.models.posture.fit import fit_posture_model
-from armimpedance.muscles.models.posture.terms import exponents, monomials
 from armimpedance.muscles.models.rows import JointRows
 
 BOX = np.array([[0.3, 1.6], [0.8, 2.2]])

@@ -6,14 +6,18 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.models.angle_scaling import AngleScaling, require_spread, stated_scaling
-from armimpedance.muscles.models.posture.terms import (
+from armimpedance.muscles.models.posture.certificate import (
     checked_order,
     exponents,
     monomials,
     term_names,
 )
-from armimpedance.muscles.models.region import Region
+from armimpedance.muscles.models.workspace import (
+    AngleScaling,
+    Region,
+    require_spread,
+    stated_scaling,
+)
 
 
 def test_the_hull_holds_its_points_all_mixtures_of_them_and_nothing_far_out():

@@ -9,26 +9,24 @@ import pytest
 
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.hand.still.cones import nearest_semidefinite
-from armimpedance.muscles.models.angle_scaling import AngleScaling
 from armimpedance.muscles.models.packed import matrix, triple
 from armimpedance.muscles.models.posture.certificate import (
     Gram,
     GramShape,
     coefficient_map,
     coefficients_of,
+    exponents,
+    monomials,
     proves,
     smallest_eigenvalues,
 )
 from armimpedance.muscles.models.posture.data import PostureData, posture_data
 from armimpedance.muscles.models.posture.fit import fit_posture_model
-from armimpedance.muscles.models.posture.gram import STRUCTURES
 from armimpedance.muscles.models.posture.models.polynomial import fit_polynomial
-from armimpedance.muscles.models.posture.program import GramProgram, _Compiled
+from armimpedance.muscles.models.posture.program import STRUCTURES, GramProgram, _Compiled, tangent
 from armimpedance.muscles.models.posture.sos import PENALTIES, choose, posterior
-from armimpedance.muscles.models.posture.tangent import tangent
-from armimpedance.muscles.models.posture.terms import exponents, monomials
-from armimpedance.muscles.models.region import Region
 from armimpedance.muscles.models.rows import JointRows
+from armimpedance.muscles.models.workspace import AngleScaling, Region
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
 ARMS = np.array(

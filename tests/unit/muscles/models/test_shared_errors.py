@@ -10,7 +10,7 @@ import pytest
 import armimpedance as ai
 from armimpedance.limb.arm import arm_named
 from armimpedance.muscles.models import JointRows, MuscleModel, triple
-from armimpedance.muscles.models.shared_errors import main_errors, spread_of
+from armimpedance.muscles.models.rows import main_errors, spread_of
 
 PLACES = np.array([[s, e] for s in (0.4, 0.8, 1.2, 1.6) for e in (0.9, 1.3, 1.7)])
 K = np.array([[16.0, 5.0], [5.0, 14.0]]) + 2 * np.sin(PLACES).sum(axis=1)[:, None, None] * np.eye(2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from armimpedance.numerics.signals.cardinal import cardinal_spline
+from armimpedance.numerics.signals.differentiate import cardinal_spline
 
 
 @pytest.mark.parametrize("degree", [3, 5])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.drift import correct_force_only, end_operator, ramp_basis
+from armimpedance.numerics.signals.response import correct_force_only, end_operator, ramp_basis
 
 LAG = np.arange(-50, 351) / 1000
 

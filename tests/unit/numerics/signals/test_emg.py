@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.emg.emg import activation, envelope
+from armimpedance.numerics.signals.emg.activation import activation, envelope
 
 RATE = 1000.0
 

@@ -7,15 +7,14 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.causal import advanced, causal_lowpass, lowpass_delay_s
+from armimpedance.numerics.signals.emg.activation import envelope
 from armimpedance.numerics.signals.emg.amplitude import emg_amplitude, segment_amplitude
-from armimpedance.numerics.signals.emg.carrier import (
+from armimpedance.numerics.signals.emg.cleaning import (
     lowpass_overlap,
     rectified_correlation,
     relative_sd,
 )
-from armimpedance.numerics.signals.emg.emg import envelope
-from armimpedance.numerics.signals.filters import lowpass
+from armimpedance.numerics.signals.filters import advanced, causal_lowpass, lowpass, lowpass_delay_s
 from manipulandum_sim.elbow.simulate import simulate_elbow
 
 RATE = 1000.0

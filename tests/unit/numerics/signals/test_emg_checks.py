@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.emg.checks import check_band, check_emg, refuse_emg
+from armimpedance.numerics.signals.emg.checks import check_band, check_emg, emg_quality, refuse_emg
 from armimpedance.numerics.signals.emg.cleaning import clean_emg, without_hum
-from armimpedance.numerics.signals.emg.quality import emg_quality
 
 RATE = 1000.0
 TIME = np.arange(5000) / RATE

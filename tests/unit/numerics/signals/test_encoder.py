@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.numerics.signals.encoder import grid_step, position_noise
-from armimpedance.numerics.signals.modes import spline_modes
+from armimpedance.numerics.signals.modes import grid_step, position_noise, spline_modes
 
 RATE = 1000.0
 T = np.arange(-0.16, 0.46 + 1e-9, 1 / RATE)

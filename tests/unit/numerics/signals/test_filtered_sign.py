@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.numerics.signals.filtered_sign import filtered_sign
-from armimpedance.numerics.signals.filters import lowpass
+from armimpedance.numerics.signals.filters import filtered_sign, lowpass
 
 RATE, CUTOFF_HZ, FINER = 30.0, 6.0, 64
 

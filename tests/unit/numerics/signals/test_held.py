@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.numerics.signals.held import check_held
+from armimpedance.numerics.signals.sample_faults import check_held
 
 
 @pytest.fixture(scope="module")

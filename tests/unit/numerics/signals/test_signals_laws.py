@@ -24,7 +24,7 @@ from armimpedance.numerics.signals import (
     segment_amplitude,
     spline_modes,
 )
-from armimpedance.numerics.signals.emg.carrier import mean_overlap
+from armimpedance.numerics.signals.emg.cleaning import mean_overlap
 
 
 def message(recording, name):

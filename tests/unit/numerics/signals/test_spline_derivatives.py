@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.spline_derivatives import smoothed_derivatives
+from armimpedance.numerics.signals.differentiate import smoothed_derivatives
 
 
 def test_a_swing_at_thirty_frames_keeps_its_acceleration():

@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.numerics.signals.onset import detect_movement
-from armimpedance.numerics.signals.windows import cut_windows, disturbance_times
+from armimpedance.numerics.signals.windows import cut_windows, detect_movement, disturbance_times
 
 
 def test_window_is_the_record_around_the_onset(limb):

@@ -13,7 +13,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.show.results_csv import results_content
 from armimpedance.show.files.tables import table_content, write_content
-from armimpedance.show.files.written.words import meaning_of
+from armimpedance.show.files.words import meaning_of
 
 
 def test_long_and_wide_hold_the_same_numbers(make_estimate):

@@ -11,7 +11,7 @@ from armimpedance.muscles.models.model_json import CHECKSUM, read_model, write_m
 from armimpedance.muscles.models.posture.fit import fit_posture_model
 from armimpedance.muscles.models.rows import JointRows
 from armimpedance.numerics.regression import FitSummary, NamedParameter
-from armimpedance.show.files.fit_json import write_fit
+from armimpedance.show.files.tables import write_fit
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecordin
 from armimpedance.core.records import Recording, Subject
 from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.recordings import ReadOptions, open_recording, write_recording
-from armimpedance.recordings.bids.names import parsed
+from armimpedance.recordings.bids.tsv import parsed
 from armimpedance.show.files.sharing.form import FORMS, Shared, Statement
 from manipulandum_sim.hand import simulate
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.motion.opensim_table import read_opensim_table
+from armimpedance.recordings.motion.opensim_tables import read_opensim_table
 from armimpedance.show.files.tables import table_content, write_content
 
 

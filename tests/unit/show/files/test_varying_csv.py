@@ -8,10 +8,9 @@ import pandas as pd
 import pytest
 
 from armimpedance.core.errors import InputError, RecordError
-from armimpedance.joint.elbow.result import ChannelSnr, ElbowFit, Whiteness
+from armimpedance.joint.elbow.elbow_result import ChannelSnr, ElbowFit, VaryingImpedance, Whiteness
 from armimpedance.joint.elbow.show.table import write_varying
 from armimpedance.joint.elbow.show.text import elbow_text, varying_text
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.numerics.regression import Parameters
 
 

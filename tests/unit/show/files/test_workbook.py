@@ -13,8 +13,8 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.hand.show import Estimates
+from armimpedance.show.files.content import About, Content
 from armimpedance.show.files.tables import table_content, write_content
-from armimpedance.show.files.written.content import About, Content
 
 
 def cells_of(path, sheet="results"):

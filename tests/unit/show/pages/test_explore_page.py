@@ -15,7 +15,7 @@ from armimpedance.hand.levels import kinematic_arm
 from armimpedance.hand.show import write_results
 from armimpedance.muscles.models import JointRows, fit_posture_model, matrix, write_model
 from armimpedance.muscles.show import write_explore
-from armimpedance.muscles.show.explore.whose_arm import lengths_of
+from armimpedance.muscles.show.explore_data import lengths_of
 
 SUBJECT = Subject(id="X", upper_arm_m=0.31, forearm_hand_m=0.33)
 ARM = kinematic_arm(SUBJECT)

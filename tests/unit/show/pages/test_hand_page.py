@@ -12,7 +12,7 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.app.report.door import report_page
+from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
 from armimpedance.show.pages.rendering import html_of
 from manipulandum_sim.hand import simulate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import armimpedance as ai
-from armimpedance.app.report.door import report_page
+from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
 from armimpedance.show.pages.rendering import html_of
 from manipulandum_sim.movement import simulate_movement

@@ -11,9 +11,9 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.app.report.door import report_page
+from armimpedance.app.report.write import report_page
 from armimpedance.muscles.models import write_model
-from armimpedance.show.files.fit_json import write_fit
+from armimpedance.show.files.tables import write_fit
 from armimpedance.show.pages import TOPICS
 from armimpedance.show.pages.asked import Asked
 from armimpedance.show.pages.page import Picture

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.elbow_result import ChannelSnr, VaryingImpedance
 from armimpedance.joint.elbow.emg.law import fit_emg_law
 from armimpedance.joint.elbow.emg.law_result import OperatingPoints
 from armimpedance.joint.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.joint.elbow.result import ChannelSnr
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.show.plot import (
     averaged,
@@ -22,7 +22,6 @@ from armimpedance.joint.elbow.show.plot import (
     plot_varying_both,
 )
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
-from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.numerics.regression import Parameters
 from armimpedance.show.plots.style import new_axes
 from manipulandum_sim.elbow.bench import simulate_bench

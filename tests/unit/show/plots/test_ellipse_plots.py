@@ -10,7 +10,7 @@ from armimpedance.hand.show import (
     plot_ellipses_in_workspace,
     plot_ellipses_over_levels,
 )
-from armimpedance.hand.show.ellipses.parts import default_scale
+from armimpedance.hand.show.ellipse_plot_parts import default_scale
 from armimpedance.show.plots.style import new_axes, print_style
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])

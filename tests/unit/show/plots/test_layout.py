@@ -3,8 +3,7 @@
 import pytest
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from armimpedance.show.plots.paper.layout import settled
-from armimpedance.show.plots.style import new_axes, new_figure, print_style, save
+from armimpedance.show.plots.style import new_axes, new_figure, print_style, save, settled
 
 FORMATS = ("png", "svg", "pdf")
 

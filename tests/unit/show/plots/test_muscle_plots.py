@@ -16,18 +16,17 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from armimpedance.core.errors import InputError
 from armimpedance.hand.ellipses import ellipse, ellipse_of
 from armimpedance.limb.arm.two_link import TwoLinkArm
-from armimpedance.muscles.models.at_hand import at_hand
 from armimpedance.muscles.models.packed import matrix
 from armimpedance.muscles.models.posture.fit import fit_posture_model
-from armimpedance.muscles.models.prediction import JointPrediction
+from armimpedance.muscles.models.prediction import JointPrediction, at_hand
 from armimpedance.muscles.models.rows import JointRows
-from armimpedance.muscles.show.fields import (
+from armimpedance.muscles.show.maps_plot import (
     mean_axis_deg,
     measured_field,
+    plot_map,
     predicted_field,
     turned_near,
 )
-from armimpedance.muscles.show.maps_plot import plot_map
 from armimpedance.muscles.show.plot import (
     PARAMETERS,
     activation_surfaces,
@@ -36,9 +35,9 @@ from armimpedance.muscles.show.plot import (
     posture_points,
     posture_surfaces,
 )
-from armimpedance.muscles.show.predicted_plot import plot_predicted_against_measured
+from armimpedance.muscles.show.predictions_plot import plot_predicted_against_measured
+from armimpedance.show.plots.rows import DrawnRow, TableBlock, plot_table
 from armimpedance.show.plots.surfaces import COLORS, MeasuredPoints, Surface, plot_surface
-from armimpedance.show.plots.tables import TableBlock, TableRow, plot_table
 
 ARM = TwoLinkArm(0.30, 0.34, 1.8, 1.4, 0.13, 0.16, 0.02, 0.02)
 
@@ -403,8 +402,8 @@ def test_vectors_that_do_not_match_and_too_many_groups_are_refused():
 
 def test_a_table_shows_every_cell_in_its_column():
     blocks = [
-        TableBlock("first", (TableRow("R", ("1", "2"), strong=True), TableRow("E", ("3", "4")))),
-        TableBlock("second", (TableRow("R", ("5", "6")),)),
+        TableBlock("first", (DrawnRow("R", ("1", "2"), strong=True), DrawnRow("E", ("3", "4")))),
+        TableBlock("second", (DrawnRow("R", ("5", "6")),)),
     ]
     ax = plot_table(("left", "right"), blocks)
     texts = {t.get_text(): t for t in ax.texts}
@@ -420,4 +419,4 @@ def test_a_table_shows_every_cell_in_its_column():
 
 def test_a_row_of_another_length_is_refused():
     with pytest.raises(InputError, match="first, R: 1 cells"):
-        plot_table(("a", "b"), [TableBlock("first", (TableRow("R", ("1",)),))])
+        plot_table(("a", "b"), [TableBlock("first", (DrawnRow("R", ("1",)),))])

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from armimpedance.hand.planning.candidate import Wish
 from armimpedance.hand.planning.design import Limits
-from armimpedance.hand.planning.plan import make_plan
-from armimpedance.hand.planning.proposals import candidates_of
+from armimpedance.hand.planning.plan import candidates_of, make_plan
 from armimpedance.hand.planning.setting import Setting
 from armimpedance.hand.planning.show.plot import (
     best_of_each,
@@ -13,7 +13,6 @@ from armimpedance.hand.planning.show.plot import (
     plot_courses,
     plot_interval_over_trials,
 )
-from armimpedance.hand.planning.wish import Wish
 
 
 @pytest.fixture(scope="module")

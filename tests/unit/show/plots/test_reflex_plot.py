@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.still.reflex.guard import guard_window
+from armimpedance.hand.still.reflex import guard_window
 from armimpedance.hand.still.show.reflex_plot import (
     MOST_GROUPS,
     plot_delay_profile,

@@ -5,7 +5,7 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.hand.show.intervals_plot import plot_intervals
-from armimpedance.hand.still.show.responses_plot import plot_response
+from armimpedance.hand.still.show.plot import plot_response
 from armimpedance.show.plots.style import new_figure
 
 

@@ -19,8 +19,7 @@ from armimpedance.hand.still.show import (
     plot_residuals,
     plot_trials,
 )
-from armimpedance.hand.still.show.session.aligned import align
-from armimpedance.hand.still.show.session.fitted import fitted_force
+from armimpedance.hand.still.show.aligned_trials import align, fitted_force
 from armimpedance.muscles.models import JointPrediction, JointRows
 from armimpedance.muscles.show import plot_model_fit, plot_predictions
 from armimpedance.show.plots import drawn_for, print_style, save_with_caption

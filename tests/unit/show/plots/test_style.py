@@ -11,7 +11,7 @@ import armimpedance
 from armimpedance.core.errors import InputError
 from armimpedance.hand.show import plot_ellipses_in_workspace, plot_ellipses_over_levels
 from armimpedance.hand.show.intervals_plot import plot_intervals
-from armimpedance.hand.still.show.responses_plot import plot_response
+from armimpedance.hand.still.show.plot import plot_response
 from armimpedance.show.plots.style import new_axes, print_style, save
 
 

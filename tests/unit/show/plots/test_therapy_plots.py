@@ -10,8 +10,8 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.joint.therapy.arm.movements import MovementTorques
 from armimpedance.joint.therapy.arm.passive_arm import Elastic, PassiveArm
-from armimpedance.joint.therapy.arm.torques import MovementTorques
 from armimpedance.joint.therapy.robot.holds import fit_holds
 from armimpedance.joint.therapy.robot.steady import SteadyPart
 from armimpedance.joint.therapy.robot.sweeps import fit_axis

@@ -7,11 +7,9 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Quality
 from armimpedance.hand.levels.muscle_map import to_muscle
-from armimpedance.hand.levels.show.muscle_csv import write_muscle_results
-from armimpedance.hand.levels.show.muscle_text import muscle_text
-from armimpedance.limb.arm.muscle_paths import MuscularArm
+from armimpedance.hand.levels.show.muscle_estimates import muscle_text, write_muscle_results
 from armimpedance.limb.arm.muscular_arms import arm_named
-from armimpedance.limb.arm.polynomial_paths import constant_paths
+from armimpedance.limb.arm.polynomial_paths import MuscularArm, constant_paths
 
 POSSIBLE = np.array([[20.0, 8.0], [8.0, 22.0]])
 IMPOSSIBLE = np.array([[20.0, -9.0], [-9.0, 22.0]])

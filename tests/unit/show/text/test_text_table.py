@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.hand.show.quantities import antisymmetric, principal_values
-from armimpedance.hand.show.text import estimate_text
-from armimpedance.hand.show.text_table import summary_table
+from armimpedance.hand.show.text import estimate_text, summary_table
 
 Z_95 = 1.959964
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from armimpedance.core.method_table import MethodTable
 
 if TYPE_CHECKING:
-    from armimpedance.joint.elbow.cascade.method import CascadeMethod
+    from armimpedance.joint.elbow.cascade.task import CascadeMethod
 
 #: The methods by their names.
 CASCADE_METHODS: Final[MethodTable[CascadeMethod]] = MethodTable(

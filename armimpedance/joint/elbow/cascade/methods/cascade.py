@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from armimpedance.joint.elbow.cascade.method import CascadeMethod
-from armimpedance.joint.elbow.cascade.rounds import in_rounds
+from armimpedance.joint.elbow.cascade.fit import in_rounds
+from armimpedance.joint.elbow.cascade.task import CascadeMethod
 
 METHOD = CascadeMethod(
     "cascade",

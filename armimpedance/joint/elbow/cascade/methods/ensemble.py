@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from armimpedance.joint.elbow.cascade.method import CascadeMethod
-from armimpedance.joint.elbow.cascade.realizations import over_realizations
+from armimpedance.joint.elbow.cascade.fit import over_realizations
+from armimpedance.joint.elbow.cascade.task import CascadeMethod
 
 METHOD = CascadeMethod(
     "ensemble",

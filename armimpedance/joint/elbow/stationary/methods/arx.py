@@ -15,19 +15,19 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.joint.elbow.stationary.band import Band
+from armimpedance.joint.elbow.stationary.discrete import solve_structure
 from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.lagged import solve_structure
-from armimpedance.joint.elbow.stationary.method import Method
+from armimpedance.joint.elbow.stationary.method import ElbowMethod
 from armimpedance.joint.elbow.stationary.methods import iv, output_error
 from armimpedance.joint.elbow.stationary.noise_bias import LARGEST, in_words, predicted_bias
-from armimpedance.joint.elbow.stationary.preparation import Prepared
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import t_factor
 
 #: Below so many samples per period of the band's edge the three b are left free.
 WARPED: Final = 20
 
 
-def solve(prepared: Prepared, band: Band) -> Estimate:
+def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Least squares, bilinear structure; the interval holds the bias that sensors' noise makes.
 
     Raises
@@ -80,7 +80,7 @@ def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArra
     return estimate.widened(off * values, warnings, bias=tuple(float(b) for b in off))
 
 
-METHOD = Method(
+METHOD = ElbowMethod(
     "arx",
     "least squares in discrete time on filtered, decimated samples",
     15.0,

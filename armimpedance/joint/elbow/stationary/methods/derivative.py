@@ -12,23 +12,27 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.elbow.result import NAMES, UNITS
+from armimpedance.joint.elbow.elbow_result import NAMES, UNITS
 from armimpedance.joint.elbow.stationary.band import Band, Bins, in_time, real_rows
-from armimpedance.joint.elbow.stationary.discrete import joint_model
-from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.instruments import Driver, driver_of, refined
-from armimpedance.joint.elbow.stationary.joint_fit import start_values
-from armimpedance.joint.elbow.stationary.lagged import simulated
-from armimpedance.joint.elbow.stationary.method import Method
-from armimpedance.joint.elbow.stationary.preparation import Prepared, without_ramp
-from armimpedance.joint.elbow.stationary.rows import Rows, Solved, ramp, solve_rows, without
+from armimpedance.joint.elbow.stationary.discrete import joint_model, simulated
+from armimpedance.joint.elbow.stationary.estimate import (
+    Estimate,
+    Rows,
+    Solved,
+    ramp,
+    solve_rows,
+    without,
+)
+from armimpedance.joint.elbow.stationary.instruments import Driver, driver_of, refined, start_values
+from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, without_ramp
 from armimpedance.numerics.signals import Kernels, spline_kernels
 
 #: Support of the kernel in periods of the band's upper edge.
 KERNEL_PERIODS: Final = 0.6
 
 
-def solve(prepared: Prepared, band: Band) -> Estimate:
+def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Instruments for ``tau = I theta'' + B theta' + K theta`` (3) after one kernel.
 
     Raises
@@ -45,7 +49,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     )
 
 
-def _measured(prepared: Prepared, row: int, kernels: Kernels) -> FloatArray:
+def _measured(prepared: PreparedSamples, row: int, kernels: Kernels) -> FloatArray:
     """theta'', theta', theta, torque behind the kernel, (S, 4)."""
     samples = prepared.source
     inside = samples.samples_of(row)
@@ -54,7 +58,7 @@ def _measured(prepared: Prepared, row: int, kernels: Kernels) -> FloatArray:
 
 
 def _round(
-    prepared: Prepared,
+    prepared: PreparedSamples,
     band: Band,
     kernels: Kernels,
     measured: list[FloatArray],
@@ -139,7 +143,7 @@ def _smoothed(signal: FloatArray, weights: FloatArray) -> FloatArray:
     return np.convolve(signal, weights[::-1], mode="valid")
 
 
-METHOD = Method(
+METHOD = ElbowMethod(
     "derivative",
     "filtered derivatives in continuous time, with instruments",
     5.0,

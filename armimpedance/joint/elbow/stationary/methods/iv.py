@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from armimpedance.joint.elbow.stationary.band import Band
 from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.instruments import driver_of, refined, round_of
-from armimpedance.joint.elbow.stationary.joint_fit import start_values
-from armimpedance.joint.elbow.stationary.method import Method
-from armimpedance.joint.elbow.stationary.preparation import Prepared
+from armimpedance.joint.elbow.stationary.instruments import (
+    driver_of,
+    refined,
+    round_of,
+    start_values,
+)
+from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
 
-def solve(prepared: Prepared, band: Band) -> Estimate:
+def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Refined instruments.
 
     Raises
@@ -23,7 +27,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     return refined(lambda values: round_of(band, driver, values), start_values(band))
 
 
-METHOD = Method(
+METHOD = ElbowMethod(
     "iv",
     "refined instruments in continuous time, from the device's perturbation if recorded",
     5.0,

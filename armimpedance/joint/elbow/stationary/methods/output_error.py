@@ -13,19 +13,18 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.elbow.result import NAMES, UNITS
+from armimpedance.joint.elbow.elbow_result import NAMES, UNITS
 from armimpedance.joint.elbow.stationary.band import Band, in_time
-from armimpedance.joint.elbow.stationary.estimate import Estimate, estimate_of
-from armimpedance.joint.elbow.stationary.joint_fit import fit_band, linearised, start_values
-from armimpedance.joint.elbow.stationary.method import Method
-from armimpedance.joint.elbow.stationary.preparation import Prepared
-from armimpedance.joint.elbow.stationary.rows import Rows, solve_rows
+from armimpedance.joint.elbow.stationary.estimate import Estimate, Rows, estimate_of, solve_rows
+from armimpedance.joint.elbow.stationary.instruments import fit_band, linearised, start_values
+from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
 #: How often the output's error is weighed by the joint that was fitted before.
 _ROUNDS: Final = 2
 
 
-def solve(prepared: Prepared, band: Band) -> Estimate:
+def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Gauss-Newton on ln I, ln B, ln K (see `joint_fit`).
 
     Raises
@@ -63,7 +62,7 @@ def _with_angle_as_output(band: Band, values: FloatArray) -> Band:
     return replace(band, trials=tuple(trials))
 
 
-METHOD = Method(
+METHOD = ElbowMethod(
     "output-error",
     "simulated against measured angle or torque, noise of both channels weighed",
     5.0,

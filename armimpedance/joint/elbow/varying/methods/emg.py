@@ -17,15 +17,18 @@ from scipy.optimize import nnls
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
-from armimpedance.joint.elbow.emg.directions import Directions, directions_of
+from armimpedance.joint.elbow.emg.roles import Directions, directions_of
 from armimpedance.joint.elbow.varying.basis import BasisFit, fit_basis
-from armimpedance.joint.elbow.varying.beginning import Beginning
-from armimpedance.joint.elbow.varying.course import Course
+from armimpedance.joint.elbow.varying.beginning import Beginning, own_torque, residual_of
 from armimpedance.joint.elbow.varying.data import VaryingData
 from armimpedance.joint.elbow.varying.departures import departures
-from armimpedance.joint.elbow.varying.estimated import EstimatedCourse, grid
-from armimpedance.joint.elbow.varying.method import VaryingMethod, VaryingOptions
-from armimpedance.joint.elbow.varying.voluntary import own_torque, residual_of
+from armimpedance.joint.elbow.varying.equation import Course
+from armimpedance.joint.elbow.varying.method import (
+    EstimatedCourse,
+    VaryingMethod,
+    VaryingOptions,
+    grid,
+)
 from armimpedance.numerics.signals import lowpass
 
 ERROR_DRAWS: Final = 32

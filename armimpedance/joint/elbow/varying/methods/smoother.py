@@ -5,8 +5,12 @@ from __future__ import annotations
 from typing import Final
 
 from armimpedance.joint.elbow.varying.beginning import Beginning
-from armimpedance.joint.elbow.varying.estimated import EstimatedCourse, grid
-from armimpedance.joint.elbow.varying.method import VaryingMethod, VaryingOptions
+from armimpedance.joint.elbow.varying.method import (
+    EstimatedCourse,
+    VaryingMethod,
+    VaryingOptions,
+    grid,
+)
 from armimpedance.joint.elbow.varying.rivals import explained, hull
 
 #: +-30 % at 2 Hz asks for about so much; at 3 Hz, twice, bands of 95 % cover some 60 %.

@@ -11,11 +11,14 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.joint.elbow.varying.basis import BasisFit, fit_basis
 from armimpedance.joint.elbow.varying.beginning import Beginning
-from armimpedance.joint.elbow.varying.course import Course
 from armimpedance.joint.elbow.varying.data import VaryingData
-from armimpedance.joint.elbow.varying.equation import Linearised, linearise
-from armimpedance.joint.elbow.varying.estimated import EstimatedCourse, grid
-from armimpedance.joint.elbow.varying.method import VaryingMethod, VaryingOptions
+from armimpedance.joint.elbow.varying.equation import Course, Linearised, linearise
+from armimpedance.joint.elbow.varying.method import (
+    EstimatedCourse,
+    VaryingMethod,
+    VaryingOptions,
+    grid,
+)
 
 DEGREE: Final = 3
 #: Intervals between knots per second that are compared; 0: constant.

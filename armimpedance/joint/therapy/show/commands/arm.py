@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     FIT,
@@ -102,8 +102,8 @@ def _person(arguments: argparse.Namespace) -> int:
     from armimpedance.joint.therapy.show.plots import plot_passive_arm
     from armimpedance.joint.therapy.show.text import arm_text
     from armimpedance.joint.therapy.show.verb import calibrate_arm
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     out = arguments.out
     body = ("mass_kg", "upper_arm_m", "forearm_m", "hand_m", "point_masses")
@@ -144,7 +144,7 @@ def _mass_sd(arguments: argparse.Namespace) -> dict[str, float]:
 
 def _gate(arguments: argparse.Namespace) -> dict[str, float | None]:
     """The option as a number or None for off, or nothing where it was not given."""
-    from armimpedance.show.command.checks import number
+    from armimpedance.show.command.outputs import number
 
     gate = arguments.emg_gate
     if gate is None:
@@ -156,9 +156,9 @@ def _gate(arguments: argparse.Namespace) -> dict[str, float | None]:
 
 
 def _mock_up(arguments: argparse.Namespace) -> int:
-    from armimpedance.joint.therapy.show.mockup_verb import check_mockup
     from armimpedance.joint.therapy.show.text import mockup_text
-    from armimpedance.show.command.progress import bar
+    from armimpedance.joint.therapy.show.verb import check_mockup
+    from armimpedance.show.command.screen import bar
 
     persons = ("out", "figure", "mass_kg", "forearm_m", "hand_m", "mass_sd_percent", "emg_gate")
     for name in persons:

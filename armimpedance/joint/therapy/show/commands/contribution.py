@@ -31,17 +31,18 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
     add_figure,
     add_out,
+    check_long,
     check_outputs,
     listed,
+    write_result,
 )
-from armimpedance.show.command.written import check_long, write_result
 
 if TYPE_CHECKING:
     from armimpedance.joint.therapy.show.contributions import Contributions
@@ -83,8 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, compute, write, print."""
     from armimpedance.joint.therapy.show.plots import plot_feedback
     from armimpedance.joint.therapy.show.verb import contribution
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     check_outputs(
         Output("--out", arguments.out, TABLE),
@@ -118,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _live(results: Contributions, recording: Path) -> str:
     """What the live form says, and how long it takes."""
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.screen import bar
     from armimpedance.show.verbs.sources import naming
 
     with naming(recording), bar("live") as progress:
@@ -134,7 +135,7 @@ def _write(results: Contributions, arguments: argparse.Namespace) -> None:
 def _print(results: Contributions, arguments: argparse.Namespace, live: str) -> None:
     from textwrap import fill
 
-    from armimpedance.joint.therapy.show.contribution_text import contribution_text
+    from armimpedance.joint.therapy.show.text import contribution_text
     from armimpedance.show.text import TABLE_WIDTH
 
     left_out = [f"left out: {sentence}" for sentence in results.left_out.values()]

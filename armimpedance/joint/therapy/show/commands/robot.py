@@ -22,7 +22,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     FIT,
@@ -57,8 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.joint.therapy.show.plots import plot_robot_calibration
     from armimpedance.joint.therapy.show.text import robot_text
     from armimpedance.joint.therapy.show.verb import calibrate_robot
-    from armimpedance.show.command.figure import draw_picture
-    from armimpedance.show.command.progress import bar
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.screen import bar
 
     out, figure = arguments.out, arguments.figure
     check_outputs(

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.therapy.show.plots.arm import plot_passive_arm, plot_passive_axis
-from armimpedance.joint.therapy.show.plots.number import contribution_text
-from armimpedance.joint.therapy.show.plots.robot import (
+from armimpedance.joint.therapy.show.plots.calibration import (
     plot_friction,
+    plot_passive_arm,
+    plot_passive_axis,
     plot_robot_calibration,
     plot_spring,
 )
-from armimpedance.joint.therapy.show.plots.view import plot_contribution, plot_feedback
+from armimpedance.joint.therapy.show.plots.view import (
+    contribution_text,
+    plot_contribution,
+    plot_feedback,
+)
 
 __all__ = [
     "contribution_text",

@@ -10,18 +10,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from armimpedance.core.errors import InputError
 from armimpedance.joint.therapy.share.of_movement import contribution_of
 from armimpedance.joint.therapy.share.over_time import contribution_so_far
-from armimpedance.joint.therapy.show.plots.number import (
-    WholeMovement,
-    contribution_text,
-    contribution_texts,
-)
+from armimpedance.joint.therapy.share.result import Contribution
 from armimpedance.show.plots import (
     OKABE_ITO,
     TWO_COLUMNS_IN,
@@ -36,9 +33,67 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from armimpedance.core.arrays import FloatArray
+    from armimpedance.joint.therapy.arm.movements import MovementTorques
     from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
-    from armimpedance.joint.therapy.arm.torques import MovementTorques
     from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
+
+# The number of a whole movement: its share, or its projection where the share cannot be told.
+
+
+@dataclass(frozen=True)
+class WholeMovement:
+    """The number of a whole movement: its share, its projection where that cannot be told.
+
+    Attributes
+    ----------
+    metric : str
+    percent, sd, half : float
+        `half` of the 95 % interval.
+    valid : bool
+        Whether either can be told.
+    """
+
+    metric: Literal["share", "projection"]
+    percent: float
+    sd: float
+    half: float
+    valid: bool
+
+    @classmethod
+    def of(cls, whole: Contribution) -> WholeMovement:
+        """Of a movement."""
+        shown = whole.share.valid or not whole.projection.valid
+        told = whole.share if shown else whole.projection
+        half = float(np.ptp(told.ci95)) / 2
+        name: Literal["share", "projection"] = "share" if shown else "projection"
+        return cls(name, told.percent, told.sd, half, told.valid)
+
+
+def contribution_text(whole: Contribution) -> str:
+    """``52 ± 3 %``: the share and half of its 95 % interval; else the projection, which it says."""
+    told = WholeMovement.of(whole)
+    if not told.valid:
+        return "cannot be told"
+    said = " (projection)" if told.metric == "projection" else ""
+    return f"{round(told.percent)} {_half([told])}{said}"
+
+
+def contribution_texts(whole: Sequence[WholeMovement]) -> str:
+    """``60, 59p, 61 ± 3 %``: of repetitions, with the widest interval; a p marks projections."""
+    if not any(w.valid for w in whole):
+        return "cannot be told"
+    numbers = [
+        (f"{round(w.percent)}{'p' if w.metric == 'projection' else ''}" if w.valid else "?")
+        for w in whole
+    ]
+    return f"{', '.join(numbers)} {_half(whole)}"
+
+
+def _half(whole: Sequence[WholeMovement]) -> str:
+    """``± 3 %``: the widest."""
+    widest = max(w.half for w in whole if w.valid)
+    return f"± {max(round(widest), 1)} %"
+
 
 _ROW_IN: Final = 1.75
 #: Repetitions; more than these begin again.

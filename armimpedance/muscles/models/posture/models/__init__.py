@@ -12,8 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from armimpedance.core.progress import Progress
-    from armimpedance.muscles.models.posture.data import PostureData
-    from armimpedance.muscles.models.posture.fitted import FittedMatrix
+    from armimpedance.muscles.models.posture.data import FittedMatrix, PostureData
 
     FitMatrix = Callable[[PostureData, int, np.random.Generator, Progress, bool], FittedMatrix]
 

@@ -13,12 +13,11 @@ from scipy.linalg import block_diag
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
-from armimpedance.muscles.models.posture.data import PostureData, element_names
-from armimpedance.muscles.models.posture.fitted import FittedMatrix
+from armimpedance.muscles.models.fitted_model import correlations
+from armimpedance.muscles.models.posture.certificate import exponents, monomials, term_names
+from armimpedance.muscles.models.posture.data import FittedMatrix, PostureData, element_names
 from armimpedance.muscles.models.posture.models import PostureMethod
-from armimpedance.muscles.models.posture.rank import checked_rank
-from armimpedance.muscles.models.posture.terms import exponents, monomials, term_names
-from armimpedance.muscles.models.quality import correlations
+from armimpedance.muscles.models.posture.sos import checked_rank
 
 #: Shuffles of the rows whose R is averaged.
 _SHUFFLES = 400

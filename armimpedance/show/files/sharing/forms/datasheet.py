@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from armimpedance.show.files.sharing.bids_text import dataset_name
-from armimpedance.show.files.sharing.form import Form, Shared
-from armimpedance.show.files.sharing.summary import (
+from armimpedance.show.files.sharing.columns import (
     data_files,
     facts,
     missing_words,
     steps,
     variables,
 )
+from armimpedance.show.files.sharing.form import Form, Shared
 
 _OPEN = "*To be answered by the owner of the data.*"
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from armimpedance.core.json_text import json_text
 from armimpedance.show.files.sharing.bids_text import dataset_name
+from armimpedance.show.files.sharing.columns import data_files, missing_words, variables
 from armimpedance.show.files.sharing.form import Form, Shared
-from armimpedance.show.files.sharing.summary import data_files, missing_words, variables
 
 _MEDIA = {
     ".csv": "text/csv",

@@ -1,0 +1,359 @@
+"""Force ellipses: one, and many over the workspace.
+
+An ellipse is the locus of the force that answers a unit of displacement (1 m), velocity (1 m/s) or
+acceleration (1 m/s^2) in all directions, Tsuji (1997), section 4.2: N per m is N/m and so on.
+What is not positive definite has no ellipse; a cross stands in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import MATRICES, UNITS, group_name
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.ellipses import Which, locus
+from armimpedance.hand.show.ellipse_plot_parts import (
+    BAND_ALPHA,
+    ONE_PLACE_M,
+    default_scale,
+    draw_arms,
+    draw_band,
+    draw_scale_bar,
+    draw_shoulders,
+    hand_of,
+    is_positive_definite,
+    legend_above,
+    matrix_of,
+    middle_of,
+    square_limits,
+    unit_of,
+)
+from armimpedance.show.plots import (
+    LINE_STYLES,
+    MODEL_LINE_STYLE,
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    print_style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Where ellipses are small, a line of the usual width would hide the band of its own outline.
+FINE_LINE = 0.6
+_NOT_DEFINITE = "not positive definite"
+
+
+def plot_ellipse(
+    matrix_or_estimate: ArrayLike | ImpedanceEstimate,
+    ax: Axes | None = None,
+    centre: ArrayLike = (0.0, 0.0),
+    scale: float = 1.0,
+    which: Which = "stiffness",
+    show_confidence: bool = False,
+    color: str = OKABE_ITO["blue"],
+    linestyle: Any = "-",
+    linewidth: float = 1.2,
+    label: str | None = None,
+) -> Axes:
+    """Draw the force ellipse of a (2, 2) matrix or of an estimate.
+
+    Parameters
+    ----------
+    matrix_or_estimate : (2, 2) or ImpedanceEstimate
+        The matrix, or the estimate that holds it.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+    centre : (2,)
+        Where it stands, in the axes' units.
+    scale : float
+        Axes' units per unit of the matrix; 1 draws the ellipse in its own units.
+    which : {"stiffness", "viscosity", "inertia"}
+        Which matrix of an estimate is drawn.
+    show_confidence : bool
+        Shade the 95 % band of the outline (estimates only).
+    color : str
+        The colour of the outline.
+    linestyle : str or tuple
+        The line style of the outline, as Matplotlib names it.
+    linewidth : float
+        The width of the outline, points.
+    label : str, optional
+        The name in the legend.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipse.
+
+    Raises
+    ------
+    InputError
+        When there are not two axes, or `which` is none of the three.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ax = ai.plot_ellipse([[400.0, 50.0], [50.0, 200.0]])
+    >>> ax.get_xlabel()
+    'K along x (N/m)'
+    """
+    matrix = matrix_of(matrix_or_estimate, which)
+    with print_style():
+        ax = new_axes() if ax is None else ax
+        c = np.asarray(centre, dtype=float)
+        if show_confidence and isinstance(matrix_or_estimate, ImpedanceEstimate):
+            draw_band(ax, matrix_or_estimate, which, c, scale, color)
+        if is_positive_definite(matrix):
+            x, y = (c + scale * locus(matrix)).T
+            ax.plot(x, y, color=color, linestyle=linestyle, linewidth=linewidth, label=label)
+        else:
+            ax.plot(*c, "x", color=color, markersize=5, label=_NOT_DEFINITE)
+        ax.set_aspect("equal")
+        if scale == 1.0:
+            symbol, unit = MATRICES[which][0], unit_of(matrix_or_estimate, which)
+            label_axes(ax, f"{symbol} along x ({unit})", f"{symbol} along y ({unit})")
+        else:
+            label_axes(ax, "x (m)", "y (m)")
+    return ax
+
+
+def plot_ellipses_in_workspace(
+    estimates: Sequence[ImpedanceEstimate],
+    which: Which = "stiffness",
+    ax: Axes | None = None,
+    reference: Sequence[ArrayLike | ImpedanceEstimate] | None = None,
+    reference_label: str = "model",
+    upper_arm_m: float | None = None,
+    arms_of: Sequence[int] | None = None,
+    scale: float | None = None,
+    show_confidence: bool = True,
+) -> Axes:
+    """Draw each ellipse where the hand was, as in Tsuji (1997), Fig. 7.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of the hand, with two axes and a position.
+    which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+    reference : sequence of (2, 2) or ImpedanceEstimate, optional
+        One for each estimate, drawn wide and grey below it, for example a model's inertia.
+    reference_label : str
+        The name of the reference in the legend.
+    upper_arm_m : float, optional
+        Length of the upper arm: draw the arm as sticks, where joint angles are known.
+    arms_of : sequence of int, optional
+        Which estimates' arms (numbers from 0); without it the one in the middle.
+    scale : float, optional
+        Metres on paper per unit of the matrix; by default neighbours just do not touch.
+    show_confidence : bool
+        Shade the 95 % band of each outline.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses, in metres.
+
+    Raises
+    ------
+    InputError
+        For an estimate of another level, without a position, or not of two axes.
+    """
+    matrices = [matrix_of(estimate, which) for estimate in estimates]
+    hands = np.array([hand_of(estimate) for estimate in estimates])
+    scale = default_scale(matrices, hands) if scale is None else scale
+    with print_style():
+        ax = new_axes(TWO_COLUMNS_IN * 0.6, TWO_COLUMNS_IN * 0.6) if ax is None else ax
+        label_axes(ax, "x (m)", "y (m)")
+        if upper_arm_m is not None:
+            draw_arms(ax, estimates, upper_arm_m, middle_of(hands) if arms_of is None else arms_of)
+        if reference is not None:
+            # Wide and pale below the estimate: where the two agree both are seen.
+            for item, hand in zip(reference, hands, strict=True):
+                matrix = matrix_of(item, which)
+                plot_ellipse(
+                    *(matrix, ax, hand, scale, which),
+                    color="0.75",
+                    linewidth=2.4,
+                    label=reference_label,
+                )
+        looks = _looks(estimates, hands)
+        for estimate, hand, look in zip(estimates, hands, looks, strict=True):
+            plot_ellipse(estimate, ax, hand, scale, which, show_confidence, **look)
+        if show_confidence:
+            ax.fill([], [], color=OKABE_ITO["blue"], alpha=BAND_ALPHA, lw=0, label="95 % band")
+        apart = len(estimates) == 1 or np.ptp(hands, axis=0).max() > ONE_PLACE_M
+        if apart:
+            draw_shoulders(ax, estimates)
+        draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
+        legend_above(ax, columns=3 if apart else 2)
+    return ax
+
+
+def _looks(estimates: Sequence[ImpedanceEstimate], hands: FloatArray) -> list[dict[str, Any]]:
+    """One look where places tell the estimates apart; at one place colour, line and name do."""
+    alike: dict[str, Any] = {"linewidth": FINE_LINE, "label": "estimate"}
+    if len(estimates) == 1 or np.ptp(hands, axis=0).max() > ONE_PLACE_M:
+        return [alike] * len(estimates)
+    colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
+    return [
+        {
+            "color": colors[i % len(colors)],
+            "linestyle": LINE_STYLES[(i + i // len(colors)) % len(LINE_STYLES)],
+            "label": group_name(estimate.keys),
+        }
+        for i, estimate in enumerate(estimates)
+    ]
+
+
+def draw_models(
+    ax: Axes,
+    reference: Sequence[ArrayLike | ImpedanceEstimate],
+    centres: FloatArray,
+    scale: float,
+    which: Which,
+    linestyle: Any,
+    label: str,
+) -> None:
+    """Draw matrices of a model, black and dashed or dotted, each about its centre."""
+    for item, centre in zip(reference, centres, strict=True):
+        plot_ellipse(
+            matrix_of(item, which),
+            ax,
+            centre,
+            scale,
+            which,
+            color=OKABE_ITO["black"],
+            linestyle=linestyle,
+            label=label,
+        )
+
+
+# Force ellipses of one place: over levels of co-contraction, over directions of force.
+
+
+def plot_ellipses_over_levels(
+    estimates: Sequence[ImpedanceEstimate],
+    which: Which = "stiffness",
+    labels: Sequence[str] | None = None,
+    ax: Axes | None = None,
+    reference: ArrayLike | ImpedanceEstimate | None = None,
+    reference_label: str = "model",
+    show_confidence: bool = False,
+) -> Axes:
+    """Draw the ellipses of one posture over one another, as in Tsuji (1997), Fig. 8.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        For example of rising co-contraction: solid, dashed, alternate long and short dashes, …
+    which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
+    labels : sequence of str, optional
+        For the legend; without it the conditions.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+    reference : (2, 2) or ImpedanceEstimate, optional
+        Drawn dotted.
+    reference_label : str
+        The name of the reference in the legend.
+    show_confidence : bool
+        Shade the 95 % band of each outline.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> levels = ["cocontraction_10", "cocontraction_30"]
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=levels)
+    >>> ax = ai.plot_ellipses_over_levels([*ai.estimate(recording)])
+    >>> [text.get_text() for text in ax.get_legend().get_texts()]
+    ['cocontraction_10', 'cocontraction_30']
+    """
+    names = [str(e.keys.get("condition", "")) for e in estimates] if labels is None else labels
+    colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
+    with print_style():
+        ax = new_axes() if ax is None else ax
+        for i, (estimate, name) in enumerate(zip(estimates, names, strict=True)):
+            plot_ellipse(
+                estimate,
+                ax,
+                which=which,
+                show_confidence=show_confidence,
+                color=colors[i % len(colors)],
+                linestyle=LINE_STYLES[i % len(LINE_STYLES)],
+                label=name,
+            )
+        if reference is not None:
+            place = np.zeros((1, 2))
+            draw_models(ax, [reference], place, 1.0, which, MODEL_LINE_STYLE, reference_label)
+        square_limits(ax)
+        legend_above(ax, columns=2)
+    return ax
+
+
+def plot_ellipse_rose(
+    estimates: Sequence[ImpedanceEstimate],
+    which: Which = "stiffness",
+    ax: Axes | None = None,
+    forces_N: ArrayLike | None = None,
+    scale: float | None = None,
+    show_confidence: bool = True,
+) -> Axes:
+    """Arrange the ellipses by the force of the hand, as in Tsuji (1997), Fig. 9.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        The estimates of the hand, with two axes.
+    which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+    forces_N : (n, 2), optional
+        Where each stands, for example the target forces; without it the measured mean force.
+    scale : float, optional
+        N on the axes per unit of the matrix; by default neighbours just do not touch.
+    show_confidence : bool
+        Shade the 95 % band of each outline.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses.
+
+    Raises
+    ------
+    InputError
+        When a force is not known.
+    """
+    matrices = [matrix_of(estimate, which) for estimate in estimates]
+    measured = [estimate.force for estimate in estimates]
+    if forces_N is None and any(force is None for force in measured):
+        raise InputError("an estimate without a force", expected="forces_N for each estimate")
+    forces = np.array(measured if forces_N is None else forces_N, dtype=float)
+    scale = default_scale(matrices, forces) if scale is None else scale
+    with print_style():
+        ax = new_axes() if ax is None else ax
+        label_axes(ax, "hand force x (N)", "hand force y (N)")
+        for estimate, force in zip(estimates, forces, strict=True):
+            ax.plot(*np.array([[0, 0], force]).T, color="0.8", linewidth=0.8, zorder=0)
+            plot_ellipse(estimate, ax, force, scale, which, show_confidence, linewidth=FINE_LINE)
+        draw_scale_bar(ax, matrices, scale, unit_of(estimates[0], which))
+    return ax

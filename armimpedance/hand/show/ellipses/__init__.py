@@ -1,1 +1,0 @@
-"""Ellipses: one, many over the workspace, over levels and fields."""

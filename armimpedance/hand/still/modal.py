@@ -1,0 +1,220 @@
+"""The impedance equation of every trial in terms of modes: few rows, any covariance.
+
+Against each test function, `M x'' + B x' + K x = -f` is a sum over the window; with n modes and d
+axes a trial is d n rows. Weighted by V = Sigma^-1 they give normal equations for M, B and K
+together, since noise ties the axes to each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray, by_axis, frozen
+from armimpedance.core.conventions import UNITS, Kind, element_names, parameter_names
+from armimpedance.core.errors import RecordError
+from armimpedance.core.records import Window
+from armimpedance.numerics.regression import TrialEquations
+from armimpedance.numerics.signals import Modes, delayed, spline_modes
+
+
+@dataclass(frozen=True, eq=False)
+class ModalEquation(FrozenRecord):
+    """``M x'' + B x' + K x (+ R x_delayed) = -f`` of T trials in n modes.
+
+    Attributes
+    ----------
+    modes : Modes
+    lag_s : (S,)
+        Times of the window's samples, which the modes cover, from the onset, s.
+    motion : (T, r, d, n)
+        x'', x', x of each axis, measured from where the hand rested before the onset; r > 3 where
+        delayed x follow.
+    force : (T, d, n)
+        -f, f being the force less its mean over all trials before the onset.
+    disturbance : (T,) int or None
+    """
+
+    modes: Modes
+    lag_s: FloatArray
+    motion: Annotated[FloatArray, "t r d n"]
+    force: Annotated[FloatArray, "t d n"]
+    disturbance: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        n = self.modes.count
+        if self.motion.shape[3] != n:
+            raise RecordError(f"motion in {self.motion.shape[3]} modes", expected=f"{n}")
+
+    @property
+    def axes(self) -> int:
+        """Number of axes d."""
+        return int(self.motion.shape[2])
+
+    @property
+    def trials(self) -> int:
+        """Number of trials T."""
+        return len(self.motion)
+
+    @property
+    def matrices(self) -> int:
+        """Number of unknown matrices r."""
+        return int(self.motion.shape[1])
+
+    @property
+    def regressors(self) -> FloatArray:
+        """x'', y'', x', y', x, y in modes, (T, r d, n)."""
+        return self.motion.reshape(self.trials, self.matrices * self.axes, self.modes.count)
+
+    def residual(self, parameters: FloatArray) -> FloatArray:
+        """``-f - M x'' - B x' - K x`` (T, d n) for M, B, K row by row (r d^2,)."""
+        d, r = self.axes, self.matrices
+        # [i, n] = sum_mk theta[m, i, k] motion[m, k, n]
+        stacked = parameters.reshape(r, d, d).transpose(1, 0, 2).reshape(d, r * d)
+        return np.asarray((self.force - stacked @ self.regressors).reshape(self.trials, -1))
+
+
+def modal_equation(
+    window: Window, modes: Modes | None = None, *, delay_s: float | Sequence[float] | None = None
+) -> ModalEquation:
+    """The usable trials of a window against its modes (default: `spline_modes`).
+
+    Parameters
+    ----------
+    window : Window
+    modes : Modes, optional
+    delay_s : float or sequence of float, optional
+        Adds the displacement of that much earlier as a further regressor, one for each delay; what
+        lies before the window is taken as rest.
+
+    Returns
+    -------
+    ModalEquation
+        Motion and force of the usable trials, as coefficients of the modes.
+
+    Raises
+    ------
+    InputError
+        If the window is too short for any modes.
+    """
+    modes = modes or spline_modes(len(window.lag_s), window.sample_rate_hz)
+    used, d, n = window.usable, window.axes, modes.count
+    moved = by_axis(window.position[used])
+    moved -= by_axis(window.position_at_onset[used][:, None])
+    pushed = by_axis(window.force[used])
+    pushed -= np.repeat(window.force_at_onset[used].mean(axis=0), len(pushed) // d)[:, None]
+    delays = () if delay_s is None else np.atleast_1d(delay_s)
+    late = [delayed(moved, delay * window.sample_rate_hz) @ modes.smooth.T for delay in delays]
+    # all trials and axes at once: (d T, S) (S, 3 n)
+    motion = np.concatenate([moved @ modes.stacked.T, *late], axis=1)
+    motion = motion.reshape(d, -1, motion.shape[1] // n, n).transpose(1, 2, 0, 3)
+    force = pushed @ modes.smooth.T
+    np.negative(force, out=force)
+    return ModalEquation(
+        modes=modes,
+        lag_s=window.lag_s,
+        motion=frozen(np.array(motion, order="C")),
+        force=force.reshape(d, -1, n).transpose(1, 0, 2),
+        disturbance=None if window.disturbance is None else window.disturbance[used],
+    )
+
+
+def weighted_equations(
+    equation: ModalEquation,
+    weight: FloatArray,
+    kind: Kind,
+    instruments: FloatArray | None = None,
+    excess: FloatArray | None = None,
+) -> TrialEquations:
+    """Normal equations ``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t`` of every trial.
+
+    Row (i, n) of W has x_k^(m) of mode n in the column of the parameter (m, i, k), row i column k
+    of the matrix m.
+
+    Parameters
+    ----------
+    equation : ModalEquation
+    weight : (d n, d n)
+        V, symmetric.
+    kind : {"hand", "joint"}
+    instruments : (T, r d, n), optional
+        Instruments that take the regressors' place in Z; default: the regressors themselves.
+    excess : (r d^2, r d^2), optional
+        Taken off every A_t: what noise in the regressors adds to it.
+    """
+    d, n, T, r = equation.axes, equation.modes.count, equation.trials, equation.matrices
+    X = equation.regressors
+    Z = X if instruments is None else instruments
+    V = weight.reshape(d, n, d, n).transpose(2, 1, 0, 3).reshape(d, n, d * n)
+    right = np.concatenate([X, equation.force], axis=1).transpose(0, 2, 1)
+    A = np.empty((T, r, d, d, r, d, d))
+    b = np.zeros((T, r, d, d))
+    for j in range(d):
+        # Z_t (r d, n) V_ij (n, n) of all trials and rows i, times [X_t y_t]^T (n, r d + d)
+        left = (Z.reshape(-1, n) @ V[j]).reshape(T, r * d * d, n)
+        made = (left @ right).reshape(T, r, d, d, -1).transpose(0, 1, 3, 2, 4)
+        A[:, :, :, :, :, j, :] = made[..., : r * d].reshape(T, r, d, d, r, d)
+        b += made[..., r * d + j]
+    size = r * d * d
+    flat = A.reshape(T, size, size)
+    if excess is not None:
+        flat -= excess
+    frozen(A)
+    frozen(b)
+    return TrialEquations(frozen(flat), frozen(b.reshape(T, size)), *_names(kind, d, r))
+
+
+def _names(kind: Kind, d: int, matrices: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the parameters: M, B, K, then R, the answer to what was earlier."""
+    names = parameter_names(d)
+    units = tuple(UNITS[kind][name[0]] for name in names)
+    if matrices == 3:
+        return names, units
+    stiffness = UNITS[kind]["K"]
+    return (*names, *element_names("R", d)), (*units, *(stiffness,) * (d * d))
+
+
+# What a trial's motion should be, judged from the other trials: instruments free of its noise.
+#
+# The noise of a trial's own position makes its regressors larger than the motion and the estimate
+# smaller than the truth; noise of other trials does not.
+
+#: The shared course is used if it explains at least this much of every trial's displacement.
+LEAST_SHARED = 0.8
+
+
+def expected_motion(equation: ModalEquation) -> FloatArray | None:
+    """Regressors (T, r d, n) of every trial as expected from the others; None if they are unlike.
+
+    The course over time that all other trials share, along the trial's own direction. Disturbances
+    of one group have one course even where every direction was tried only once.
+    """
+    motion = equation.motion
+    displacement = motion[:, 2]
+    T, d, n = displacement.shape
+    if T < 3:
+        return None
+    # the course that explains most displacement over trials and axes
+    course = np.linalg.svd(displacement.reshape(T * d, n), full_matrices=False)[2][0]
+    along = displacement @ course
+    explained = (along**2).sum(axis=1) / np.maximum((displacement**2).sum(axis=(1, 2)), 1e-300)
+    if not explained.min() >= LEAST_SHARED:
+        return None
+    # (T, r, n): motion along the trial's own direction, weighted by its size
+    parts = (motion * along[:, None, :, None]).sum(axis=2)
+    power = (along**2).sum(axis=1)
+    others = (parts.sum(axis=0) - parts) / (power.sum() - power)[:, None, None]
+    return np.asarray((others[:, :, None, :] * along[:, None, :, None]).reshape(T, -1, n))
+
+
+def mean_of_others(columns: FloatArray, labels: IntArray) -> FloatArray:
+    """Mean (T, ...) over the other trials with the same label; zero where there are none."""
+    total = np.zeros((int(labels.max()) + 1, *columns.shape[1:]))
+    np.add.at(total, labels, columns)
+    others = np.bincount(labels)[labels] - 1
+    mean = (total[labels] - columns) / np.maximum(others, 1)[:, None, None]
+    return np.where((others > 0)[:, None, None], mean, 0.0)

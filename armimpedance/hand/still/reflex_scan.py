@@ -1,0 +1,358 @@
+"""A delayed position term, at every delay at once: scores, information, fits.
+
+    M x'' + B x' + K x + R x(t - delay) = -f
+
+What a trial says about R where M, B and K are fitted without it is its efficient score: the score
+of R less what M, B and K explain of it. Sums of scores and the information are small, so that a
+test may try many delays, and flip the signs of trials, without another fit (C. R. Rao, 1948: the
+score test).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import Kind
+from armimpedance.core.records import Window
+from armimpedance.hand.still.modal import (
+    ModalEquation,
+    expected_motion,
+    modal_equation,
+    weighted_equations,
+)
+from armimpedance.hand.still.weighing import regressor_excess, weighted_fit
+from armimpedance.numerics.regression import TrialEquations, leave_one_out_shift, solve_total
+
+#: Noise is judged from the residuals of a fit with a reflex this late (s), if none is given: near
+#: enough to others to take a reflex out of them.
+REFERENCE_S = 0.060
+
+
+@dataclass(frozen=True, eq=False)
+class DelayScan:
+    """What T trials say about R (q = d^2 elements) at D delays.
+
+    Attributes
+    ----------
+    delay_s : (D,)
+    without : (3 q,)
+        M, B, K of the model without R, row by row.
+    score : (T, D, q)
+        Efficient scores of R where R = 0.
+    information : (D, q, D, q)
+        ``information[i, :, j, :] @ r`` is what a reflex r of delay j adds to the scores' sum at i.
+    equation : ModalEquation
+        Equation with a regressor for each delay.
+    weight : (d n, d n)
+    kind : {"hand", "joint"}
+    """
+
+    delay_s: FloatArray
+    without: FloatArray
+    score: FloatArray
+    information: FloatArray
+    equation: ModalEquation
+    weight: FloatArray
+    instruments: FloatArray | None
+    excess: FloatArray
+    kind: Kind
+
+    @property
+    def own_information(self) -> FloatArray:
+        """Information about R at each delay, (D, q, q), symmetric."""
+        own = np.einsum("iaib->iab", self.information)
+        return np.asarray((own + own.transpose(0, 2, 1)) / 2)
+
+    def stiffness(self) -> DelayFits:
+        """K without R, K and R at every delay, with what each trial moved them."""
+        d, T = self.equation.axes, self.equation.trials
+        q = d * d
+        own = self._equations(())
+        found = np.empty((len(self.delay_s), 3 * q))
+        moved = np.empty((len(self.delay_s), T, 3 * q))
+        found[:, :q] = self.without[2 * q :]
+        moved[:, :, :q] = leave_one_out_shift(own, self.without)[:, 2 * q :]
+        for number in range(len(self.delay_s)):
+            equations = self._equations((number,))
+            theta = solve_total(equations)
+            found[number, q:] = theta[2 * q :]
+            moved[number, :, q:] = leave_one_out_shift(equations, theta)[:, 2 * q :]
+        return DelayFits(self.delay_s, found, moved)
+
+    def keep(self, chosen: np.ndarray) -> DelayScan:
+        """The scan at these delays only (mask)."""
+        at = np.flatnonzero(chosen)
+        matrices = np.concatenate([np.arange(3), 3 + at])
+        rows = None if self.instruments is None else self._matrices(self.instruments, matrices)
+        return replace(
+            self,
+            delay_s=self.delay_s[at],
+            score=self.score[:, at],
+            information=self.information[at][:, :, at],
+            equation=replace(self.equation, motion=self.equation.motion[:, matrices]),
+            instruments=rows,
+        )
+
+    def _matrices(self, rows: FloatArray, matrices: np.ndarray) -> FloatArray:
+        T, d, n = self.equation.trials, self.equation.axes, self.equation.modes.count
+        return np.asarray(rows.reshape(T, -1, d, n)[:, matrices].reshape(T, -1, n))
+
+    def _equations(self, delays: tuple[int, ...]) -> TrialEquations:
+        """Equations of M, B, K and, with one delay, R."""
+        matrices = np.array([0, 1, 2, *(3 + number for number in delays)])
+        equation = replace(self.equation, motion=self.equation.motion[:, matrices])
+        if self.instruments is not None:
+            rows = self._matrices(self.instruments, matrices)
+            return weighted_equations(equation, self.weight, self.kind, instruments=rows)
+        size = len(matrices) * equation.axes**2
+        excess = np.zeros((size, size))
+        excess[: len(self.excess), : len(self.excess)] = self.excess
+        return weighted_equations(equation, self.weight, self.kind, excess=excess)
+
+
+@dataclass(frozen=True, eq=False)
+class DelayFits:
+    """Stiffness at D delays.
+
+    Attributes
+    ----------
+    delay_s : (D,)
+    found : (D, 3 q)
+        K of the model without R, then K and R of the model with it, row by row.
+    moved : (D, T, 3 q)
+        How far each trial moved them (jackknife).
+    """
+
+    delay_s: FloatArray
+    found: FloatArray
+    moved: FloatArray
+
+    def covariance(self) -> FloatArray:
+        """Covariance at each delay, clustered by trial (CR3), (D, 3 q, 3 q)."""
+        T = self.moved.shape[1]
+        return np.asarray((T - 1) / T * self.moved.transpose(0, 2, 1) @ self.moved)
+
+
+def scan_delays(window: Window, kind: Kind, delay_s: FloatArray) -> DelayScan:
+    """Scores and information at these delays.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion does not determine M, B and K.
+    """
+    reference = float(delay_s[np.argmin(np.abs(delay_s - REFERENCE_S))])
+    fitted = weighted_fit(window, kind, delay_s=reference)
+    V = np.linalg.inv(fitted.noise.covariance(fitted.parameters))
+    V = (V + V.T) / 2
+    equation = modal_equation(window, fitted.equation.modes, delay_s=delay_s.tolist())
+    instruments = expected_motion(equation)
+    d = equation.axes
+    excess = np.zeros((3 * d * d, 3 * d * d))
+    if instruments is None:
+        excess = regressor_excess(V, fitted.noise.position)
+    scan = DelayScan(
+        delay_s=delay_s,
+        without=np.zeros(3 * d * d),
+        score=np.zeros((equation.trials, len(delay_s), d * d)),
+        information=np.zeros((len(delay_s), d * d, len(delay_s), d * d)),
+        equation=equation,
+        weight=V,
+        instruments=instruments,
+        excess=excess,
+        kind=kind,
+    )
+    return _with_scores(scan, solve_total(scan._equations(())))
+
+
+def _with_scores(scan: DelayScan, without: FloatArray) -> DelayScan:
+    """Project M, B and K out of the scores and the information of R."""
+    equation, q = scan.equation, scan.equation.axes**2
+    padded = np.concatenate([without, np.zeros(len(scan.delay_s) * q)])
+    score = _scores(scan, equation.residual(padded))
+    A = _total_information(scan)
+    A[: 3 * q, : 3 * q] -= equation.trials * scan.excess
+    score[:, : 3 * q] += scan.excess @ without
+    # P (D q, 3 q) A_00 (3 q, 3 q) = A_R0 (D q, 3 q)
+    P = np.linalg.solve(A[: 3 * q, : 3 * q].T, A[3 * q :, : 3 * q].T).T
+    efficient = score[:, 3 * q :] - score[:, : 3 * q] @ P.T
+    information = A[3 * q :, 3 * q :] - P @ A[: 3 * q, 3 * q :]
+    D = len(scan.delay_s)
+    return replace(
+        scan,
+        without=without,
+        score=efficient.reshape(-1, D, q),
+        information=information.reshape(D, q, D, q),
+    )
+
+
+def _rows(scan: DelayScan) -> FloatArray:
+    return scan.equation.regressors if scan.instruments is None else scan.instruments
+
+
+def _scores(scan: DelayScan, residual: FloatArray) -> FloatArray:
+    """``Z_t^T V e_t`` of every trial, (T, r q)."""
+    equation, d = scan.equation, scan.equation.axes
+    T, n, r = equation.trials, equation.modes.count, equation.matrices
+    weighted = (residual @ scan.weight).reshape(T, d, n)
+    # [t, m k, i] = sum_n Z[t, m k, n] (V e)[t, i, n], then to (m, i, k)
+    score = _rows(scan) @ weighted.transpose(0, 2, 1)
+    return np.asarray(score.reshape(T, r, d, d).transpose(0, 1, 3, 2).reshape(T, -1))
+
+
+def _total_information(scan: DelayScan) -> FloatArray:
+    """``sum_t Z_t^T V W_t`` over all matrices and delays, (r q, r q)."""
+    equation, d = scan.equation, scan.equation.axes
+    n, r = equation.modes.count, equation.matrices
+    Z, X = (
+        rows.transpose(1, 0, 2).reshape(r * d, -1) for rows in (_rows(scan), equation.regressors)
+    )
+    V = scan.weight.reshape(d, n, d, n).transpose(0, 2, 1, 3)
+    A = np.empty((r, d, d, r, d, d))
+    for i in range(d):
+        for j in range(d):
+            left = (Z.reshape(-1, n) @ V[i, j]).reshape(r * d, -1)
+            A[:, i, :, :, j, :] = (left @ X.T).reshape(r, d, r, d)
+    return A.reshape(r * d * d, r * d * d)
+
+
+# Is there a reflex at all? Evidence over delays, and how often chance gives as much.
+#
+# At one delay, scores g and information I weigh a reflex R against none by the likelihood ratio
+# ``exp(R^T g - R^T I R / 2)``. Averaged over delays and over the reflexes that one may expect it is
+# the most powerful statistic on average (D. W. K. Andrews and W. Ploberger, Econometrica 62, 1994,
+# 1383-1414). Its distribution without a reflex comes from the trials themselves: their scores with
+# signs flipped at random. What one expects decides the power only, never the rate of false alarms.
+
+#: Expected reflex: this part of K, give or take the same (a stretch reflex stiffens),
+EXPECTED_SHARE = 0.15
+#: and this part of K in any other direction of matrices.
+OTHER_SHARE = 0.05
+#: Random flips; with few trials all flips are tried.
+FLIPS = 1999
+#: A reflex "would have been seen" if the test finds it this often.
+POWER = 0.95
+#: Flips that stand for chance where power is asked for.
+_POWER_FLIPS = 250
+#: A reflex of more than this part of K is not looked for.
+_LARGEST_SHARE = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Evidence for a reflex at D delays.
+
+    Attributes
+    ----------
+    log_ratio : (D,)
+        Log of the likelihood of the best reflex at each delay, penalised by what is expected,
+        over that of none.
+    p_value : float
+        How often flipped trials give as much evidence over all delays.
+    """
+
+    log_ratio: FloatArray
+    p_value: float
+
+    @property
+    def weight(self) -> FloatArray:
+        """Weights of all delays, which sum to one; before the measurement all are equal."""
+        raised = np.exp(self.log_ratio - self.log_ratio.max())
+        return np.asarray(raised / raised.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class _Expected:
+    """Normal distribution of the reflexes R (q,) that one may expect, and the information."""
+
+    mean: FloatArray
+    precision: FloatArray
+    information: FloatArray
+
+    def ratios(self, score: FloatArray) -> FloatArray:
+        """Log of the penalised likelihood ratio for sums of scores (..., D, q), (..., D)."""
+        shifted = score + self.precision @ self.mean
+        inverse = np.linalg.inv(self.information + self.precision)
+        gain = np.einsum("...da,dab,...db->...d", shifted, inverse, shifted, optimize=True)
+        return np.asarray(0.5 * (gain - self.mean @ self.precision @ self.mean))
+
+    def volumes(self) -> FloatArray:
+        """What averaging over R takes off the logarithm at each delay, (D,)."""
+        spread = np.linalg.inv(self.precision) @ self.information
+        return np.asarray(-0.5 * np.linalg.slogdet(np.eye(len(self.mean)) + spread)[1])
+
+    def statistic(self, score: FloatArray) -> FloatArray:
+        """Log of the likelihood ratio averaged over reflexes and delays, (...,)."""
+        each = self.ratios(score) + self.volumes()
+        return np.asarray(np.logaddexp.reduce(each, axis=-1) - np.log(each.shape[-1]))
+
+
+def weigh(scan: DelayScan, seed: int = 0) -> Evidence:
+    """Evidence for a reflex at the scan's delays."""
+    expected, total = _expected(scan), scan.score.sum(axis=0)
+    signs = _signs(len(scan.score), FLIPS, seed)
+    observed = float(expected.statistic(total))
+    flipped = expected.statistic(_flipped(scan, signs))
+    beaten = int((flipped >= observed - 1e-9 * abs(observed)).sum())
+    return Evidence(expected.ratios(total), (1 + beaten) / (1 + len(signs)))
+
+
+def visible_share(scan: DelayScan, delay_s: float, level: float, seed: int = 0) -> float:
+    """Smallest reflex, as part of K, that the test finds in 95 % of such experiments; inf if none.
+
+    It is computed for trials without a reflex, whose flipped scores stand for chance.
+    """
+    expected, stiffness = _expected(scan), _stiffness(scan)
+    number = int(np.argmin(np.abs(scan.delay_s - delay_s)))
+    shift = scan.information[:, :, number, :] @ stiffness
+    critical = np.quantile(
+        expected.statistic(_flipped(scan, _signs(len(scan.score), FLIPS, seed))), 1 - level
+    )
+    chance = _flipped(scan, _signs(len(scan.score), _POWER_FLIPS, seed + 1))
+
+    def found(share: float) -> bool:
+        return bool((expected.statistic(chance + share * shift) > critical).mean() >= POWER)
+
+    low, high = 0.0, _LARGEST_SHARE
+    if not found(high):
+        return float("inf")
+    while high - low > 0.005:
+        middle = (low + high) / 2
+        low, high = (low, middle) if found(middle) else (middle, high)
+    return high
+
+
+def _stiffness(scan: DelayScan) -> FloatArray:
+    """Symmetric part of K (q,) of the model without reflex."""
+    d = scan.equation.axes
+    K = scan.without[2 * d * d :].reshape(d, d)
+    return np.asarray((K + K.T).ravel() / 2)
+
+
+def _expected(scan: DelayScan) -> _Expected:
+    k = _stiffness(scan)
+    mean = EXPECTED_SHARE * k
+    other = OTHER_SHARE**2 * (k @ k) / len(k)
+    return _Expected(
+        mean,
+        np.asarray(np.linalg.inv(np.outer(mean, mean) + other * np.eye(len(k))), dtype=np.float64),
+        scan.own_information,
+    )
+
+
+def _flipped(scan: DelayScan, signs: FloatArray) -> FloatArray:
+    """Sums of scores with the signs (F, T) of trials, (F, D, q)."""
+    T, D, q = scan.score.shape
+    return np.asarray((signs @ scan.score.reshape(T, -1)).reshape(-1, D, q))
+
+
+def _signs(trials: int, wanted: int, seed: int) -> FloatArray:
+    """Signs (F, T): all there are, the observed ones left out, if they are no more than wanted."""
+    if 2**trials - 1 <= wanted:
+        numbers = np.arange(1, 2**trials)
+        return np.asarray(1.0 - 2.0 * (numbers[:, None] >> np.arange(trials) & 1))
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(trials,)))
+    return np.asarray(rng.choice([-1.0, 1.0], (wanted, trials)))

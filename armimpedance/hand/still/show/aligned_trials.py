@@ -1,0 +1,344 @@
+"""Trials laid over one another at their onsets, and those that are unlike the others."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.core.conventions import Kind
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Recording, Response
+from armimpedance.hand.still.estimation import groups_of
+from armimpedance.hand.still.stochastic import stochastic_response
+from armimpedance.numerics.signals import (
+    beyond_the_others,
+    choose_span,
+    cut_windows,
+    disturbance_times,
+    respond,
+)
+
+#: The state before the onset is a mean over this long (s), as in the estimate.
+REST_S = 0.1
+#: Random courses are drawn for this long (s): a longer one is a block of ink.
+SHOWN_S = 1.0
+#: More points of one trial than this are not told apart in print.
+MOST_POINTS = 240
+
+
+@dataclass(frozen=True)
+class Aligned(FrozenRecord):
+    """Trials around their onsets, less the mean of the rest before.
+
+    Attributes
+    ----------
+    lag_s : (S,)
+        Time from the onset; of a stochastic perturbation from the trial's start.
+    moved, pushed : (T, S, d)
+        Displacement (m or rad) and force by the limb (N or N m), less their mean at rest.
+    trial : (T,) int
+        Numbers of the trials.
+    used : (T,) bool
+        False where an estimate leaves the trial out.
+    duration_s : (T,)
+        From the onset to the disturbance's end; the trial's length of a stochastic one.
+    direction : (T,) int or None
+        Trials of the same number saw the same disturbance.
+    direction_names : tuple of str
+        Their names, such as ``45°``.
+    """
+
+    lag_s: Annotated[FloatArray, "S"]
+    moved: Annotated[FloatArray, "T S d"]
+    pushed: Annotated[FloatArray, "T S d"]
+    trial: Annotated[IntArray, "T"]
+    used: Annotated[BoolArray, "T"]
+    duration_s: Annotated[FloatArray, "T"]
+    direction: Annotated[IntArray, "T"] | None = None
+    direction_names: tuple[str, ...] = ()
+
+    @property
+    def rest(self) -> BoolArray:
+        """Samples before the onset; none of a stochastic perturbation."""
+        return self.lag_s <= 0 if self.lag_s[0] < 0 else np.zeros(len(self.lag_s), dtype=bool)
+
+    def thin(self) -> slice:
+        """Samples that are enough to draw: random courses all, for their first second."""
+        if not self.rest.any():
+            return slice(int(np.searchsorted(self.lag_s, SHOWN_S)))
+        return slice(None, None, max(1, len(self.lag_s) // MOST_POINTS))
+
+
+def rows_of(recording: Recording, keys: Mapping[str, Any]) -> IntArray:
+    """Rows of the trial table that a group's columns name; keys that are no column are passed over.
+
+    Raises
+    ------
+    InputError
+        No trial is of that group.
+    """
+    columns = [name for name in keys if name in recording.trials]
+    wanted = [str(keys[name]) for name in columns]
+    for found, rows in groups_of(recording, columns):
+        if [str(found[name]) for name in columns] == wanted:
+            return np.asarray(rows, dtype=np.int64)
+    named = ", ".join(f"{name} {keys[name]}" for name in columns)
+    raise InputError(f"no trial of {named}", expected="a group of this recording")
+
+
+def aligned_group(recording: Recording, keys: Mapping[str, Any]) -> Aligned:
+    """All trials of one group, those that an estimate leaves out too.
+
+    Parameters
+    ----------
+    recording : Recording
+    keys : mapping
+        The group's columns of the trial table, as an estimate holds them.
+
+    Returns
+    -------
+    Aligned
+
+    Raises
+    ------
+    InputError
+        No trial is of that group, or no onset is stated or seen.
+    """
+    return align(recording, rows_of(recording, keys))
+
+
+def align(recording: Recording, rows: IntArray | None = None) -> Aligned:
+    """All trials of these rows, those that an estimate leaves out too.
+
+    Raises
+    ------
+    InputError
+        No onset is stated or seen.
+    """
+    rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
+    if recording.perturbation == "stochastic":
+        return _from_start(recording, rows)
+    timing = disturbance_times(recording)
+    window = cut_windows(recording, rows, timing)
+    start = recording.offsets[rows]
+    first = start + np.round(
+        (timing.onset_s[rows] - recording.time_s[start]) * recording.sample_rate_hz
+    ).astype(np.int64)
+    lag = np.round(window.lag_s * recording.sample_rate_hz).astype(np.int64)
+    # A trial that is too short holds its first or last sample where it has none.
+    index = np.clip(first[:, None] + lag, start[:, None], recording.offsets[rows + 1][:, None] - 1)
+    rest = (lag <= 0) & (lag >= -REST_S * recording.sample_rate_hz)
+    moved, pushed = (_less_rest(s[index], rest) for s in (recording.position, recording.force))
+    return Aligned(
+        lag_s=window.lag_s,
+        moved=moved,
+        pushed=pushed,
+        trial=window.trial,
+        used=window.usable,
+        duration_s=window.duration_s,
+        direction=window.disturbance,
+        direction_names=_direction_names(recording, rows),
+    )
+
+
+def _from_start(recording: Recording, rows: IntArray) -> Aligned:
+    """Trials of a stochastic perturbation, as long as the shortest, less their means."""
+    length = int(np.diff(recording.offsets)[rows].min())
+    index = recording.offsets[rows][:, None] + np.arange(length)
+    everywhere = np.ones(length, dtype=bool)
+    return Aligned(
+        lag_s=np.arange(length) / recording.sample_rate_hz,
+        moved=_less_rest(recording.position[index], everywhere),
+        pushed=_less_rest(recording.force[index], everywhere),
+        trial=recording.trials["trial"].to_numpy(dtype=np.int64)[rows],
+        used=np.ones(len(rows), dtype=bool),
+        duration_s=np.full(len(rows), length / recording.sample_rate_hz),
+    )
+
+
+def _less_rest(signal: FloatArray, rest: BoolArray) -> FloatArray:
+    return np.asarray(signal - signal[:, rest].mean(axis=1, keepdims=True))
+
+
+def _direction_names(recording: Recording, rows: IntArray) -> tuple[str, ...]:
+    """Names in the order of the window's numbers: directions that rise from 0°.
+
+    In space, from below upwards first: azimuth and angle above the plane.
+    """
+    if "direction_deg" not in recording.trials:
+        return ()
+    degrees = recording.trials["direction_deg"].to_numpy(dtype=float, na_value=np.nan)[rows]
+    if not np.isfinite(degrees).all():
+        return ()
+    around = np.round(degrees % 360.0, 3) % 360.0
+    if "elevation_deg" not in recording.trials:
+        return tuple(f"{one:g}°" for one in np.unique(around))
+    above = recording.trials["elevation_deg"].to_numpy(dtype=float, na_value=0.0)[rows]
+    both = np.unique(np.stack([np.round(above, 3), around], axis=1), axis=0)
+    return tuple(f"{azimuth:.3g}°, {up:+.3g}°" for up, azimuth in both)
+
+
+def outlying_trials(recording: Recording, keys: Mapping[str, Any] | None = None) -> tuple[int, ...]:
+    """Numbers of trials whose motion or force runs unlike that of the same disturbance.
+
+    A trial is unlike the others where its distance from their median course is more than twice what
+    nine in ten of them reach, each condition by itself. Trials that estimates leave out anyway are
+    not named. With fewer than five trials nobody can say.
+
+    Parameters
+    ----------
+    recording : Recording
+    keys : mapping, optional
+        Columns and values of one group, as `ImpedanceEstimate.keys`; default: all conditions.
+
+    Returns
+    -------
+    tuple of int
+        In the order of the trial table.
+
+    Raises
+    ------
+    InputError
+        No trial is of that group, or no onset is stated or seen.
+    """
+    groups = [rows for _, rows in groups_of(recording, ("condition",))]
+    if keys is not None:
+        groups = [rows_of(recording, keys)]
+    return tuple(int(n) for rows in groups for n in outlying(align(recording, rows)))
+
+
+def outlying(aligned: Aligned) -> IntArray:
+    """Numbers of the trials of one group that run unlike the others; see `outlying_trials`."""
+    labels = aligned.direction
+    if labels is None:
+        if not aligned.rest.any():
+            # Random courses have no median; only their size is alike.
+            return aligned.trial[_far(_spread(aligned.moved)) | _far(_spread(aligned.pushed))]
+        labels = _by_peak(aligned)
+    far = np.zeros(len(aligned.trial), dtype=bool)
+    for signal in (aligned.moved, aligned.pushed):
+        middle = np.zeros_like(signal)
+        for label in np.unique(labels):
+            own = labels == label
+            middle[own] = np.median(signal[own & aligned.used], axis=0) if own.sum() > 2 else np.nan
+        distance = np.nan_to_num(_spread(signal - middle))
+        far |= _far(np.where(aligned.used, distance, 0.0))
+    return np.asarray(aligned.trial[far & aligned.used])
+
+
+def _far(values: FloatArray) -> BoolArray:
+    return beyond_the_others(values)
+
+
+def _spread(signal: FloatArray) -> FloatArray:
+    """Root mean square over samples and axes, (T,)."""
+    return np.asarray(np.sqrt((signal**2).mean(axis=(1, 2))))
+
+
+def _by_peak(aligned: Aligned) -> IntArray:
+    """Trials sorted by the eighth of the circle (or the sign) that their largest motion has."""
+    far = np.linalg.norm(aligned.moved, axis=2).argmax(axis=1)
+    peak = aligned.moved[np.arange(len(far)), far]
+    if peak.shape[1] == 1:
+        return np.asarray(peak[:, 0] > 0, dtype=np.int64)
+    return np.asarray(
+        np.round(np.arctan2(peak[:, 1], peak[:, 0]) / (np.pi / 4)) % 8, dtype=np.int64
+    )
+
+
+def chosen(aligned: Aligned, outliers: Collection[int] | None) -> BoolArray:
+    """Which trials are marked, (T,): those named, or else those that are unlike the others."""
+    marked = outlying(aligned) if outliers is None else np.array(list(outliers), dtype=np.int64)
+    return np.isin(aligned.trial, marked)
+
+
+# The force of each trial as measured and as an estimate makes it of the motion.
+
+#: Rows per smoothing kernel: a fit needs a sixth of it, the eye more.
+ROWS_PER_KERNEL = 80
+
+
+@dataclass(frozen=True)
+class FittedForce(FrozenRecord):
+    """Usable trials of a group (blocks of a stochastic perturbation).
+
+    Attributes
+    ----------
+    lag_s : (S,)
+    measured, fitted : (T, S, d)
+        Force by the limb, offset and ramp removed from both, N or N m.
+    trial : (T,) int
+    rate_hz : float
+    kind : {"hand", "joint"}
+    direction : (T,) int or None
+        Trials of the same number saw the same disturbance.
+    unit_name : str
+        "trial", or "block" of a stochastic perturbation.
+    """
+
+    lag_s: Annotated[FloatArray, "S"]
+    measured: Annotated[FloatArray, "T S d"]
+    fitted: Annotated[FloatArray, "T S d"]
+    trial: Annotated[IntArray, "T"]
+    rate_hz: float
+    kind: Kind
+    direction: Annotated[IntArray, "T"] | None = None
+    unit_name: str = "trial"
+
+    @property
+    def residual(self) -> FloatArray:
+        """Measured less fitted, (T, S, d)."""
+        return np.asarray(self.measured - self.fitted)
+
+    @property
+    def explained(self) -> FloatArray:
+        """Part of each trial's force that the fit explains, (T,): 1 - residual² / measured²."""
+        whole = (self.measured**2).sum(axis=(1, 2))
+        left = (self.residual**2).sum(axis=(1, 2))
+        return np.asarray(1 - left / np.where(whole > 0, whole, np.inf))
+
+
+def fitted_force(recording: Recording, estimate: ImpedanceEstimate) -> FittedForce:
+    """Each trial's force and what M, B and K of the estimate make of its motion.
+
+    Raises
+    ------
+    InputError
+        No trial of the recording is of the estimate's group.
+    """
+    rows = rows_of(recording, estimate.keys)
+    stochastic = recording.perturbation == "stochastic"
+    direction = None
+    if stochastic:
+        response = stochastic_response(recording.select(rows))
+    else:
+        window = cut_windows(recording, rows)
+        response = respond(window, choose_span(window, rows_per_kernel=ROWS_PER_KERNEL))
+        direction = window.disturbance
+    used = response.usable
+    return FittedForce(
+        lag_s=response.lag_s,
+        measured=response.force[used],
+        fitted=predicted_force(response, estimate)[used],
+        trial=response.trial[used] + (1 if stochastic else 0),
+        rate_hz=response.sample_rate_hz,
+        kind=recording.kind,
+        direction=None if direction is None else direction[used],
+        unit_name="block" if stochastic else "trial",
+    )
+
+
+def predicted_force(response: Response, estimate: ImpedanceEstimate) -> FloatArray:
+    """Force by the limb that M (the handle's too), B and K make of the motion, (T, S, d)."""
+    # f = -(M x'' + B x' + K x): (T, S, d) = (T, S, d) (d, d) three times
+    return np.asarray(
+        -(
+            response.acceleration @ np.asarray(estimate.inertia_with_handle).T
+            + response.velocity @ estimate.viscosity.T
+            + response.displacement @ estimate.stiffness.T
+        )
+    )

@@ -1,0 +1,264 @@
+"""Twice the log-likelihood of white rows, by columns and by the noise that made them white."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.joint.relaxed.equations import Terms
+from armimpedance.joint.relaxed.joint_spline import TrialSpline, smoothest, trial_spline
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.state_noise import StateSteps
+
+
+@dataclass(frozen=True)
+class WhiteningNoise:
+    """A model of the noise, and the rows that it makes white.
+
+    Attributes
+    ----------
+    triangle : (r, m + 1)
+        Holds the same products as all white rows, what is to be explained in the last column.
+    lost : float
+        Logarithm of the determinant that the rows lost when they were made white.
+    slow : float
+        Size of the slow torque that is part of it, over the noise of a sample; 0: none.
+    bump_sd : float
+        Standard error of a slow torque of half a second, likewise.
+    """
+
+    triangle: FloatArray
+    lost: float
+    slow: float
+    bump_sd: float
+
+
+@dataclass(frozen=True)
+class WhiteFit:
+    """The fit of some columns with the likeliest noise.
+
+    Attributes
+    ----------
+    deviance : float
+        Minus twice the log-likelihood, up to a constant.
+    values : (c,)
+    covariance : (c, c)
+    slow_Nm, bump_sd_Nm : float
+        As in `WhiteningNoise`.
+    """
+
+    deviance: float
+    values: FloatArray
+    covariance: FloatArray
+    slow_Nm: float
+    bump_sd_Nm: float
+
+
+@dataclass(frozen=True)
+class RowEvidence:
+    """Rows that any choice of columns can be fitted to.
+
+    Attributes
+    ----------
+    names : tuple of m str
+        Of the columns.
+    noises : tuple of WhiteningNoise
+    count : int
+        Of samples.
+    """
+
+    names: tuple[str, ...]
+    noises: tuple[WhiteningNoise, ...]
+    count: int
+
+    def fit(self, columns: Sequence[str], *, slow: bool = True) -> WhiteFit:
+        """Fit these columns by the likeliest noise, with or without slow torque.
+
+        Parameters
+        ----------
+        columns : sequence of c str
+        slow : bool
+        """
+        chosen = [self.names.index(name) for name in columns]
+        tried = [noise for noise in self.noises if slow or noise.slow == 0]
+        return min((self._fit(chosen, noise) for noise in tried), key=lambda fit: fit.deviance)
+
+    def _fit(self, chosen: list[int], noise: WhiteningNoise) -> WhiteFit:
+        rows, c = noise.triangle, len(chosen)
+        scale = np.linalg.norm(rows[:, chosen], axis=0)
+        scale = np.where(scale > 0, scale, 1.0)
+        # y (r,) = X (r, c) theta by X = Q R, with columns of length one
+        stacked = np.column_stack([rows[:, chosen] / scale, rows[:, -1]])
+        R: FloatArray = np.asarray(np.linalg.qr(stacked, mode="r"))
+        left = float((R[c:, c] ** 2).sum()) + float(np.finfo(np.float64).tiny)
+        inverse = np.linalg.pinv(R[:c, :c], rcond=1e-10) / scale[:, None]
+        variance = left / (self.count - c)
+        sigma = float(np.sqrt(variance))
+        return WhiteFit(
+            self.count * np.log(left) + noise.lost,
+            inverse @ R[:c, c],
+            variance * inverse @ inverse.T,
+            sigma * noise.slow,
+            sigma * noise.bump_sd,
+        )
+
+
+# Evidence of a joint whose torque was measured: what may have stayed in it, or be out of step.
+#
+# Columns: the model's own, the stiffness's terms of second and third order, the limb's weight (any
+# direction), its inertia, and the model's columns with the angle some milliseconds earlier, as a
+# torque that is late would show them. The noise: white, with or without a random walk, which is
+# what muscles that do not rest are like.
+
+#: Longest lateness that is tried, s, and the seconds left out at both ends for it.
+LATEST_S: Final = 0.1
+#: Samples are averaged over blocks, to about this rate, and to at most so many samples.
+_RATE_HZ: Final = 40.0
+_MOST: Final = 4000
+#: Way of a slow torque in a second, over the noise of a block: sizes that are tried.
+_WALKS: Final = 10 ** np.linspace(-1.0, 2.0, 13)
+#: Seconds of walk that lie before a trial: its first torque is not zero.
+_BEFORE_S: Final = 5.0
+
+
+@dataclass(frozen=True)
+class TorqueRows:
+    """A joint's torque and the curves of its motion, from which rows with any lateness are made.
+
+    Attributes
+    ----------
+    samples : PassiveSamples
+        Of a single joint.
+    terms : Terms
+        With a free rest angle.
+    trials : tuple of (TrialSpline, (c,))
+        The smoothest spline of each trial and its coefficients.
+    """
+
+    samples: PassiveSamples
+    terms: Terms
+    trials: tuple[tuple[TrialSpline, FloatArray], ...]
+
+    @property
+    def block(self) -> int:
+        """Samples that are averaged."""
+        count = len(self.samples.measured_q)
+        return max(int(self.samples.sample_rate_hz / _RATE_HZ), -(-count // _MOST), 1)
+
+    def evidence(
+        self, late_s: Sequence[float] = (0.0,), more: bool = True
+    ) -> tuple[RowEvidence, ...]:
+        """White rows with the torque late by each of so many seconds on the angle.
+
+        Parameters
+        ----------
+        late_s : sequence of float
+        more : bool
+            Whether there are columns of what the model may lack.
+        """
+        names: tuple[str, ...] = ()
+        parts = []
+        for trial, curve in self.trials:
+            names, columns = self._columns(trial, curve, late_s, more)
+            parts.append(columns)
+        longest = max(map(len, parts))
+        seen = np.arange(longest)[:, None] < [len(part) for part in parts]
+        measured = np.stack([_longer(part, longest) for part in parts], axis=1)
+        rows, lost = self._white(measured, seen)
+        q, count = len(names), int(seen.sum())
+        return tuple(
+            self._compressed(rows[..., [*range(i * q, (i + 1) * q), -1]], lost, names, count)
+            for i in range(len(late_s))
+        )
+
+    @property
+    def reversal_error_s(self) -> float:
+        """Standard error of a lateness by the times at which the angle turns, s.
+
+        Friction jumps when the joint turns. The angle tells that time with its noise, the torque
+        as one between two samples.
+        """
+        rate = self.samples.sample_rate_hz
+        weight = 0.0
+        for trial, curve in self.trials:
+            _, v, a = trial.motion(curve, np.arange(len(trial.q)) / rate)
+            turns = np.flatnonzero(np.diff(np.sign(v)) != 0)
+            angle = trial.qd_sd / np.maximum(np.abs(a[turns]), 1e-9)
+            weight += float((1 / (angle**2 + 1 / (12 * rate**2))).sum())
+        return 1 / float(np.sqrt(weight)) if weight > 0 else 0.0
+
+    def _columns(
+        self, trial: TrialSpline, curve: FloatArray, late_s: Sequence[float], more: bool
+    ) -> tuple[tuple[str, ...], FloatArray]:
+        """Names, and block means (B, columns x latenesses + 1) with the torque last."""
+        rate, count = self.samples.sample_rate_hz, len(trial.q)
+        end = int(np.ceil(LATEST_S * rate))
+        t = np.arange(end, count - end) / rate
+        terms = self.terms
+        names: tuple[str, ...] = terms.columns
+        if more:
+            terms = replace(terms, quadratic=True, cubic=True)
+            names = (*terms.columns, "cos", "sin", "inertia")
+        columns = []
+        for late in late_s:
+            q, v, a = trial.motion(curve, t - late)
+            columns.append(terms.matrix(q, v, trial.sign(v)))
+            if more:
+                columns.append(np.stack([np.cos(q), np.sin(q), a], axis=-1))
+        columns.append(trial.torque[end : count - end, None])
+        both, block = np.concatenate(columns, axis=1), self.block
+        kept = len(both) // block * block
+        return names, both[:kept].reshape(-1, block, both.shape[1]).mean(axis=1)
+
+    def _white(self, measured: FloatArray, seen: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """Rows (V, T S, m) by white noise and a random walk of V sizes, the first of none."""
+        S, T, m = measured.shape
+        rate = self.samples.sample_rate_hz / self.block
+        # one step that is not seen, in which the walk has gone for `_BEFORE_S`
+        push = np.zeros((S, T, 2))
+        push[..., 0] = 1.0
+        push[0, :, 0] = np.sqrt(_BEFORE_S * rate)
+        steps = StateSteps(
+            np.broadcast_to(np.eye(2), (S, T, 2, 2)), push, np.pad(seen, ((1, 0), (0, 0)))
+        )
+        ratios = np.concatenate([[0.0], _WALKS**2 / rate])
+        rows, lost = steps.whiten(
+            np.pad(measured, ((1, 0), (0, 0), (0, 0))),
+            np.zeros((S, T, 2, m)),
+            np.zeros((T, 2, m)),
+            ratios,
+        )
+        return rows.reshape(len(ratios), -1, m), lost
+
+    def _compressed(
+        self, rows: FloatArray, lost: FloatArray, names: tuple[str, ...], count: int
+    ) -> RowEvidence:
+        R: FloatArray = np.asarray(np.linalg.qr(rows, mode="r"))
+        # a hat of half a second has a third of its samples' energy
+        bump = float(np.sqrt(6 * self.block / self.samples.sample_rate_hz))
+        walks = (0.0, *_WALKS)
+        noises = [
+            WhiteningNoise(one, float(log), float(walk), bump)
+            for one, log, walk in zip(R, lost, walks, strict=True)
+        ]
+        return RowEvidence(names, tuple(noises), count)
+
+
+def torque_rows(samples: PassiveSamples, terms: Terms) -> TorqueRows:
+    """The rows of a single joint.
+
+    Raises
+    ------
+    InputError
+        The torque was not measured.
+    """
+    trials = tuple(smoothest(trial_spline(samples, part)) for part in samples.slices())
+    return TorqueRows(samples, terms, trials)
+
+
+def _longer(columns: FloatArray, count: int) -> FloatArray:
+    return np.pad(columns, ((0, count - len(columns)), (0, 0)))

@@ -1,0 +1,344 @@
+"""What is said of one passive joint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FrozenRecord
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.joint.relaxed.doubts.checks import TABLE_MASS_SD, mass_finding
+from armimpedance.joint.relaxed.equations import Equations, Terms
+from armimpedance.joint.relaxed.methods import METHODS
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.numerics.regression import Fit, FitSummary, NamedParameter, Parameters, Validation
+from armimpedance.numerics.signals import EmgLevel
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """A part that was left out of the fit, and how well the rest predicts it."""
+
+    left_out: str
+    validation: Validation
+
+
+@dataclass(frozen=True, repr=False)
+class PassiveFit(FrozenRecord):
+    """The parameters of one passive joint and how far to trust them.
+
+    Attributes
+    ----------
+    joint : str
+    number : int
+        Number of the joint among those of the analysis, from 1.
+    method : str
+    terms : Terms
+    parameters : Parameters
+        k, h, f [, q_r] [, K]: `plain_sd` is the source's (10) (denominator: rows less parameters),
+        `sd` and the intervals count that residuals are correlated.
+    torque_fit : Fit
+        The torque equations with this joint's parameters: predicts and validates. Its condition
+        numbers are those of W; the source does not say which of the two it prints.
+    direct : Validation
+        On the rows of the fit, torque in N m.
+    cross : tuple of CrossValidation
+        One trial left out at a time; thirds of a single trial.
+    friction_share_percent : float
+        Root mean square of the friction torque over that of the joint torque.
+    cutoff_hz : float or None
+        Cut-off of the filter that the samples went through.
+    warnings : tuple of str
+        What `checks` warn of among them.
+    checks : tuple of Finding
+        What was held against the data.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.passive import simulate_passive
+    >>> markers, _ = simulate_passive("release", trials=1, duration_s=4.0)
+    >>> fit = ai.passive(markers, rest_angle=1.5)["right_elbow_flexion"]
+    >>> fit.parameters["h"].unit
+    'N m s/rad'
+    """
+
+    joint: str
+    number: int
+    method: str
+    terms: Terms
+    parameters: Parameters
+    torque_fit: Fit
+    direct: Validation
+    cross: tuple[CrossValidation, ...]
+    friction_share_percent: float
+    cutoff_hz: float | None
+    warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
+
+    def doubted(self, *findings: Finding) -> PassiveFit:
+        """The same fit with more checks, and their sentences among its warnings."""
+        warnings = (*self.warnings, *warnings_of(findings))
+        return replace(self, checks=(*self.checks, *findings), warnings=warnings)
+
+    def with_mass_sd(self, told: float | None) -> PassiveFit:
+        """The same fit with intervals that allow for the mass of the limb.
+
+        Every torque of a free limb is proportional to its mass, the parameters with it: ``C + s^2
+        x x^T`` with x the parameters, zero for an angle, and s the sd of the mass as a fraction.
+
+        Parameters
+        ----------
+        told : float or None
+            The sd as a fraction; None: nobody said, and that between tables is taken.
+
+        Raises
+        ------
+        InputError
+            Not a fraction below a half.
+        """
+        if told is not None and not 0 <= told < 0.5:
+            raise InputError(
+                f"a mass known to {100 * told:g} %", expected="0 or more, less than 50 %"
+            )
+        sd = TABLE_MASS_SD if told is None else told
+        known = self.parameters
+        x = np.where([name == "q_r" for name in known.names], 0.0, known.values)
+        wider = replace(known, covariance=known.covariance + sd**2 * np.outer(x, x))
+        return replace(self, parameters=wider).doubted(mass_finding(told))
+
+    @property
+    def rms_Nm(self) -> float:
+        """Root mean square of the torque that the fit leaves."""
+        return float(self.direct.rms[0])
+
+    @property
+    def named(self) -> tuple[NamedParameter, ...]:
+        """The parameters, each with the joint's number."""
+        return tuple(replace(one, joint=self.number) for one in self.parameters)
+
+    @property
+    def summary(self) -> FitSummary:
+        """Method, size, condition and parameters."""
+        return summary_of([self])
+
+    def equations(self, samples: PassiveSamples) -> Equations:
+        """The torque equations of this joint, as the method makes them, from any samples of it.
+
+        Raises
+        ------
+        InputError
+            The samples do not hold this joint.
+        """
+        one = samples.only(samples.joint(self.joint))
+        return METHODS.named(self.method).equations(one, self.terms)
+
+    def validate(self, samples: PassiveSamples) -> Validation:
+        """How well the parameters predict the torque of another recording of this joint.
+
+        Raises
+        ------
+        InputError
+            The samples do not hold this joint.
+        """
+        return self.torque_fit.validate(*self.equations(samples).stacked())
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values: the summary, and what else is known of the joint."""
+        return {**self.summary.to_dict(), "joints": [joint_object(self)]}
+
+    def __repr__(self) -> str:
+        said = len(self.warnings)
+        more = [counted(said, "warning")] if said else []
+        head = f"{self.joint}: {self.method}, R^2 {self.direct.r2:.4f}"
+        return "\n".join([head, *map(repr, self.parameters), *more])
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
+
+
+def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
+    """One summary of all joints: rows added up, the worst condition, r2 and vaf of all torques.
+
+    Raises
+    ------
+    InputError
+        No joints, or joints fitted by different methods.
+    """
+    if len({f.method for f in fits}) != 1:
+        raise InputError("no joints, or joints of different methods", expected="one method")
+    rows = np.array([f.torque_fit.n_rows for f in fits], dtype=float)
+    left = rows * [f.rms_Nm**2 for f in fits]
+    about_zero = np.array([1 - f.direct.r2 for f in fits])
+    about_mean = np.array([1 - f.direct.vaf for f in fits])
+    several = len(fits) > 1
+    return FitSummary(
+        method=fits[0].method,
+        n=int(rows.sum()),
+        cond_raw=max(f.torque_fit.cond_raw for f in fits),
+        cond_scaled=max(f.torque_fit.cond_scaled for f in fits),
+        rank=sum(f.torque_fit.rank for f in fits),
+        r2=_together(left, about_zero),
+        vaf=_together(left, about_mean),
+        parameters=tuple(one for f in fits for one in f.named),
+        warnings=tuple(f"{f.joint}: {w}" if several else w for f in fits for w in f.warnings),
+        checks=tuple(
+            replace(one, message=f"{f.joint}: {one.message}") if several else one
+            for f in fits
+            for one in f.checks
+        ),
+    )
+
+
+def counted(number: int, what: str) -> str:
+    """A number and what it counts, in the plural where it is not one."""
+    return f"{number} {what}" + ("" if number == 1 else "s")
+
+
+def _together(left: np.ndarray, unexplained: np.ndarray) -> float:
+    """``1 - sum left / sum whole``, each whole being ``left / unexplained``."""
+    if len(left) == 1 or not (unexplained > 0).all():
+        return float(1 - unexplained.mean())
+    return float(1 - left.sum() / (left / unexplained).sum())
+
+
+def joint_object(fit: PassiveFit) -> dict[str, Any]:
+    """What FIT.json says of a joint beside its parameters."""
+    return {
+        "joint": fit.number,
+        "name": fit.joint,
+        "n": fit.torque_fit.n_rows,
+        "cond_raw": fit.torque_fit.cond_raw,
+        "cond_scaled": fit.torque_fit.cond_scaled,
+        "rest_angle": fit.terms.rest_angle,
+        "cutoff_hz": fit.cutoff_hz,
+        "friction_share_percent": fit.friction_share_percent,
+        "direct_validation": quality_object(fit.direct),
+        "cross_validation": [
+            {"left_out": c.left_out, **quality_object(c.validation)} for c in fit.cross
+        ],
+        "warnings": list(fit.warnings),
+    }
+
+
+def quality_object(validation: Validation) -> dict[str, float]:
+    """What FIT.json says of a validation."""
+    return {"rms_Nm": float(validation.rms[0]), "r2": validation.r2, "vaf": validation.vaf}
+
+
+# What is said of several passive joints of one recording.
+
+#: Joints that a short text shows.
+_MOST_SHOWN: Final = 8
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
+    """The fits of several joints of one recording: a sequence, and by a joint's name.
+
+    Attributes
+    ----------
+    fits : tuple of PassiveFit
+    samples : PassiveSamples
+        Samples to which the models were fitted.
+    notes : tuple of str
+        Remarks that a reader must know of the recording.
+    emg : EmgLevel or None
+        How active the muscles were; None where that is not known.
+    validations : tuple of Validation
+        How well each joint's torque in another recording is predicted; none without one.
+    validated_on : str
+        Name of that recording.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.passive import simulate_passive
+    >>> markers, _ = simulate_passive("release", trials=1, duration_s=4.0)
+    >>> fits = ai.passive(markers, rest_angle=1.5)
+    >>> len(fits)
+    1
+    """
+
+    fits: tuple[PassiveFit, ...]
+    samples: PassiveSamples
+    notes: tuple[str, ...] = ()
+    emg: EmgLevel | None = None
+    validations: tuple[Validation, ...] = ()
+    validated_on: str = ""
+
+    def __len__(self) -> int:
+        return len(self.fits)
+
+    def __iter__(self) -> Iterator[PassiveFit]:
+        return iter(self.fits)
+
+    def __getitem__(self, which: Any) -> Any:
+        """One fit by its number from 0 or its joint's name; a slice gives a tuple.
+
+        Raises
+        ------
+        InputError
+            No joint of this name was fitted.
+        """
+        return self.fits[self.samples.joint(which) if isinstance(which, str) else which]
+
+    @property
+    def summary(self) -> FitSummary:
+        """One summary of all joints."""
+        return summary_of(self.fits)
+
+    def each(self, change: Callable[[PassiveFit], PassiveFit]) -> PassiveFits:
+        """The same with every joint's fit changed."""
+        return replace(self, fits=tuple(change(fit) for fit in self.fits))
+
+    def predicting(self, samples: PassiveSamples, name: str) -> PassiveFits:
+        """The same with how well they predict another recording of these joints.
+
+        Raises
+        ------
+        InputError
+            The samples do not hold one of the joints.
+        """
+        validations = tuple(fit.validate(samples) for fit in self.fits)
+        return replace(self, validations=validations, validated_on=name)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds."""
+        content = self.summary.to_dict()
+        content["joints"] = [joint_object(fit) for fit in self.fits]
+        content["emg"] = None if self.emg is None else self.emg.to_dict()
+        if self.validations:
+            judged = zip(self.fits, self.validations, strict=True)
+            joints = [{"joint": fit.joint, **quality_object(v)} for fit, v in judged]
+            content["validated_on"] = {"recording": self.validated_on, "joints": joints}
+        return content
+
+    def __repr__(self) -> str:
+        lines = []
+        for fit in self.fits[:_MOST_SHOWN]:
+            shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.parameters)
+            lines.append(f"{fit.joint}: {shown}; R^2 {fit.direct.r2:.4f}")
+        left, said = len(self) - len(lines), sum(len(fit.warnings) for fit in self.fits)
+        more = [f"... and {left} more"] if left else []
+        more += [counted(said, "warning")] if said else []
+        head = f"{self.fits[0].method}, {counted(len(self), 'passive joint')}"
+        return "\n".join([head, *lines, *more])
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()

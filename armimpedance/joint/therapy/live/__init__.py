@@ -1,1 +1,0 @@
-"""The share while the robot moves: one update a sample."""

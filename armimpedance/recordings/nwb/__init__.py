@@ -1,1 +1,0 @@
-"""What is in an NWB file: time series, their clocks, and trials."""

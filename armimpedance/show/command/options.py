@@ -1,0 +1,216 @@
+"""Options of what a lab's files do not say themselves, as `inspect` and `convert` take them."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.method_table import MethodTable
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """The options of all formats; one that the file at hand cannot use is refused."""
+    parser.add_argument(
+        "--where",
+        metavar="EXPRESSION",
+        help="trials for which this holds only, over the columns of the trial table: "
+        '"TP == 3 and is_error == 0", "block in (1, 2)"',
+    )
+    kinarm = parser.add_argument_group("Kinarm exams")
+    kinarm.add_argument(
+        "--force-by",
+        choices=("limb", "device"),
+        help="whose force on the other the sensor's columns (a C3D's force plates) hold; else "
+        "the robot's own inertias and motor torques (the plates' load) must show it",
+    )
+    kinarm.add_argument("--side", choices=("right", "left"), help="arm, where both are recorded")
+    kinarm.add_argument(
+        "--events",
+        nargs=2,
+        metavar=("ONSET", "END"),
+        help="events at which the disturbance begins and is back",
+    )
+    kinarm.add_argument("--onset-event", metavar="LABEL", help="event at the disturbance's onset")
+    kinarm.add_argument("--end-event", metavar="LABEL", help="event when it is back")
+    kinarm.add_argument(
+        "--protocol",
+        action="append",
+        default=[],
+        type=int,
+        metavar="N",
+        help="trials of this trial protocol only; may be given again",
+    )
+    kinarm.add_argument(
+        "--event",
+        action="append",
+        default=[],
+        metavar="LABEL",
+        help="trials in which this event occurred only; may be given again",
+    )
+    kinarm.add_argument(
+        "--without-errors", action="store_true", help="no trials that the task marked as errors"
+    )
+    kinarm.add_argument("--keep-personal", action="store_true", help="keep subject and dates")
+    parser.add_argument(
+        "--emg",
+        action="append",
+        default=[],
+        metavar="CHANNEL=MUSCLE",
+        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
+    )
+    parser.add_argument(
+        "--mapping",
+        type=Path,
+        metavar="FILE.toml",
+        help="what the columns of a table of any layout mean; `map-columns` proposes one "
+        "(default: columns.toml beside it)",
+    )
+    capture = parser.add_argument_group("motion capture (.c3d, .trc, .mot, .sto: one trial a file)")
+    capture.add_argument("--prefix", metavar="NAME", help=".c3d: whose markers (NAME:marker)")
+    capture.add_argument("--axes", metavar="X,Y,Z", help="axes forward, left, up, such as x,-z,y")
+    capture.add_argument(
+        "--angle",
+        action="append",
+        default=[],
+        metavar="COORDINATE=COLUMN",
+        help=".mot, .sto: the column of an angle, -COLUMN turns its sign; may be given again",
+    )
+    capture.add_argument(
+        "--forces",
+        type=Path,
+        metavar="FILE.mot",
+        help=".trc: ground reaction forces, points and torques beside it",
+    )
+    capture.add_argument("--in-degrees", choices=("yes", "no"), help="where a table does not say")
+
+
+def add_leave_out(
+    parser: argparse._ActionsContainer, what: str = "leave out the trials of this list"
+) -> None:
+    """The option ``--leave-out FILE``: a CSV with the columns trial and why."""
+    parser.add_argument(
+        "--leave-out", type=Path, metavar="FILE.csv", help=f"{what}, as `trials` saves it"
+    )
+
+
+def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The options as fields of `recordings.ReadOptions`, the skeleton aside.
+
+    Raises
+    ------
+    InputError
+        A word is not of the form LEFT=RIGHT, or the events are told twice.
+    """
+    axes, degrees = arguments.axes, arguments.in_degrees
+    onset, end = _events(arguments)
+    return {
+        "force_by": arguments.force_by,
+        "side": arguments.side,
+        "onset_event": onset,
+        "end_event": end,
+        "protocols": tuple(arguments.protocol),
+        "events": tuple(arguments.event),
+        "without_errors": arguments.without_errors,
+        "keep_personal": arguments.keep_personal,
+        "emg_channels": pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long"),
+        "prefix": arguments.prefix,
+        "axes": None if axes is None else tuple(axes.split(",")),
+        "angles": pairs(arguments.angle, "--angle", "COORDINATE=COLUMN"),
+        "forces": arguments.forces,
+        "in_degrees": None if degrees is None else degrees == "yes",
+        "mapping": arguments.mapping,
+        "where": arguments.where,
+    }
+
+
+def _events(arguments: argparse.Namespace) -> tuple[str | None, str | None]:
+    """The events of the onset and the end, told together or one by one."""
+    single = arguments.onset_event, arguments.end_event
+    if arguments.events is None:
+        return single
+    if single != (None, None):
+        problem = "--events with --onset-event or --end-event"
+        raise InputError(problem, expected="one way to tell the onset and the end")
+    onset, end = arguments.events
+    return onset, end
+
+
+def pairs(words: list[str], option: str, expected: str) -> dict[str, str]:
+    """``LEFT=RIGHT`` words as a mapping.
+
+    Raises
+    ------
+    InputError
+        A word of another form.
+    """
+    split = {}
+    for word in words:
+        left, equals, right = word.partition("=")
+        if not (left and equals and right):
+            raise InputError(f"{option} {word}", expected=expected)
+        split[left] = right
+    return split
+
+
+# The option ``--figure``: drawn for print or a talk, the caption beside it or below.
+
+
+def draw_picture(
+    arguments: argparse.Namespace,
+    draw: Callable[[], Any],
+    caption: str,
+    suffix: str = "",
+) -> None:
+    """Draw and write what ``--figure`` asks for, if it does, and say where.
+
+    Parameters
+    ----------
+    arguments : Namespace
+        With the options of `outputs.add_figure`.
+    draw : function
+        Gives a figure or axes; called only where a figure is asked for.
+    caption : str
+    suffix : str
+        Added to the name, where a command draws more than one picture.
+    """
+    if arguments.figure is None:
+        return
+    from armimpedance.show.plots import drawn_for, save_with_caption
+
+    path = arguments.figure.with_name(f"{arguments.figure.stem}{suffix}{arguments.figure.suffix}")
+    with drawn_for(arguments.style):
+        drawn = draw()
+        figure = drawn if hasattr(drawn, "savefig") else drawn.get_figure(root=True)
+        formats, stem = (path.suffix[1:],), path.with_suffix("")
+        save_with_caption(figure, stem, formats, caption, baked=arguments.caption)
+    print(f"figure written to {path}")
+
+
+# The option that goes on where a check says STOP.
+
+
+def add_despite(parser: argparse._ActionsContainer) -> None:
+    """The option ``--despite CHECK``; `arguments.despite` is a list of names."""
+    parser.add_argument(
+        "--despite",
+        action="append",
+        default=[],
+        metavar="CHECK",
+        help="go on although this check of `inspect` says STOP, such as 'force sign'; results are "
+        "marked; may be given again",
+    )
+
+
+# What a page may be called.
+
+PAGE: Final = (".html",)
+
+# The forms in which recordings and results are shared, by their names.
+
+#: Each with `what`, `endings`, `takes` and `share`; nothing is imported for their names.
+SHARED_FORMS: Final[MethodTable[Any]] = MethodTable(
+    "armimpedance.show.files.sharing.forms", "FORM", "form", joint="-"
+)

@@ -1,0 +1,162 @@
+"""What is written of a result, whatever the format of the file. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib.metadata import version
+from typing import Any, Final
+
+from armimpedance.core.findings import Finding, checked_sentence
+from armimpedance.show.files.cell_text import of_one_cell, shared_steps
+
+#: A row of a table: the name of a column -> a text, a number, a truth or None.
+Cells = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class About:
+    """What a file says beside its numbers, where its format has a place for it.
+
+    Attributes
+    ----------
+    methods : str
+        The methods paragraph.
+    made : tuple of (str, str)
+        How the result was made, such as ("version", "armimpedance 0.1.0").
+    checks : tuple of Finding
+        What was held against the data, beside the warnings in the rows.
+    """
+
+    methods: str = ""
+    made: tuple[tuple[str, str], ...] = ()
+    checks: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number with its interval: a row of the long table.
+
+    Attributes
+    ----------
+    keys : mapping
+        The columns that name the row: the group's own, the level, the method.
+    quantity : str
+        The name of the number's column in the wide table, such as ``K_12``.
+    words : str
+        What it is, in words.
+    value, lower, upper, sd : float or None
+        The number, its 95 % limits and its standard error; None where there is none.
+    unit : str
+        "1" for a pure number, "" where the unit is not known.
+    i, j : int or None
+        Row and column in its matrix, or number in its list, from 1.
+    more : mapping
+        Further cells of the row, such as p values.
+    """
+
+    keys: Cells
+    quantity: str
+    words: str
+    value: float | None
+    lower: float | None = None
+    upper: float | None = None
+    sd: float | None = None
+    unit: str = ""
+    i: int | None = None
+    j: int | None = None
+    more: Cells = field(default_factory=dict)
+
+    @property
+    def cells(self) -> dict[str, Any]:
+        """The row of the long table."""
+        names = ("i", "j", "value", "lower", "upper", "sd", "unit")
+        own = {name: getattr(self, name) for name in names}
+        return {**self.keys, "quantity": self.quantity, "name": self.words, **own, **self.more}
+
+
+@dataclass(frozen=True)
+class Content:
+    """Everything that a file of results may hold; each format takes what it has a place for.
+
+    Attributes
+    ----------
+    columns : sequence of str
+        The columns of the table in their order.
+    rows : sequence of mappings
+        Its rows; a cell that a row does not have is empty.
+    quantities : function without arguments
+        Makes the rows of the long table.
+    objects : function without arguments, or None
+        Makes the plain values that a JSON file holds in place of the rows.
+    structs : function without arguments, or None
+        Makes what a MATLAB file holds in place of the rows, one mapping a row.
+    about : About
+        What stands beside the numbers.
+    digits : int or None
+        Of the numbers in a CSV file; None: all of them.
+    keys : sequence of str
+        The columns that name a row.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Cells]
+    quantities: Callable[[], Sequence[Quantity]]
+    objects: Callable[[], Any] | None = None
+    structs: Callable[[], Sequence[Cells]] | None = None
+    about: About = field(default_factory=About)
+    digits: int | None = None
+    keys: Sequence[str] = ()
+
+    @cached_property
+    def long(self) -> tuple[Quantity, ...]:
+        """The rows of the long table."""
+        return tuple(self.quantities())
+
+    @property
+    def long_table(self) -> tuple[list[str], list[dict[str, Any]]]:
+        """The columns and rows of the long table."""
+        keys = dict.fromkeys(name for one in self.long for name in one.keys)
+        fixed = ("quantity", "name", "i", "j", "value", "lower", "upper", "sd", "unit")
+        more = dict.fromkeys(name for one in self.long for name in one.more)
+        columns = list(dict.fromkeys([*keys, *fixed, *more]))
+        return columns, [one.cells for one in self.long]
+
+
+# The methods paragraph that a file carries where nobody wrote another.
+
+#: More steps than this stand in the sheet of the provenance only.
+_MOST_STEPS: Final = 6
+
+
+def software() -> str:
+    """The program and its version."""
+    return f"armimpedance {version('armimpedance')}"
+
+
+def methods_paragraph(content: Content) -> str:
+    """What was done, in sentences: program, methods, steps that all rows share, intervals, checks.
+
+    Parameters
+    ----------
+    content : Content
+
+    Returns
+    -------
+    str
+    """
+    methods = ", ".join(dict.fromkeys(str(r["method"]) for r in content.rows if r.get("method")))
+    said = [f"The results were computed with {software()}"]
+    said += [f"Method: {methods}"] if methods else []
+    said += [f"{step[0].upper()}{step[1:]}" for step in _shared_steps(content)]
+    if any(one.lower is not None for one in content.long):
+        said.append("Intervals are 95 % intervals")
+    said += [checked_sentence(content.about.checks)]
+    return " ".join(s if s.endswith((".", "!", "?")) else f"{s}." for s in said if s)
+
+
+def _shared_steps(content: Content) -> list[str]:
+    """Steps of the provenance that every row has, in their order; none where there are many."""
+    steps = [of_one_cell(str(row.get("provenance") or "")) for row in content.rows]
+    return shared_steps(steps)[:_MOST_STEPS]

@@ -1,1 +1,0 @@
-"""What a journal asks of a figure: its caption beside it, letters on its panels."""
