@@ -33,8 +33,9 @@ from armimpedance.joint.elbow.limb_and_device import Rig, RigFit, departure, mos
 from armimpedance.joint.elbow.stationary.band import Band, Source, band_of, source_of
 from armimpedance.joint.elbow.stationary.estimate import Estimate
 from armimpedance.joint.elbow.stationary.instruments import start_values
-from armimpedance.joint.elbow.stationary.method import ElbowMethod, with_comparisons
+from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
+from armimpedance.joint.elbow.stationary.side_by_side import with_comparisons
 from armimpedance.joint.elbow.stationary.weights import weighed_band
 from armimpedance.numerics.regression import Parameters, t_factor
 

@@ -25,11 +25,12 @@ from armimpedance.numerics.signals import delayed
 
 # One more column z for each departure from ``M x'' + B x' + K x = y``, y = -f.
 #
-# - delay: a force that comes late by k seconds, ``z = -y'``; - reflex: an answer to the
-# displacement of d seconds before, ``z = K x(t - d)``; - amplitude: a stiffness that changes with
-# the deflection, ``z = K x |x|^2 / A^2``; - friction: a force that has the sign of the velocity,
-# ``z = F v / |v|``; - voluntary: somebody pushes along the disturbance from d seconds on, ``z = F u
-# s(t - d)``, s a ramp from 0 to 1 and u the direction.
+# - delay: a force that comes late by k seconds, ``z = -y'``;
+# - reflex: an answer to the displacement of d seconds before, ``z = K x(t - d)``;
+# - amplitude: a stiffness that changes with the deflection, ``z = K x |x|^2 / A^2``;
+# - friction: a force that has the sign of the velocity, ``z = F v / |v|``;
+# - voluntary: somebody pushes along the disturbance from d seconds on, ``z = F u s(t - d)``, s a
+#   ramp from 0 to 1 and u the direction.
 #
 # F is the response's median peak, so that k is a part of it.
 

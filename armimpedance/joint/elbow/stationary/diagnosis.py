@@ -15,7 +15,7 @@ from armimpedance.joint.elbow.elbow_result import NAMES, ElbowFit, Whiteness
 from armimpedance.joint.elbow.samples import COMMANDED
 from armimpedance.joint.elbow.stationary.band import Band, Bins, Complex, Source, explained, in_time
 from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import Parameters, t_factor
 

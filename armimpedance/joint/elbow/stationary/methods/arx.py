@@ -17,8 +17,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.joint.elbow.stationary.band import Band
 from armimpedance.joint.elbow.stationary.discrete import solve_structure
 from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.method import ElbowMethod
-from armimpedance.joint.elbow.stationary.methods import iv, output_error
+from armimpedance.joint.elbow.stationary.methods import ElbowMethod, iv, output_error
 from armimpedance.joint.elbow.stationary.noise_bias import LARGEST, in_words, predicted_bias
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import t_factor

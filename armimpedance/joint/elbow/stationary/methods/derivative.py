@@ -24,7 +24,7 @@ from armimpedance.joint.elbow.stationary.estimate import (
     without,
 )
 from armimpedance.joint.elbow.stationary.instruments import Driver, driver_of, refined, start_values
-from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, without_ramp
 from armimpedance.numerics.signals import Kernels, spline_kernels
 

@@ -10,7 +10,7 @@ from armimpedance.joint.elbow.stationary.instruments import (
     round_of,
     start_values,
 )
-from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
 

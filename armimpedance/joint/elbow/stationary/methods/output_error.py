@@ -17,7 +17,7 @@ from armimpedance.joint.elbow.elbow_result import NAMES, UNITS
 from armimpedance.joint.elbow.stationary.band import Band, in_time
 from armimpedance.joint.elbow.stationary.estimate import Estimate, Rows, estimate_of, solve_rows
 from armimpedance.joint.elbow.stationary.instruments import fit_band, linearised, start_values
-from armimpedance.joint.elbow.stationary.method import ElbowMethod
+from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
 #: How often the output's error is weighed by the joint that was fitted before.

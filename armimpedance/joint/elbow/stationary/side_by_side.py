@@ -1,9 +1,24 @@
-"""What the table of stationary methods holds of each."""
+"""The same record another way: where two estimates differ by more than chance, one is biased.
+
+Both come from the same blocks of the same record, so most of their errors are common. Each tells
+what every block moved it by; the difference of these has the covariance of the difference (J. A.
+Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are compared:
+
+- Output error against instruments from the device's perturbation or command. The device reacts to
+  what the subject pushes, so the measured torque holds it, and output error takes it for a cause of
+  the motion. It is not made to use what the device was told: it would then be the instruments once
+  more.
+- Weights of the residual against weights of the sensors' floors, or, where the angle is imposed,
+  against a torque whose noise is white: the subject's own torque is there by nature. A joint of
+  second order gives the same under both; one whose stiffness depends on the frequency does not. A
+  person who is never quite still differs too, by chance more often than blocks tell, so this is a
+  note on an interval that holds both; the doubts name the cause where there is one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -13,49 +28,9 @@ from armimpedance.core.errors import EstimationError, NotIdentifiableError
 from armimpedance.joint.elbow.elbow_result import NAMES
 from armimpedance.joint.elbow.stationary.band import Band
 from armimpedance.joint.elbow.stationary.estimate import Estimate
-from armimpedance.joint.elbow.stationary.methods import METHODS
+from armimpedance.joint.elbow.stationary.methods import METHODS, ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import t_factor
-
-
-@dataclass(frozen=True)
-class ElbowMethod:
-    """A method for I, B and K at an operating point.
-
-    Attributes
-    ----------
-    name : str
-    description : str
-        One line.
-    lowest_snr_db : float
-        Lowest signal to noise of torque and of angle: down to here I, B and K of a 10 s record
-        at 1 kHz are within 10 % rms (``benchmarks/elbow/snr.py``). Below it the method refuses.
-    reference : str
-    identify : function
-        From the prepared samples and the weighed band.
-    """
-
-    name: str
-    description: str
-    lowest_snr_db: float
-    reference: str
-    identify: Callable[[PreparedSamples, Band], Estimate]
-
-
-# The same record another way: where two estimates differ by more than chance, one is biased.
-#
-# Both come from the same blocks of the same record, so most of their errors are common. Each tells
-# what every block moved it by; the difference of these has the covariance of the difference (J. A.
-# Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are compared:
-#
-# - Output error against instruments from the device's perturbation or command. The device reacts to
-# what the subject pushes, so the measured torque holds it, and output error takes it for a cause of
-# the motion. It is not made to use what the device was told: it would then be the instruments once
-# more. - Weights of the residual against weights of the sensors' floors, or, where the angle is
-# imposed, against a torque whose noise is white: the subject's own torque is there by nature. A
-# joint of second order gives the same under both; one whose stiffness depends on the frequency does
-# not. A person who is never quite still differs too, by chance more often than blocks tell, so this
-# is a note on an interval that holds both; the doubts name the cause where there is one.
 
 #: Chance alone finds a difference in I, B or K this often.
 CHANCE: Final = 0.01
