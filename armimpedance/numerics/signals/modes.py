@@ -121,7 +121,7 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
 #
 # - one whose readings lie on a grid, an encoder: its error depends on the motion, constant at rest
 #   (where referencing removes it), a saw-tooth in slow motion, nearly white in fast motion. The
-#   smoothed motion is read again with the grid elsewhere; the spread of what comes out is the noise;
+#   smoothed motion is read again with the grid elsewhere; the spread of what comes out is noise;
 # - one that stands still at rest and is noisy in motion without such a grid, an encoder of joint
 #   angles behind kinematics: white noise in motion and a pulse of the same variance, the error at
 #   rest that stays in the motion as a constant;
