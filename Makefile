@@ -8,11 +8,12 @@ BILL := .venv-bill
 PACK := .venv-package
 DOCS_VENV := .venv-site
 
-.PHONY: setup demo test check test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
+.PHONY: setup demo test study check test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
 
 help:
 	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
 	@echo "make test        set up, then run the tests"
+	@echo "make study       the slow tests too: many sessions, whole figures (SINCE=revision: what it touched)"
 	@echo "make check       lint, types and the touched tests, under a minute (SINCE=revision)"
 	@echo "make test-browser  the pages in a real browser (Chromium, installed where it is missing)"
 	@echo "make test-office  workbooks in LibreOffice, MATLAB files in Octave (installed where missing)"
@@ -38,6 +39,11 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest -q -n 2
+
+# Studies: coverage on many sessions, whole figures, starters, long fits. All of them, or with SINCE
+# those that changes since that revision touch, for at most MINUTES.
+study: setup
+	$(if $(SINCE),$(BIN)/python tests/touched.py --study --since $(SINCE) --minutes $(or $(MINUTES),3),$(BIN)/python -m pytest -q -n 2 -m study)
 
 # Under a minute: lint, types (the first run fills a cache), and the tests of what is not committed.
 check: lint types

@@ -13,7 +13,8 @@ import coverage
 import pytest
 from mutation.mutants import ROOMS, Mutant, room_of
 
-QUIET = ["-q", "-p", "no:cacheprovider", "-o", "addopts="]
+# As `make test`: without the studies.
+QUIET = ["-q", "-p", "no:cacheprovider", "-o", "addopts=", "-m", "not study"]
 
 
 class Recorder:

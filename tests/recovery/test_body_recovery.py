@@ -17,6 +17,8 @@ from armimpedance.joint.body.regressor import pseudo_inertias
 from armimpedance.joint.body.rows import RowChoice
 from manipulandum_sim.body.simulate import simulate_body
 
+pytestmark = pytest.mark.study
+
 MOTIONS = ("walk", "bending", "head_and_arms", "leg_swings", "all_joints")
 STILL = {"angle_noise_rad": 0.0, "force_noise_N": 0.0, "moment_noise_Nm": 0.0}
 

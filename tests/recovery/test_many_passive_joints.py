@@ -10,6 +10,8 @@ from armimpedance.joint.relaxed.samples import from_motion
 from armimpedance.limb.mocap.joint_motion import joint_motion
 from manipulandum_sim.passive.swing import simulate_passive
 
+pytestmark = pytest.mark.study
+
 
 @pytest.fixture(scope="module")
 def fitted():

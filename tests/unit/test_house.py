@@ -97,10 +97,12 @@ def test_the_page_and_the_drawing_of_the_house_are_those_of_its_rooms():
     assert drawn == drawing["picture"](), "python docs/draw_house.py"
 
 
+@pytest.mark.study
 def test_rooms_import_downwards_only_and_heavy_packages_where_they_are_used():
     assert [breach for path in _modules("armimpedance") for breach in _breaches(path)] == []
 
 
+@pytest.mark.study
 def test_the_simulator_shares_no_dynamics_with_the_analysis():
     allowed = {"arrays", "records", "motion", "skeleton", "conventions", "errors", "outputs"}
     for path in _modules("manipulandum_sim"):
@@ -140,6 +142,7 @@ def test_help_imports_nothing_heavy(arguments):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("module", ["estimation", "checks"])
 def test_importing_the_estimate_does_not_import_plotting_or_solvers(module):
     code = (
@@ -188,6 +191,7 @@ def _named(path: Path) -> list[tuple[str, str]]:
     return [(n.module, a.name) for n in nodes if n.module and n.level == 0 for a in n.names]
 
 
+@pytest.mark.study
 def test_a_room_is_entered_by_its_face():
     places = ("armimpedance", "manipulandum_sim", *OUTSIDE)
     for path in (path for place in places for path in _modules(place)):
@@ -208,6 +212,7 @@ def test_what_a_topic_knows_does_not_depend_on_how_it_is_shown():
             assert not shown, f"{here} imports {shown}"
 
 
+@pytest.mark.study
 def test_every_name_on_a_face_is_there_and_no_module_hides_it():
     code = (
         "import importlib\n"
@@ -258,6 +263,7 @@ def _graph() -> dict[str, set[str]]:
     return graph
 
 
+@pytest.mark.study
 def test_no_module_imports_itself_by_way_of_others():
     graph, seen, way = _graph(), set(), []
 

@@ -176,11 +176,13 @@ def test_coherence_does_not_depend_on_the_segments_taken_together(monkeypatch):
     assert np.abs(parts.coherence - whole.coherence).max() < 1e-12
 
 
+@pytest.mark.study
 def test_inspect_takes_a_few_times_the_recordings_own_arrays():
     recording = _returning(4, 100)
     assert _peak(lambda: inspect(recording)) < 6 * OWN * len(recording.time_s)
 
 
+@pytest.mark.study
 def test_the_peak_of_an_estimate_is_that_of_the_reading(tmp_path, monkeypatch):
     """Of a large recording: the checks before the fit take a part of it, the fit one condition."""
     # a part as small as 4000 trials are of 27000
@@ -191,6 +193,7 @@ def test_the_peak_of_an_estimate_is_that_of_the_reading(tmp_path, monkeypatch):
     assert _peak(lambda: estimate(tmp_path / "session")) < 1.05 * reading
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("conditions", "trials"), [(1, 4400), (40, 110), (550, 8)])
 def test_inspect_of_many_trials_fits_4000_of_them_and_says_so(conditions, trials, monkeypatch):
     fitted, judge = [], inspection.OF_ALL_TOPICS.response
@@ -214,6 +217,7 @@ def test_inspect_of_many_trials_fits_4000_of_them_and_says_so(conditions, trials
     assert told.startswith(f"{part.n_trials} of {conditions * trials} trials, of {len(each)} of")
 
 
+@pytest.mark.study
 def test_inspect_of_4000_trials_fits_all(monkeypatch):
     recording = _returning(4, 1000, samples=160, rate=200.0)
     fitted = []
@@ -249,6 +253,7 @@ def test_a_clock_is_judged_alike_in_pieces_of_any_length(tmp_path, monkeypatch):
     assert "row 778" in said[0]
 
 
+@pytest.mark.study
 def test_reading_a_folder_takes_none_of_scipy(tmp_path):
     """Its import alone took as long as reading a session of 2400 trials."""
     write_recording(_returning(1, 8), tmp_path / "session")

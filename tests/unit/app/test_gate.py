@@ -57,6 +57,7 @@ def test_despite_needs_the_name_of_a_check(hand):
         estimate(hand, despite="sign")
 
 
+@pytest.mark.study
 def test_a_broken_assumption_marks_every_row_of_every_verb(hand):
     shifted = late(hand, 3)
     assert not inspect(hand).of_verdict("warning")

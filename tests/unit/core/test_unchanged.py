@@ -161,6 +161,7 @@ def test_results_and_json_that_change_are_refused(recording, tmp_path, monkeypat
         read_json(file)
 
 
+@pytest.mark.study
 def test_a_report_and_its_sums_are_of_one_recording(recording, tmp_path, monkeypatch, capsys):
     write_recording(recording, tmp_path / "s")
     table = tmp_path / "s" / "trials.csv"

@@ -42,6 +42,8 @@ from manipulandum_sim.therapy.device import therapy_device
 from manipulandum_sim.therapy.subject import THERAPY_SUBJECTS
 from manipulandum_sim.therapy.truth import TherapyMotion, TherapyTruth
 
+pytestmark = pytest.mark.study
+
 OURS = {n: f for n, f in CATALOGUE.items() if n.startswith(("guidali2013", "contribution_"))}
 PEOPLE = ("S5", "S4", "P2", "P6")
 DEG, RATE = np.pi / 180, 1000.0

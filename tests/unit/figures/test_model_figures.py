@@ -23,6 +23,8 @@ from armimpedance_figures.tsuji1997 import (
 from armimpedance_figures.tsuji1997.rows import rows_of, without_errors
 from armimpedance_figures.tsuji1997.study import study
 
+pytestmark = pytest.mark.study
+
 
 @pytest.fixture(scope="module")
 def postures():

@@ -25,6 +25,8 @@ from armimpedance_figures.ruiz2011.snr import RAW
 from armimpedance_figures.source_figure import write
 from manipulandum_sim.elbow.device import RATE_HZ
 
+pytestmark = pytest.mark.study
+
 OURS = {n: f for n, f in CATALOGUE.items() if n.startswith(("ruiz2011", "elbow_study"))}
 FEW_METHODS = ("windows", EXACT)
 

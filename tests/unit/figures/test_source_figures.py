@@ -18,6 +18,8 @@ from armimpedance_figures.tsuji1997 import (
 from armimpedance_figures.tsuji1997.every import draw_group, in_groups
 from armimpedance_figures.tsuji1997.study import study
 
+pytestmark = pytest.mark.study
+
 #: Of the hand's experiments; the others have tests of their own.
 OF_THE_HAND = {name: f for name, f in CATALOGUE.items() if f.study is study}
 #: Drawn by nothing but what was there before the models.

@@ -36,6 +36,8 @@ from armimpedance_figures.venture_poster import (
 from armimpedance_figures.venture_poster.shoulders import Population, Shoulder, StudiedShoulders
 from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS
 
+pytestmark = pytest.mark.study
+
 VENTURE = {name: figure for name, figure in CATALOGUE.items() if name.startswith("venture")}
 MOTIONS = ("all_joints", "front_squat", "bending")
 #: Rms error of k over the 22 people of the figure, %: what the skin's slide and the noise make.

@@ -201,6 +201,7 @@ def test_a_rendered_load_shows_the_false_viscosity_of_its_filter(test):
         assert false > 0.03
 
 
+@pytest.mark.study
 def test_a_limit_ends_the_trial_there_and_says_so():
     options = {"duration_s": 10.0, "repetitions": 3}
     free, _ = simulate_elbow("posture", **options)

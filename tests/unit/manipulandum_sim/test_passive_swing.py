@@ -136,6 +136,7 @@ def test_friction_holds_the_forearm_where_it_can():
     assert np.ptp(truth.q[:, truth.columns[0]]) == 0
 
 
+@pytest.mark.study
 def test_negative_friction_is_a_limit_cycle():
     """Describing function: the power of f sign(qd), 4 f A w / (2 pi), is that of h qd^2 / 2."""
     h, f, rate = 0.15, -0.075, 250.0
@@ -150,6 +151,7 @@ def test_negative_friction_is_a_limit_cycle():
     assert np.ptp(swing) / 2 == pytest.approx(amplitude, rel=0.01)
 
 
+@pytest.mark.study
 def test_the_tests_excite_as_the_source_s_do():
     """The source prints 2.2 to 3.1; which condition number that is, see `passive_subject`."""
     for test, seconds in (("p5", 3.0), ("release", 8.0)):

@@ -13,6 +13,8 @@ from manipulandum_sim.hand.rig import Reflex, Rig
 from manipulandum_sim.hand.robot import IDEAL, Robot, Servo
 from manipulandum_sim.hand.simulate import simulate, simulate_condition
 
+pytestmark = pytest.mark.study
+
 numba = pytest.importorskip("numba")
 
 UNSTEADY = NoiseLevel("unsteady", drift_sd=0.003, tremor=0.08, voluntary_sd=0.25)

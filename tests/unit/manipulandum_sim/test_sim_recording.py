@@ -45,6 +45,7 @@ def test_without_force_feedforward_the_hand_stands_off():
     assert 0.9 * 19.6 / 5_000 < off[0] < 19.6 / 5_000
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("reflex", [None, Reflex(0.5, 0.04)])
 def test_the_ideal_servo_is_the_limit_of_stiff_ones(reflex):
     settings = {"seed": 2, "sets": 1, "reflex": reflex, **QUIET}
@@ -83,6 +84,7 @@ def test_the_cast_is_felt_by_the_sensor_and_nowhere_else():
     np.testing.assert_allclose(truth.M_e_with_handle - truth.M_e, [0.164 * np.eye(2)], atol=1e-12)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("servo", [IDEAL, Servo()])
 def test_a_reflex_is_silent_until_its_delay(servo):
     settings = {"seed": 4, "sets": 1, "servo": servo, **QUIET}
@@ -193,6 +195,7 @@ def test_trial_table_says_what_was_done():
         np.testing.assert_allclose(peak, 0.005 * u, atol=1e-9)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("servo", [IDEAL, Servo()])
 def test_a_trial_does_not_depend_on_its_batch(servo, monkeypatch):
     settings = {"seed": 9, "servo": servo}
@@ -268,6 +271,7 @@ def test_unknown_names_are_refused(settings, said):
         Reflex(delay_s=0.0)
 
 
+@pytest.mark.study
 def test_the_command_is_what_an_ideal_servo_does_and_changes_nothing_else():
     plain, _ = simulate_condition(seed=3, sets=1, servo=IDEAL, **QUIET)
     told, _ = simulate_condition(seed=3, sets=1, servo=IDEAL, command=True, **QUIET)

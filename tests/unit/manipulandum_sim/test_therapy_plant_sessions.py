@@ -91,6 +91,7 @@ def test_the_recording_holds_the_opposite_of_the_motors_torques(session):
     assert not truth.motion.tau_h.any()
 
 
+@pytest.mark.study
 def test_the_same_seed_gives_the_same_bits_and_noise_goes_by_number_alone(session):
     long, _ = session
     short, truth = simulate_calibration(speeds_deg_s=SPEEDS, held_angles=0, seed=4)
@@ -111,6 +112,7 @@ def test_streams_differ_by_seed_session_trial_and_purpose():
     assert Seeds(4, "a").stream(1, "torque").normal() == drawn[0]
 
 
+@pytest.mark.study
 def test_validation_moves_all_axes_far_within_their_limits():
     recording, truth = simulate_validation(trials=2, legs=1, noise="none", seed=2)
     np.testing.assert_array_equal(recording.force, -truth.motion.motor)

@@ -10,6 +10,8 @@ from manipulandum_sim.therapy.arm import pipe_arm
 from manipulandum_sim.therapy.device import RATE_HZ, therapy_device
 from manipulandum_sim.therapy.record import SPEED_SHARE
 
+pytestmark = pytest.mark.study
+
 #: Columns of the trial table that tell a person's trials apart.
 KEYS = ("condition", "movement", "repetition")
 

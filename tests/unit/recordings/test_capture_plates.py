@@ -427,6 +427,7 @@ def damaged(rng: np.random.Generator, sound: bytes) -> bytes:
     return bytes(data)
 
 
+@pytest.mark.study
 @pytest.mark.filterwarnings("error")
 def test_damage_is_one_error_and_nothing_else(tmp_path):
     rng, sound, file = np.random.default_rng(12), bench.valid_file(), tmp_path / "a.c3d"

@@ -283,6 +283,7 @@ def test_bad_calls_are_one_line(lab, exams, tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 6
 
 
+@pytest.mark.study
 def test_damaged_exams_are_looked_at_or_refused_by_name(lab, exams, c3d, tmp_path):
     """Bytes of the shared file and of a trial are changed, cut out and put in."""
     trials, robot = lab(8)

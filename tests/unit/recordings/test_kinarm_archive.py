@@ -429,6 +429,7 @@ def fuzz(exams, folder, count, seed):
     return read
 
 
+@pytest.mark.study
 @pytest.mark.filterwarnings("error")
 def test_mutated_archives(exams, tmp_path):
     assert 100 < fuzz(exams, tmp_path, 250, seed=18) < 250

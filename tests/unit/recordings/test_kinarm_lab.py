@@ -70,6 +70,7 @@ def finding(recording, name):
 # ---- the exam ------------------------------------------------------------------------------------
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("force_by", ["limb", "device"])
 def test_an_exam_of_661_trials_in_one_call(lab, exams, pushes, tmp_path, capsys, force_by):
     """6 trials are empty, the handle is off its link, nobody says whose force the sensor holds."""

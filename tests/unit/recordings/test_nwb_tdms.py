@@ -44,6 +44,7 @@ def series(name, data, **clock):
     return TimeSeries(name=name, data=np.asarray(data), **({"unit": "N"} | clock))
 
 
+@pytest.mark.study
 def test_conversion_and_offset_are_applied_and_nothing_else_changes_a_bit(tmp_path):
     rng = np.random.default_rng(1)
     plain, whole = rng.normal(size=50), rng.integers(-2000, 2000, 50).astype(np.int16)

@@ -58,6 +58,7 @@ def test_the_whole_mass_is_found_within_its_interval(fit, studio):
     assert abs(mass["value"] - true) < 5 * mass["sd_robust"]
 
 
+@pytest.mark.study
 def test_what_is_printed_fits_the_screen(session, tmp_path, capsys):
     figure = tmp_path / "check.png"
     call = ["body", str(session), "--motions", "walk", "--method", "prior"]
@@ -71,6 +72,7 @@ def test_what_is_printed_fits_the_screen(session, tmp_path, capsys):
     assert figure.stat().st_size > 10_000
 
 
+@pytest.mark.study
 def test_either_table_gives_the_same(studio, session, fit, tmp_path):
     out = tmp_path / "fit.json"
     write_motion(studio[0], tmp_path / "as_csv", "csv")
@@ -78,6 +80,7 @@ def test_either_table_gives_the_same(studio, session, fit, tmp_path):
     assert json.loads(out.read_text()) == fit
 
 
+@pytest.mark.study
 def test_poor_motion_is_told(session, tmp_path):
     out = tmp_path / "fit.json"
     assert main(["body", str(session), "--motions", "trunk_twist", "--out", str(out)]) == 0
@@ -95,6 +98,7 @@ def quiet(tmp_path_factory):
     return folder
 
 
+@pytest.mark.study
 def test_motion_that_excites_too_little_is_refused_and_what_it_shows_is_not(
     quiet, refusal, tmp_path
 ):
@@ -156,6 +160,7 @@ def first(recording, samples):
     )
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("damage", "options", "says"),
     [

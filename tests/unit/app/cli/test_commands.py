@@ -150,6 +150,7 @@ def test_convert_takes_what_the_files_do_not_say(session, tmp_path, capsys):
     assert not (tmp_path / "no").exists()
 
 
+@pytest.mark.study
 def test_simulate_writes_recording_and_truth_and_replaces_them_when_told_to(tmp_path, capsys):
     out = tmp_path / "new" / "session"
     call = ["simulate", "cocontraction", "--sets", "1", "--noise", "sensor", "--out", str(out)]

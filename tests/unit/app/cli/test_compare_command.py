@@ -102,6 +102,7 @@ def test_subjects_from_recordings(people, tmp_path, capsys, column):
     assert size["ci_low"] < truth < size["ci_high"]
 
 
+@pytest.mark.study
 def test_subjects_from_results(people, tmp_path, capsys):
     results, out = tmp_path / "all.csv", tmp_path / "d.csv"
     main(["estimate", *people, "--out", str(results)])

@@ -90,6 +90,7 @@ def test_a_torque_by_the_device_is_turned_by_the_reader(bench, force_by, tmp_pat
     assert fit["parameters"][2]["value"] == pytest.approx(JOINT[2], rel=0.1)
 
 
+@pytest.mark.study
 def test_conditions_are_told_apart(bench, tmp_path, capsys):
     other = simulate_bench(0.07, 1.2, 60.0, trials=2, duration_s=8.0, snr_db=35.0, seed=6)[0]
     trials = pd.DataFrame({"trial": range(1, 5), "condition": ["soft"] * 2 + ["stiff"] * 2})
@@ -114,6 +115,7 @@ def test_conditions_are_told_apart(bench, tmp_path, capsys):
     assert not any("pooled" in warning for warning in one["warnings"])
 
 
+@pytest.mark.study
 def test_the_commanded_torque_moves_arm_and_device(tmp_path):
     for torque in ("interaction", "commanded"):
         recording, truth = simulate_elbow(
@@ -129,6 +131,7 @@ def test_the_commanded_torque_moves_arm_and_device(tmp_path):
     assert not any("arm and device" in warning for warning in limb["warnings"])
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("method", ["windows", "quadratic", "smoother", "spline"])
 def test_the_course_is_a_csv_with_bands(bench_folder, method, tmp_path):
     out = tmp_path / "course.csv"
@@ -143,6 +146,7 @@ def test_the_course_is_a_csv_with_bands(bench_folder, method, tmp_path):
     assert inside > 0.5
 
 
+@pytest.mark.study
 def test_a_figure_is_drawn_where_it_was_asked_for(bench_folder, levels, tmp_path):
     for name, options in (
         ("fit", [str(bench_folder)]),

@@ -34,6 +34,7 @@ def started(*words, **options) -> subprocess.Popen:
     return subprocess.Popen(call, stderr=subprocess.PIPE, text=True, **options)
 
 
+@pytest.mark.study
 def test_a_reader_that_goes_away_costs_no_file(session, tmp_path):
     read, write = os.pipe()
     os.close(read)
@@ -45,6 +46,7 @@ def test_a_reader_that_goes_away_costs_no_file(session, tmp_path):
     assert (tmp_path / "r.csv").stat().st_size > 0
 
 
+@pytest.mark.study
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
 def test_a_full_disk_under_standard_output_is_said_and_costs_no_file(session, tmp_path):
     with (
@@ -58,6 +60,7 @@ def test_a_full_disk_under_standard_output_is_said_and_costs_no_file(session, tm
     assert (tmp_path / "r.csv").stat().st_size > 0
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp437"])
 def test_a_poor_terminal_gets_a_poor_text(session, encoding):
     environment = os.environ | {"PYTHONIOENCODING": encoding}
@@ -171,6 +174,7 @@ def test_what_a_library_warns_of_is_told_once():
     assert lines[0].isprintable()
 
 
+@pytest.mark.study
 def test_a_hand_needs_no_pinocchio_and_a_relaxed_joint_says_that_it_does(session, tmp_path):
     without = "import sys; sys.modules['pinocchio'] = None; "
     call = f"{without}from armimpedance.__main__ import main; sys.exit(main(sys.argv[1:]))"

@@ -23,6 +23,7 @@ def folder(tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.study
 def test_each_step_draws_what_it_finds(folder, capsys):
     session, hand = folder / "session", folder / "hand.csv"
     assert call("inspect", session, "--figure", folder / "quality.svg") == 0

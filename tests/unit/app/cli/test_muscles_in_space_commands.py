@@ -32,6 +32,8 @@ from manipulandum_sim.space import (
 )
 from manipulandum_sim.space.muscles import SPACE_MUSCLES
 
+pytestmark = pytest.mark.study
+
 ANGLES = [f"q_{j}_rad" for j in range(1, 5)]
 ALPHAS = [f"alpha_{i}" for i in range(1, 13)]
 PERSON = find_subject("A")

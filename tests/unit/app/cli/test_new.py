@@ -17,6 +17,8 @@ from armimpedance.lab.parts.simulation import FORMS, Simulated, form_for, write_
 from armimpedance.lab.parts.starter import NOTEBOOK, SCRIPT, STARTERS
 from manipulandum_sim.hand import simulate
 
+pytestmark = pytest.mark.study
+
 
 @pytest.mark.parametrize("lab", STARTERS)
 def test_commands_script_and_notebook_of_a_starter(lab, tmp_path, monkeypatch, capsys):

@@ -101,6 +101,7 @@ def exact(request, tmp_path_factory):
 REST = {"given": ("--rest-angle", "q1=0.3", "--rest-angle", "q2=-0.2"), "free": ()}
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("rest", REST)
 @pytest.mark.parametrize("method", ["ls", "parallel", "output-error"])
 def test_exact_foreign_recordings_come_back_without_a_filter(exact, method, rest, tmp_path):
@@ -113,6 +114,7 @@ def test_exact_foreign_recordings_come_back_without_a_filter(exact, method, rest
     ]
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("rest", REST)
 @pytest.mark.parametrize("method", ["ls", "parallel", "output-error"])
 def test_exact_foreign_recordings_with_the_usual_filter(exact, method, rest, tmp_path):

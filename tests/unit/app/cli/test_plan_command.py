@@ -96,6 +96,7 @@ def test_too_fast_is_refused_with_what_would_do(capsys):
     assert "2.21 mm" in line
 
 
+@pytest.mark.study
 def test_a_wish_too_far_names_the_binding_limit(capsys):
     line = refused(capsys, "--k-percent", "0.5", "--shape", "minimum_jerk", "--duration-s", "0.3")
     assert re.search(r"needs \d+,\d{3} trials, more than 1,000; what binds most: 7.5 mm", line)

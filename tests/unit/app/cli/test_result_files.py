@@ -81,6 +81,7 @@ def test_long_tables(home, command, options, quantity):
     assert (limits["value"] < limits["upper"]).all()
 
 
+@pytest.mark.study
 def test_a_fit_is_a_row_a_parameter_and_fit_json_as_before(relaxed, tmp_path):
     options = ("--rest-angle", "1.5", "--method", "ls")
     for out in ("fit.json", "fit.csv", "fit.xlsx", "fit.mat", "long.csv"):

@@ -29,6 +29,7 @@ def test_each_test_is_written_with_its_truth(experiment, tmp_path, capsys):
     assert "EMG (V): biceps, triceps" in capsys.readouterr().out
 
 
+@pytest.mark.study
 def test_options_reach_the_rig(tmp_path):
     def simulated(*options):
         out = tmp_path / "_".join(options or ("plain",)).replace("-", "")

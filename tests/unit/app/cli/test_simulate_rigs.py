@@ -21,6 +21,7 @@ def brief(monkeypatch):
     monkeypatch.setattr(body, "simulate_body", partial(squat, ("squat",)))
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("table", ["csv", "parquet"])
 @pytest.mark.parametrize("rig", ["p5", "release"])
 def test_a_simulated_arm_is_analysed(rig, table, brief, tmp_path, capsys):

@@ -25,6 +25,8 @@ from armimpedance.lab.simulate_study.rig import RIGS
 from armimpedance.lab.simulate_study.rigs.linear import LIMB, linear_window
 from armimpedance.lab.simulate_study.summary import changes, wilson
 
+pytestmark = pytest.mark.study
+
 TINY = """
 sessions = 30
 seed = 5

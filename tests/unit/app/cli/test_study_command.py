@@ -37,6 +37,7 @@ def table(file: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
+@pytest.mark.study
 def test_a_study_from_folders_to_one_table(data, tmp_path, capsys):
     out = tmp_path / "out"
     call = ["study", str(data), str(out)]

@@ -17,6 +17,8 @@ from armimpedance.joint.therapy.show.contributions import SAMPLE_COLUMNS
 from armimpedance.joint.therapy.show.models_json import read_arm, read_robot
 from manipulandum_sim.therapy.truth import TherapyTruth
 
+pytestmark = pytest.mark.study
+
 #: Columns of RESULT.csv, in their order.
 COLUMNS = (
     *("trial", "condition", "movement", "axis", "n_samples", "duration_s", "still_share"),

@@ -91,6 +91,7 @@ def test_one_condition_alone(bench, robot, arm, results):
         contribution(bench.folder / "session", robot=robot, arm=arm, condition="activ")
 
 
+@pytest.mark.study
 def test_the_live_form_is_the_same(results):
     told = []
     report = results.replay(lambda done, total: told.append((done, total)))

@@ -39,6 +39,7 @@ def named(strips):
     return sorted({one.session for one in far_from_others(strips)})
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("share", [0.0, 0.7, 3.0], ids=["exact", "some error", "all error"])
 def test_of_people_who_are_alike_nobody_is_named_in_about_19_of_20_cohorts(share):
     rng = np.random.default_rng(1)

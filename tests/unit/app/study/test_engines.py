@@ -64,6 +64,7 @@ def cluster():
         yield local
 
 
+@pytest.mark.study
 def test_one_worker_two_workers_and_dask_give_the_same_bits(tmp_path, cluster, monkeypatch):
     data = made(tmp_path, list(range(6)))
     run(data, tmp_path / "one", map)
@@ -77,12 +78,14 @@ def test_one_worker_two_workers_and_dask_give_the_same_bits(tmp_path, cluster, m
     assert files(tmp_path / "dask") == wanted
 
 
+@pytest.mark.study
 def test_a_worker_that_was_killed_is_replaced_and_its_session_tried_again(tmp_path):
     data = made(tmp_path, [1, 77, 3, 4])
     assert set(run(data, tmp_path / "out", Processes(2)).values()) == {""}
     assert (tmp_path / "out/sub-1/ses-x/twice.csv").read_text() == "value\n154\n"
 
 
+@pytest.mark.study
 def test_a_session_that_kills_every_process_is_a_row_and_the_others_are_done(tmp_path):
     data = made(tmp_path, [1, 66, 3, 4])
     reasons = run(data, tmp_path / "out", Processes(2))

@@ -354,6 +354,7 @@ def test_a_study_that_is_all_known_starts_no_engine(data, tmp_path):
     assert len(run(data, out, command, none)) == 3
 
 
+@pytest.mark.study
 def test_processes_take_tasks_only_as_they_are_free(tmp_path):
     taken = []
 

@@ -76,6 +76,7 @@ def test_no_ellipse_no_ratio(estimated):
     assert change["stiffness", "K_12"].value == pytest.approx(274.4)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("seed", [0, 1])
 def test_intervals_hold_what_they_promise(estimated, seed):
     rng = np.random.default_rng(seed)

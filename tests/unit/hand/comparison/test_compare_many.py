@@ -134,6 +134,7 @@ def test_many_pairs_are_those_of_few(estimated):
     assert sum(found) > 90
 
 
+@pytest.mark.study
 def test_few_exchanges_decide_where_p_is_large(equations, estimated, truth):
     """Where p is small it is that of all exchanges to the last bit, elsewhere that of 1999."""
     stiffer = truth.copy()
@@ -167,6 +168,7 @@ def test_few_exchanges_decide_where_p_is_large(equations, estimated, truth):
     assert [t.p_t2 for t in asked[0].tests] == [t.p_t2 for t in again]
 
 
+@pytest.mark.study
 def test_memory_does_not_grow_with_the_pairs(estimated):
     groups = perturbed(estimated, 45)
     tracemalloc.start()

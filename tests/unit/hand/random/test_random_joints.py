@@ -80,6 +80,7 @@ def in_errors(recording, truth):
     return fit, (fit.estimate.parameters - true) / sd
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("imposed", ["position", "torque"])
 @pytest.mark.parametrize("joint", JOINTS)
 def test_truth_within_its_intervals(joint, imposed):
@@ -124,6 +125,7 @@ def test_a_rig_that_cannot_be_is_refused(wrong):
         JointRig(**wrong)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("imposed", ["position", "torque"])
 def test_a_laboratorys_table_in_degrees_gives_the_same(imposed, tmp_path):
     recording, _ = simulate_random_joint(seed=14, imposed=imposed, trials=5, duration_s=4.0)
@@ -145,6 +147,7 @@ def test_a_laboratorys_table_in_degrees_gives_the_same(imposed, tmp_path):
     assert np.allclose(ours.parameters, theirs.parameters, rtol=1e-6)
 
 
+@pytest.mark.study
 def test_the_commands_as_a_user_calls_them(tmp_path):
     session, table, figure = (tmp_path / name for name in ("s", "r.csv", "r.svg"))
     asked = ["--imposed", "torque", "--trials", "6", "--duration-s", "5"]

@@ -13,6 +13,7 @@ from manipulandum_sim.random_hand.limbs import SpaceLimb
 from manipulandum_sim.space import SpaceCondition, SpaceRig
 
 
+@pytest.mark.study
 def test_the_linear_limb_of_a_noise_free_session_is_the_truth():
     recording, truth = simulate_random(
         seed=1, trials=2, duration_s=5.0, noise="none", amplitude_m=2e-4
@@ -55,6 +56,7 @@ def test_a_rig_that_cannot_be_is_refused(wrong):
         RandomRig(**wrong)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("wrist", ["locked", "free"])
 def test_a_free_wrist_is_named_and_a_locked_one_is_not(wrist):
     recording, _ = simulate_random(seed=4, axes=3, wrist=wrist, trials=1, duration_s=10.0)

@@ -31,6 +31,7 @@ def test_the_random_courses_slopes_and_bends_are_those_of_one_phase():
         assert np.sqrt(bend) == pytest.approx(CURVE_SD, rel=0.02)
 
 
+@pytest.mark.study
 def test_the_course_holds_the_truth_and_is_sharper_than_the_phases_alone():
     recording, truth = session()
     course = identify_course(recording)

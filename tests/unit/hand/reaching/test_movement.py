@@ -86,6 +86,7 @@ def test_the_hand_of_a_moving_arm_follows_from_its_joints_as_the_plant_says():
         assert np.allclose(found, true, rtol=1e-4, atol=1e-3)
 
 
+@pytest.mark.study
 def test_without_noise_and_pushes_the_hand_goes_where_the_person_means_to():
     rig = {"noise": "none", "device": "curl", "phases": (0.5,)}
     recording, truth = simulate_movement(seed=1, repeats=1, unperturbed=4, **rig)
@@ -95,6 +96,7 @@ def test_without_noise_and_pushes_the_hand_goes_where_the_person_means_to():
     assert np.abs(ends - truth.hand[-1]).max() < 4 * 0.006
 
 
+@pytest.mark.study
 def test_a_session_has_the_same_bits_whatever_else_is_simulated():
     one, _ = simulate_movement(seed=3, repeats=1, unperturbed=12, phases=(0.5,))
     again, _ = simulate_movement(seed=3, repeats=1, unperturbed=12, phases=(0.5,))
@@ -102,6 +104,7 @@ def test_a_session_has_the_same_bits_whatever_else_is_simulated():
     assert np.array_equal(one.force, again.force)
 
 
+@pytest.mark.study
 def test_the_truth_comes_back_from_the_disk(tmp_path):
     _, truth = session()
     truth.write(tmp_path / "truth.json")
@@ -110,6 +113,7 @@ def test_the_truth_comes_back_from_the_disk(tmp_path):
     assert back.reflex_delay_s == truth.reflex_delay_s
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("push", ["doublet", "servo", "soft-servo"])
 def test_the_truth_lies_within_the_intervals(push):
     recording, truth = session(push=push)
@@ -131,6 +135,7 @@ def test_hand_and_joint_tell_the_same():
     assert np.allclose(hand.joint_angles, joint.joint_angles)
 
 
+@pytest.mark.study
 def test_at_rest_it_is_what_estimate_finds():
     recording, plain = at_rest()
     (found,), (still,) = identify_movement(recording), estimate(plain, options=Options("weighted"))

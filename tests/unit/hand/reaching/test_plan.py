@@ -23,6 +23,7 @@ def pilot() -> Recording:
     return recording
 
 
+@pytest.mark.study
 def test_an_experiment_finds_what_was_planned():
     made = ai.plan_movement(pilot(), max_force_n=10.0)
     planned = next(p for p in made.pushes if p.shape.name == "doublet of 2 x 60 ms")

@@ -31,6 +31,7 @@ def _off(truth: MovementTruth, found: list) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(
     ("identify", "push"),
     [
@@ -49,6 +50,7 @@ def test_the_truth_lies_within_the_intervals(identify, push):
     assert (off < 2.0).mean() > 0.75
 
 
+@pytest.mark.study
 def test_commands_that_are_not_those_of_the_robot_are_refused():
     recording, _ = session()
     shuffled = {name: np.roll(value, 40_000) for name, value in recording.extra.items()}

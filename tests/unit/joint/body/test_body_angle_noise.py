@@ -60,6 +60,7 @@ def test_errors_that_hang_together_are_seen_to_do_so(shaken):
     assert np.corrcoef(seen[:, 4], seen[:, 7])[0, 1] < -0.95
 
 
+@pytest.mark.study
 def test_the_bias_of_noise_is_taken_off(shaken, small):
     truth = inertial_parameters(small)
     left, off = [], []
@@ -76,6 +77,7 @@ def test_the_bias_of_noise_is_taken_off(shaken, small):
     assert bias[1][moved].sum() < 0.67 * bias[0][moved].sum()
 
 
+@pytest.mark.study
 def test_intervals_hold_where_noise_would_make_them_too_short(shaken, small):
     truth = inertial_parameters(small)
     held = {0: [], 6: []}

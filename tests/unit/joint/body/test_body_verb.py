@@ -95,6 +95,7 @@ def test_a_prior_that_is_not_used_is_refused(recording):
         body(recording, prior=recording.skeleton)
 
 
+@pytest.mark.study
 def test_progress_counts_trials_then_draws(recording):
     told = []
     progress = lambda *counts: told.append(counts)  # noqa: E731

@@ -68,6 +68,7 @@ def test_the_sources_filter_is_named_and_its_numbers_kept(forearm, clean):
     assert verdicts(fit)["filter"] == "warning"
 
 
+@pytest.mark.study
 def test_a_mass_that_is_not_told_widens_and_is_said(clean):
     by = {sd: passive(clean, mass_sd_percent=sd)[0] for sd in (0.0, 5.0, None)}
     assert verdicts(by[None])["mass"] == "cannot tell"

@@ -98,6 +98,7 @@ def test_a_wrong_rest_angle_turns_stiffness_and_a_free_one_widens_it(forearm, no
     assert any("rest angle" in w for w in free.warnings)
 
 
+@pytest.mark.study
 def test_the_sources_own_way_is_biased_and_a_filtered_sign_is_not(forearm, noisy):
     truth = truth_of(forearm)
     error = {}
@@ -116,6 +117,7 @@ def test_the_sources_own_way_is_biased_and_a_filtered_sign_is_not(forearm, noisy
     assert abs(bias[0]) < 0.01 * truth[0]
 
 
+@pytest.mark.study
 def test_output_error_is_several_times_sharper_than_derivatives(forearm, noisy):
     both = {
         method: [
@@ -129,6 +131,7 @@ def test_output_error_is_several_times_sharper_than_derivatives(forearm, noisy):
     assert (rms["output-error"][1:] < rms["parallel"][1:] / 2).all()
 
 
+@pytest.mark.study
 def test_negative_friction_is_told_with_its_limit_cycle(forearm):
     x = SimpleNamespace(k=2.95, h=0.05, f=-0.006, q_r=1.0)
     motion, _ = forearm.swings(trials=1, samples=900, truth=x, shake_m=0.0, start=0.05, substeps=8)
@@ -173,6 +176,7 @@ def test_trials_are_filtered_and_fitted_apart(forearm):
     assert back.trials == ("3", "1", "2")
 
 
+@pytest.mark.study
 def test_cross_validation_leaves_each_trial_out_and_thirds_of_a_single_one(forearm, noisy):
     (fit,) = identify_passive(noisy[0], rest_angle=1.0)
     assert [c.left_out for c in fit.cross] == ["1", "2", "3"]

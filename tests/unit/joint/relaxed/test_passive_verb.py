@@ -152,6 +152,7 @@ def test_another_bodys_skeleton_is_told(markers):
         passive(far)
 
 
+@pytest.mark.study
 def test_copies_of_swings_are_refused_and_marked():
     """A joint moved and its torque recorded; every trial twice under other numbers."""
     rng = np.random.default_rng(3)

@@ -81,6 +81,7 @@ def test_gradients_are_those_of_another_calibration():
         assert np.allclose(moved, 0.1 * a.robot_gradient[:, j], atol=1e-9)
 
 
+@pytest.mark.study
 def test_intervals_cover_persons_whose_masses_and_robot_differ_from_what_is_believed():
     rng, covered, believed = np.random.default_rng(3), [], bench(relative_sd=0.01)
     loads = believed.identified

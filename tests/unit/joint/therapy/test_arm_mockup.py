@@ -63,6 +63,7 @@ def test_friction_and_cables_that_the_model_misses_do_not_matter():
     assert found.inertia.value == pytest.approx(found.inertia_model_kgm2, rel=5e-3)
 
 
+@pytest.mark.study
 def test_intervals_hold_noise_and_the_robots_own_error():
     believed, rng, inside = bench(relative_sd=0.01), np.random.default_rng(8), []
     loads = believed.identified

@@ -37,6 +37,7 @@ def with_references():
     return bench_arm(references=(reference("elevation", needs + [-0.1, 0.0, 0.1]),))
 
 
+@pytest.mark.study
 def test_a_replayed_recording_gives_what_the_recording_gives():
     robot, arm = bench_robot(), with_references()
     played = recording(robot, arm, (0.5, 0.0, 0.8))
@@ -242,6 +243,7 @@ def test_no_motor_torque_is_no_movement():
         live.movement()
 
 
+@pytest.mark.study
 def test_memory_does_not_grow_with_a_movement():
     q, motor = stream(0.2)
     live = live_form()

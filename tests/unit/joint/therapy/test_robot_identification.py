@@ -209,6 +209,7 @@ def test_with_noise_the_truth_lies_within_the_errors(nominal):
     assert (loads.theta[sd == 0] == 0).all()
 
 
+@pytest.mark.study
 def test_intervals_cover_the_truth_about_as_often_as_they_say():
     true = {}
     for axis, (coulomb, viscous, k, rest) in enumerate(TABLE_3, start=1):

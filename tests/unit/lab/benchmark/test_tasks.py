@@ -52,6 +52,7 @@ def test_a_relaxed_joint_comes_with_its_rest_angle(tmp_path):
     assert 1.2 < json.loads((tmp_path / "told.json").read_text())["rest_angle_rad"] < 1.7
 
 
+@pytest.mark.study
 def test_a_random_hand_is_asked_for_what_its_simulator_holds_true_some_with_a_reflex(monkeypatch):
     from manipulandum_sim import random_hand
 

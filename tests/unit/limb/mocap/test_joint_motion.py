@@ -104,6 +104,7 @@ def test_single_postures_of_a_far_reaching_arm():
     assert np.abs(error(fit, q, [1] * 40)).max() < 1e-9
 
 
+@pytest.mark.study
 def test_sd_is_the_cramer_rao_bound():
     q = swing(ELBOW, 800, 30.0, seed=4)
     # bent elbow: the shoulder's rotation is well determined and the bound holds without curvature

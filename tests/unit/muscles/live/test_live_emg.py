@@ -98,6 +98,7 @@ def test_a_channel_comes_back(model):
     assert after.mean() == pytest.approx(0.3, rel=0.1)
 
 
+@pytest.mark.study
 def test_sound_emg_is_not_suspected(model):
     live = Live(model, SUBJECT, levels=LEVELS)
     alpha = held(6000)
@@ -106,6 +107,7 @@ def test_sound_emg_is_not_suspected(model):
     assert [one.flags for one in results[200:] if one.flags] == []
 
 
+@pytest.mark.study
 def test_the_band_holds_the_noise_of_the_carrier(model):
     """The spread of the live stiffness about its mean is what its band says of the activations."""
     live = Live(model, SUBJECT, levels=LEVELS)

@@ -133,6 +133,7 @@ def call(model, tmp_path):
     ]
 
 
+@pytest.mark.study
 def test_the_command_answers_each_line_and_ends_with_its_input(call, model):
     text = b"\n".join([packet(0), b"{", packet(1)])
     done = subprocess.run(call, input=text, capture_output=True)
@@ -144,6 +145,7 @@ def test_the_command_answers_each_line_and_ends_with_its_input(call, model):
     assert len(done.stderr.splitlines()) == 2
 
 
+@pytest.mark.study
 def test_a_closed_pipe_is_a_quiet_end(call):
     with subprocess.Popen(
         call, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -164,6 +166,7 @@ def test_a_closed_pipe_is_a_quiet_end(call):
         process.stdin = None
 
 
+@pytest.mark.study
 def test_datagrams_are_answered_and_hostile_ones_passed_over(call):
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours,
@@ -196,6 +199,7 @@ def test_datagrams_are_answered_and_hostile_ones_passed_over(call):
             assert len(process.stderr.read().splitlines()) == 5
 
 
+@pytest.mark.study
 def test_a_recorded_session_goes_the_same_way(model):
     recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
     live = Live(model, recording, levels=recording)

@@ -188,6 +188,7 @@ def within(values: list[float], wanted: float, standard_errors: float = 4.0) -> 
     return bool(abs(np.mean(values) - wanted) <= standard_errors * sd)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("torque", "activation_sd"), [(False, 0.0), (True, 0.0), (False, 0.02)])
 def test_intervals_cover_the_truth_as_often_as_they_say(torque, activation_sd):
     shares = []
@@ -199,6 +200,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say(torque, activation_sd):
     assert within(shares, 0.95) or (torque and np.mean(shares) > 0.95)
 
 
+@pytest.mark.study
 def test_intervals_hold_where_tension_is_not_in_proportion_unless_it_is_said_to_be():
     honest, sure = [], []
     for seed in range(40):
@@ -211,6 +213,7 @@ def test_intervals_hold_where_tension_is_not_in_proportion_unless_it_is_said_to_
     assert np.mean(sure) < 0.8
 
 
+@pytest.mark.study
 def test_torque_lowers_the_error():
     gain = []
     for seed in range(30):
@@ -226,6 +229,7 @@ def test_torque_lowers_the_error():
     assert np.mean(gain) > 3 * np.std(gain, ddof=1) / np.sqrt(len(gain))
 
 
+@pytest.mark.study
 def test_errors_of_activation_do_not_shrink_the_slopes_if_they_are_known():
     known, unknown = [], []
     for seed in range(30):
@@ -237,6 +241,7 @@ def test_errors_of_activation_do_not_shrink_the_slopes_if_they_are_known():
     assert np.mean(unknown) < 1 - 4 * np.std(unknown, ddof=1) / np.sqrt(len(unknown))
 
 
+@pytest.mark.study
 def test_stiffness_per_tension_is_found_and_told():
     found = []
     for seed in range(20):

@@ -145,6 +145,7 @@ def test_noise_free_rows_are_reproduced():
     assert again.viscosity == pytest.approx(truth.viscosity(x)[0], abs=0.002)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("torque", [False, True])
 def test_intervals_at_new_postures_and_activations_cover_truths_drawn_from_the_prior(torque):
     shares = []

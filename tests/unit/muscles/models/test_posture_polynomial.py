@@ -81,6 +81,7 @@ def test_a_row_with_a_large_standard_error_does_not_count():
     np.testing.assert_allclose(heavy.stiffness, without.stiffness, atol=1e-6)
 
 
+@pytest.mark.study
 def test_intervals_hold_the_truth_as_often_as_they_say():
     truth, q, at = arms_truth(1), postures(14), postures(1, seed=5)
     held = []

@@ -83,6 +83,7 @@ def test_noise_free_moment_arms_are_recovered(model, order):
     assert smallest_eigenvalues(found.stiffness).min() >= -1e-8
 
 
+@pytest.mark.study
 def test_hostile_data_make_least_squares_indefinite_and_never_a_sum_of_squares():
     q, K = postures(), hostile(0)
     rows = JointRows(q, K, hostile(1))
@@ -100,6 +101,7 @@ def test_hostile_data_make_least_squares_indefinite_and_never_a_sum_of_squares()
     assert box.stiffness.certificate.promise == "on the workspace"
 
 
+@pytest.mark.study
 def test_stiffness_that_falls_to_the_edges_of_the_box_is_within_the_box_model_only():
     q = postures()
     scaling = AngleScaling.of(q)

@@ -96,6 +96,7 @@ def test_models_of_muscles_move_as_their_intervals_say(fit):
     assert np.median(wide.sd("stiffness") / bare.sd("stiffness")) > 1.5
 
 
+@pytest.mark.study
 @pytest.mark.parametrize(("model", "persons"), [("polynomial", 40), ("separable", 12)])
 def test_intervals_hold_what_rows_with_a_common_error_say(model, persons):
     """Persons whose rows all err by a part of K of 8 % sd, beside their own errors."""

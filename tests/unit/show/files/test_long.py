@@ -16,6 +16,7 @@ from armimpedance.show.files.tables import table_content, write_content
 from armimpedance.show.files.words import meaning_of
 
 
+@pytest.mark.study
 def test_long_and_wide_hold_the_same_numbers(make_estimate):
     made = [make_estimate(k=k, seed=k, keys={"condition": f"c{k}", "set": k}) for k in (1, 2, 3)]
     result = Estimates(tuple(made))

@@ -99,6 +99,7 @@ def estimates(draw):
     )
 
 
+@pytest.mark.study
 @settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(estimates(), min_size=1, max_size=2))
 def test_what_is_written_is_read_back_to_the_last_bit(tmp_path, written):

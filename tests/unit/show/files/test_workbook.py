@@ -133,6 +133,7 @@ def test_the_header_stays_and_numbers_show_digits_of_their_size(tmp_path, make_e
             assert step <= 10 * half
 
 
+@pytest.mark.study
 def test_a_large_table_is_written_in_little_time_and_memory(tmp_path):
     import time
     import tracemalloc

@@ -166,6 +166,7 @@ def test_the_points_of_a_picture_stand_beside_it(parsed):
     assert np.std(np.array(measured) - np.array(fitted)) < 0.5 * np.std(measured)
 
 
+@pytest.mark.study
 def test_conditions_of_one_direction_can_be_grouped_by_another_column(session):
     trials = session.trials.assign(condition=session.trials["direction_deg"].astype(str))
     of_directions = _with(session, trials)

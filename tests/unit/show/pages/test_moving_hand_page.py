@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 import armimpedance as ai
 from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
@@ -9,6 +11,7 @@ from armimpedance.show.pages.rendering import html_of
 from manipulandum_sim.movement import simulate_movement
 
 
+@pytest.mark.study
 def test_the_methods_paragraph_is_that_of_reaches(tmp_path):
     recording, _ = simulate_movement(seed=4, repeats=2, unperturbed=15, phases=(0.4, 0.6))
     found = ai.movement(recording, course=True)

@@ -41,6 +41,7 @@ def test_a_joint_under_a_random_perturbation(parse):
     assert [b for b in page.blocks if isinstance(b, Picture)]
 
 
+@pytest.mark.study
 def test_a_relaxed_joint(parse):
     recording, _ = simulate_passive("release", trials=2, duration_s=4.0)
     page, fits = of(recording), ai.passive(recording)
@@ -51,6 +52,7 @@ def test_a_relaxed_joint(parse):
     assert "parallel" in other.methods.paragraph
 
 
+@pytest.mark.study
 def test_joints_are_mapped_from_the_hand(session):
     page = of(session, topic="joint")
     joint = ai.to_joint(ai.estimate(session), recording=session)
@@ -58,6 +60,7 @@ def test_joints_are_mapped_from_the_hand(session):
     assert "K_j = J^T K_e J" in page.methods.paragraph
 
 
+@pytest.mark.study
 def test_reflex_and_comparison_of_a_session():
     pair = ["cocontraction_00", "cocontraction_30"]
     recording, _ = simulate("cocontraction", seed=6, sets=1, conditions=pair)
@@ -120,6 +123,7 @@ def test_a_course_over_time(parse):
     assert "method windows" in page.methods.paragraph
 
 
+@pytest.mark.study
 def test_a_model_over_posture_is_drawn_where_it_was_measured_and_beyond(tmp_path):
     recording, _ = simulate("postures", seed=5, sets=1)
     model = ai.fit_posture(ai.to_joint(ai.estimate(recording), recording=recording), order=1)

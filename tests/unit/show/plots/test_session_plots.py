@@ -97,6 +97,7 @@ def overlapping(figure):
                 yield one, other
 
 
+@pytest.mark.study
 def test_letters_are_as_large_as_print_asks_and_do_not_collide(figures):
     for name, figure in figures.items():
         assert min(text.get_fontsize() for text in texts_of(figure)) >= LEAST_POINTS, name
@@ -112,6 +113,7 @@ def test_a_hostile_name_stays_text(figures):
     assert not any(text.get_parse_math() for text in names)
 
 
+@pytest.mark.study
 def test_a_talk_has_larger_letters_on_a_larger_figure(session, estimates, figures):
     with drawn_for("talk"):
         made = everything(session, estimates)

@@ -15,6 +15,7 @@ from armimpedance.hand.still.show.plot import plot_response
 from armimpedance.show.plots.style import new_axes, print_style, save
 
 
+@pytest.mark.study
 def test_importing_the_plots_does_not_import_matplotlib():
     """Every module that draws, in the kit and in the topics."""
     found = pkgutil.walk_packages(armimpedance.__path__, "armimpedance.")
