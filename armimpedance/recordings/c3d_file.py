@@ -9,11 +9,9 @@ without a count dimension, and longer trials overflow 16 bits of frames.
 
 from __future__ import annotations
 
-import os
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -99,15 +97,6 @@ def check_c3d(data: bytes, name: str) -> None:
         raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
     if not is_c3d(data):
         raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
-
-
-def read_c3d(path: str | os.PathLike[str]) -> C3DFile:
-    """Read a C3D file from the disk; see `parse_c3d`."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=path) from None
-    return parse_c3d(data, str(path))
 
 
 def parse_c3d(data: bytes, name: str, wanted: Callable[[str], bool] | None = None) -> C3DFile:

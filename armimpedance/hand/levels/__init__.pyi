@@ -1,5 +1,4 @@
 from .joint import force_term as force_term, to_hand as to_hand, to_joint as to_joint
-from .muscle_map import curvature_term as curvature_term
 from .posture import (
     Elbow as Elbow,
     Whose as Whose,

@@ -76,16 +76,6 @@ def arm_posture_for(
     return replace(posture, inertia=None), f"{source}; body mass unknown"
 
 
-def _in_gravity(arm: TwoLinkArm, gravity_m_s2: Sequence[float] | None) -> TwoLinkArm:
-    if gravity_m_s2 is None:
-        return arm
-    if len(gravity_m_s2) != arm.axes:
-        raise InputError(
-            f"gravity of {len(gravity_m_s2)} axes", expected=f"{arm.axes}, as the two-link arm"
-        )
-    return replace(arm, gravity_m_s2=(float(gravity_m_s2[0]), float(gravity_m_s2[1])))
-
-
 def kinematic_arm(
     subject: Subject | None, gravity_m_s2: Sequence[float] | None = None
 ) -> TwoLinkArm:

@@ -54,10 +54,6 @@ class Instant(FrozenRecord):
     force: Annotated[FloatArray, "2"]
 
 
-#: Channels that make an instant.
-_CHANNELS = ("angle", "rate", "joint_acceleration", "hand", "velocity", "force")
-
-
 @dataclass(frozen=True)
 class HandPlace:
     """The same instant of n free reaches.

@@ -12,7 +12,7 @@ from typing import Final
 from armimpedance.core.errors import InputError, needed
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.messages.ros_bags import (
-    MAGIC_OF_DATABASE as BAG,
+    MAGIC_OF_BAG as BAG,
     MAGIC_OF_DATABASE as DATABASE,
     add_ros1_bag,
     add_ros2_database,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.c3d_file import parse_c3d, read_c3d
+from armimpedance.recordings.c3d_file import parse_c3d
 
 RNG = np.random.default_rng(5)
 POINTS = RNG.normal(size=(7, 2, 3)).astype(np.float32)
@@ -188,11 +188,6 @@ def test_no_rate(c3d, rate):
 def test_too_few_scales(c3d):
     scale = {"SCALE": c3d.floats(1.0)}
     assert "SCALE" in refused(c3d.write(POINTS, ANALOG, groups(c3d, **scale))).problem
-
-
-def test_missing_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
-        read_c3d(tmp_path / "no.c3d")
 
 
 @settings(max_examples=200, deadline=None)

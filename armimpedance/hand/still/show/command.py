@@ -42,7 +42,6 @@ from armimpedance.show.command.outputs import (
 
 if TYPE_CHECKING:
     from armimpedance.core.findings import Finding
-    from armimpedance.core.records import Recording
     from armimpedance.hand.show.estimates import Estimates
     from armimpedance.hand.still.show.verb import ComparedMethods
 
@@ -222,10 +221,3 @@ def _joined(parts: list[Estimates], paths: list[Path]) -> Estimates:
         for e in part
     ]
     return Estimates(tuple(named))
-
-
-def open_checked(path: Path, force_by: str | None) -> Recording:
-    """Open any recording; errors name the file."""
-    from armimpedance.show.verbs.sources import read_recording
-
-    return read_recording(path, force_by=force_by)  # type: ignore[arg-type]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import re
@@ -92,13 +91,6 @@ def _with_gaps(values: FloatArray) -> pa.Array:
 def write_json(file: Path, content: Mapping[str, Any]) -> None:
     """Write a JSON file."""
     file.write_text(json_text(content), encoding="utf-8")
-
-
-def text_of(write: Any) -> str:
-    """What a function writes to a stream."""
-    stream = io.StringIO()
-    write(stream)
-    return stream.getvalue()
 
 
 def dataset_name(shared: Shared) -> str:
