@@ -95,7 +95,7 @@ def fit_posture(
     --------
     >>> from armimpedance.hand.still.show import estimate
     >>> from armimpedance.muscles.show import fit_posture
-    >>> from armimpedance.hand.levels import to_joint
+    >>> from armimpedance.hand.levels.show import to_joint
     >>> from manipulandum_sim.hand import simulate
     >>> names = [f"posture_{i:02d}" for i in range(1, 11)]
     >>> recording, _ = simulate("postures", seed=1, sets=1, conditions=names)
@@ -166,7 +166,7 @@ def fit_activation(
     --------
     >>> from armimpedance.hand.still.show import estimate
     >>> from armimpedance.muscles.show import fit_activation
-    >>> from armimpedance.hand.levels import to_joint
+    >>> from armimpedance.hand.levels.show import to_joint
     >>> from manipulandum_sim.hand import simulate
     >>> hand = [*estimate(simulate("cocontraction", seed=1, sets=1)[0])]
     >>> recording, _ = simulate("force", seed=1, sets=1)
@@ -248,7 +248,7 @@ def fit_muscles(
     --------
     >>> from armimpedance.hand.still.show import estimate
     >>> from armimpedance.muscles.show import fit_muscles
-    >>> from armimpedance.hand.levels import to_joint
+    >>> from armimpedance.hand.levels.show import to_joint
     >>> from manipulandum_sim.hand import simulate
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1)
     >>> model = fit_muscles(to_joint(estimate(recording)), order=0)

@@ -46,6 +46,7 @@ def checked_response(
     --------
     >>> from manipulandum_sim.hand import simulate
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> from armimpedance.hand.still.show import checked_response
     >>> checked_response(recording)
     ()
     """
