@@ -97,12 +97,10 @@ def test_the_page_and_the_drawing_of_the_house_are_those_of_its_rooms():
     assert drawn == drawing["picture"](), "python docs/draw_house.py"
 
 
-@pytest.mark.study
 def test_rooms_import_downwards_only_and_heavy_packages_where_they_are_used():
     assert [breach for path in _modules("armimpedance") for breach in _breaches(path)] == []
 
 
-@pytest.mark.study
 def test_the_simulator_shares_no_dynamics_with_the_analysis():
     allowed = {"arrays", "records", "motion", "skeleton", "conventions", "errors", "outputs"}
     for path in _modules("manipulandum_sim"):
@@ -142,7 +140,6 @@ def test_help_imports_nothing_heavy(arguments):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("module", ["estimation", "checks"])
 def test_importing_the_estimate_does_not_import_plotting_or_solvers(module):
     code = (
@@ -191,7 +188,6 @@ def _named(path: Path) -> list[tuple[str, str]]:
     return [(n.module, a.name) for n in nodes if n.module and n.level == 0 for a in n.names]
 
 
-@pytest.mark.study
 def test_a_room_is_entered_by_its_face():
     places = ("armimpedance", "manipulandum_sim", *OUTSIDE)
     for path in (path for place in places for path in _modules(place)):
@@ -212,7 +208,39 @@ def test_what_a_topic_knows_does_not_depend_on_how_it_is_shown():
             assert not shown, f"{here} imports {shown}"
 
 
-@pytest.mark.study
+def test_what_all_topics_share_names_none_of_them():
+    # an import upward is a breach of the ranks; a name in a text would be one that no import shows
+    topics = re.compile(r"armimpedance\.(hand|joint|muscles|app|lab)\b")
+    for package in ("core", "numerics", "recordings", "limb", "show"):
+        for path in _modules(f"armimpedance/{package}"):
+            tree = _parsed(path)
+            said = {
+                id(node.body[0].value)
+                for node in ast.walk(tree)
+                if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+                and ast.get_docstring(node)
+            }
+            for node in ast.walk(tree):
+                text = node.value if isinstance(node, ast.Constant) and id(node) not in said else ""
+                assert not (isinstance(text, str) and topics.search(text)), f"{path}: {text}"
+
+
+def test_a_class_has_its_name_alone():
+    seen: dict[str, Path] = {}
+    for path in _modules("armimpedance"):
+        for node in _parsed(path).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                assert node.name not in seen, f"{node.name}: {path} and {seen[node.name]}"
+                seen[node.name] = path
+
+
+def test_few_modules_are_long():
+    lengths = {path: len(path.read_text().splitlines()) for path in _modules("armimpedance")}
+    long = [path.name for path, lines in lengths.items() if lines > 400]
+    assert len(long) <= 10, long
+    assert max(lengths.values()) <= 500
+
+
 def test_every_name_on_a_face_is_there_and_no_module_hides_it():
     code = (
         "import importlib\n"
@@ -263,7 +291,6 @@ def _graph() -> dict[str, set[str]]:
     return graph
 
 
-@pytest.mark.study
 def test_no_module_imports_itself_by_way_of_others():
     graph, seen, way = _graph(), set(), []
 
