@@ -67,6 +67,7 @@ types: setup
 docs: setup
 	$(BIN)/python docs/check.py
 	$(BIN)/python docs/check_faces.py
+	$(BIN)/python docs/english.py
 	$(BIN)/python docs/licences.py --check
 	$(BIN)/codespell
 
