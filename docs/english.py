@@ -3,7 +3,7 @@
     python docs/english.py            exit status 1 where a word stands more often than it may
     python docs/english.py --where told
 
-A face is what a reader of a room sees: the names that its stub shows and the first sentence of their
+A face is what a reader of a room sees: the names in its stub and the first sentence of their
 docstrings. A message is a text in an error, a finding or the help of an option. The words are our
 own where the field has others: stated (told, said, given), detected (found), prior (known); "told
 apart" is plain English.

@@ -1,4 +1,4 @@
-"""Arrays that records hold: copied in once, then read-only, of a stated shape, all finite."""
+"""Arrays that records hold, checked and read-only, and records as plain values for JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The time series of an NWB file."""
+"""The time series and the trials of an NWB file."""
 
 from __future__ import annotations
 

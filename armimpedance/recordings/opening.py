@@ -1,4 +1,4 @@
-"""Opening any recording: one table of the formats that are known.
+"""Opening any recording by the table of formats, who was recorded, and writing one as a folder.
 
 A new format is a file in the folder `formats` with a recogniser and a reader, in one record.
 """

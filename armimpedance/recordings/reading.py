@@ -1,4 +1,4 @@
-"""What a file format is to the toolkit, and what a reader may have to be told."""
+"""What a file format is to the toolkit, what its reader needs, and names that look alike."""
 
 from __future__ import annotations
 

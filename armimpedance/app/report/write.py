@@ -1,4 +1,4 @@
-"""The verb of the report: from a session or results to one file."""
+"""The report of whatever a source is: its topic, its page, the file."""
 
 from __future__ import annotations
 

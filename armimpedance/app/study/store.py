@@ -1,4 +1,4 @@
-"""Results of steps, found again by what they were made of: inputs, words and program.
+"""Results of steps, kept under a hash of what they were made of.
 
 A result is a folder that appears whole, under the SHA-256 of all that it depends on. Whoever made
 it, and whenever, it is the same; two machines may write into one store.

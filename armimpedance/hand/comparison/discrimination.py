@@ -1,4 +1,4 @@
-"""Two groups of people told apart by one number each, such as a shoulder's passive stiffness.
+"""Two groups of people told apart by one number each: measures, intervals, threshold.
 
 A mean difference that is "significant" says little about the next patient. What does: how far apart
 the groups stand in units of the spread between people (effect size), how often a member of one has

@@ -1,4 +1,4 @@
-"""What a test of two groups' matrices returns, and the correction for many pairs."""
+"""Tests of two groups' matrices: distance, Hotelling, correction for many pairs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pairs of groups that were compared: few of them as they are, many in columns of numbers."""
+"""Pairs of groups that were compared, and the inertia that two sessions must share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same tests where only estimates with their covariance are left, no trials to exchange."""
+"""Tests from estimates and their covariances alone, without trials to exchange."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one joint stiffness says of the stiffnesses of the muscles.
+"""What one joint stiffness determines of the muscles' stiffnesses: sums and ranges.
 
 K_j of two joints, the curvature term taken off, gives three numbers ``y = A k`` for m muscles,
 k >= 0: column i of A (3, m) is ``g_s^2, g_s g_e, g_e^2`` of muscle i. Determined are the

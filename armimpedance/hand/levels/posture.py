@@ -1,4 +1,4 @@
-"""The posture at which an estimate is to be mapped."""
+"""The posture at which an estimate is mapped, in the plane and in space, and whose arm it is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plan: which disturbances meet a wish, with how many trials, and if none does, why."""
+"""The plan: the disturbances that are compared, which meet the wish, and if none does, why."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How precise an experiment will be: from the bound to standard errors and the trials needed.
+"""How precise an experiment will be: planned motion, bound, standard errors, trials needed.
 
 The bound for a planned motion and noise, times what the estimator loses against it, is the
 covariance of M, B, K per trial; with n trials in sets of all directions it is an n-th of that.

@@ -1,4 +1,4 @@
-"""Where and on whom a disturbance is planned: arm, noise, servo, recording."""
+"""Where and on whom a disturbance is planned: arm, noise, servo, encoder, recording."""
 
 from __future__ import annotations
 

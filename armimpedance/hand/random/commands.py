@@ -1,4 +1,4 @@
-"""What the robot was told: columns of the samples, or what stands for them."""
+"""What the robot was commanded, and what must be stated of a joint."""
 
 from __future__ import annotations
 

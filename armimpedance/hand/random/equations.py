@@ -1,4 +1,4 @@
-"""The impedance equation at every line, by instruments and weighed by the noise.
+"""The impedance equation at every line, with modes inside the limb, a reflex and a lag.
 
 At each line, with y = -F, u = (a, v, x, exp(-s t) x) and s = i w,
 

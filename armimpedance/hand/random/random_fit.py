@@ -1,4 +1,4 @@
-"""What a random perturbation says of a hand."""
+"""What a random perturbation says of a hand: the result and its frequency response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a method finds at one phase of one condition."""
+"""What a method gives at one phase, at the joints and the hand, and what the data say against it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inertia, viscosity and stiffness of a moving hand, phase by phase."""
+"""Inertia, viscosity and stiffness of a moving hand, phase by phase or over the whole way."""
 
 from __future__ import annotations
 

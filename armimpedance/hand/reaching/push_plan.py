@@ -1,4 +1,4 @@
-"""Which push tells most, and how many trials a wanted error takes, from a small pilot.
+"""Which push tells most, the shapes that are compared, and how many trials they need.
 
 The pilot's free reaches say how much trials differ, its few pushed ones roughly what the arm is.
 For each shape the response of that arm is put into the equation of `equation`; the precision of

@@ -1,4 +1,4 @@
-"""What follows from an estimate and stands in every table: intervals, parts, principal values."""
+"""What follows from an estimate and stands in every table, and a row of RESULTS.csv."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The results as JSON: the content of RESULTS.csv with nested matrices."""
+"""Results as JSON and as MATLAB has them: nested matrices instead of columns."""
 
 from __future__ import annotations
 

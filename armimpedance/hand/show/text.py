@@ -1,4 +1,4 @@
-"""One estimate in full, as text."""
+"""Estimates as text for a terminal: one in full, many as a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An estimator's record, and what it hands to the solver."""
+"""An estimator's record and what it hands to the solver: regressors and their coordinates."""
 
 from __future__ import annotations
 

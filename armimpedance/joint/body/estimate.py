@@ -1,4 +1,4 @@
-"""Least squares for base parameters, plain and weighted by row.
+"""Least squares for base parameters, and its solution on the way to a result.
 
 Weighted: each row of the wrench (N, N m) is divided by its own residual level. The levels come
 from the fit before, once or twice.

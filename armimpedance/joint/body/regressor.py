@@ -1,4 +1,4 @@
-"""The regressor of a tree of segments: ``tau = Y(q, qd, qdd) phi``.
+"""The regressor of a tree of segments, ``tau = Y(q, qd, qdd) phi``, and what joints add.
 
 The six rows of a floating root are given as a wrench: force (N) and moment (N m) about the root's
 origin, in the root's own frame. Its generalised forces are an invertible transformation of these;

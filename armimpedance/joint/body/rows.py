@@ -1,4 +1,4 @@
-"""Rows of the identification model, one trial at a time: ``w = Y phi + terms``.
+"""Rows of the identification model, ``w = Y phi + terms``, and the wrench of force plates.
 
 Everything goes through one zero-phase filter once: the coordinates before they are differentiated,
 the wrenches in the world's frame (where a weight at rest is a constant) before they are moved to

@@ -1,4 +1,4 @@
-"""Can these samples be used? One clear line where they cannot, before anything is fitted."""
+"""Can these samples be used? Refusals before a fit, and signal to noise of the channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit of one joint says: I, B and K at an operating point."""
+"""What a fit of one joint says: I, B and K at an operating point or over time."""
 
 from __future__ import annotations
 

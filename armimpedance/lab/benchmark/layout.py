@@ -1,4 +1,4 @@
-"""Names of the benchmark's folder: versions, halves, files. Standard library only."""
+"""The benchmark's folder: names, questions, seeds and seals. Standard library only."""
 
 from __future__ import annotations
 

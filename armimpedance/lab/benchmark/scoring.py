@@ -1,4 +1,4 @@
-"""How claims are scored against truths. Standard library only: the same bits on every machine.
+"""Submissions, and how their claims are scored against truths. Standard library only.
 
 Every error and width is told in parts of the quantity's scale. Sums are exact (`math.fsum`), so
 that the order of rows does not matter.

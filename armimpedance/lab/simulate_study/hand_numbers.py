@@ -1,4 +1,4 @@
-"""M, B, K at the hand and their ellipses as rows of numbers; what the shortcut draws of them."""
+"""Numbers of the hand's sessions, as rows: estimated, or drawn from their distribution."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What muscles tell of a posture: moment arms and the curvature of their lengths.
+"""Muscle paths as polynomials of the joint angles: lengths, moment arms, curvature.
 
 L is positive in lengthening, so that ``dL = G dtheta`` (Tsuji 1997, eq. (5)) and tensions give the
 torque ``tau = -G^T f`` (6): flexors have negative rows in G, extensors positive ones.

@@ -1,4 +1,4 @@
-"""Rods in a chain of hinges: where everything is, and how points move with the joints.
+"""Rods in a chain of hinges, and what every arm can tell.
 
 The hinges and the frame are those of `SpatialArm`.
 """

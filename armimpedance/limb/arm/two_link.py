@@ -1,4 +1,4 @@
-"""The planar two-link arm in closed form: shoulder, elbow, hand.
+"""The planar two-link arm in closed form, and its dynamics at the hand.
 
 Angles counter-clockwise from +x, the elbow relative to the upper arm. With X the hand seen from
 the shoulder and u2 the hand seen from the elbow, every derivative of the hand's position is one

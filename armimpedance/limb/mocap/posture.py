@@ -1,4 +1,4 @@
-"""Postures that bring a skeleton's markers onto where they were seen, by least squares.
+"""Postures that bring a skeleton's markers onto where they were seen; frames that do not say.
 
 Where the markers say nothing about a direction of the coordinates, a natural posture does. A plain
 pull towards it (Tikhonov) would bias what the markers do say, by ``(w / s)^2`` of the distance from

@@ -1,4 +1,4 @@
-"""What live updates are made for, and the numbers of a sample, checked."""
+"""What live updates are made for: samples, checked, and what an EMG of each muscle means."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where packets come from: a file or pipe, UDP, Lab Streaming Layer, a recorded session."""
+"""Packets from a file, a pipe, UDP, LSL or a session; one line of results for each sample."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a model says of joint impedance at a posture and an activation."""
+"""What a model predicts at a posture and an activation, at the joints and at the hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page's script needs of a fitted model to predict as `predict` does."""
+"""What the page to play with needs: models, whose arm it is, measured estimates."""
 
 from __future__ import annotations
 

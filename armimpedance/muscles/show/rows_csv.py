@@ -1,4 +1,4 @@
-"""Joint-level rows from tables: RESULTS.csv of `map --to joint`, or a script's own."""
+"""Joint-level rows and predictions as tables in CSV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Covariance of the parameters: classical, clustered (CR1, CR3, replicates), and long-run.
+"""Covariance of the parameters: classical, clustered, long-run, and by leaving trials out.
 
 All in the order of `Fit.parameters` (every regressor of output 1, then of output 2, ...), with
 the blocks between outputs. Residuals at 1 kHz are autocorrelated; the classical covariance, which

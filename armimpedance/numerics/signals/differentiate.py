@@ -1,4 +1,4 @@
-"""One differentiator for every column and the force alike: smoothing kernels and their derivatives.
+"""One differentiator for every column and the force alike, by kernels and by splines.
 
 A B-spline ``phi`` of compact support is convolved with every signal; the derivatives fall on the
 kernel instead of on the noise, ``phi * X'' = phi'' * X``. Force and displacement pass through the

@@ -1,4 +1,4 @@
-"""Zero-phase Butterworth filters, batched along an axis (one call for all trials and axes)."""
+"""Filters: zero-phase, causal, and the sign of a velocity through one."""
 
 from __future__ import annotations
 

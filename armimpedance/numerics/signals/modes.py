@@ -1,4 +1,4 @@
-"""Smooth test functions over a window: a few dozen numbers per trial hold all that a fit can use.
+"""Smooth test functions over a window, and the noise of the measured position by them.
 
 B-splines of degree 5 with uniform knots, each inside the window, so that they and their first four
 derivatives vanish at its ends. Sums of a signal against them need no derivative of the signal:

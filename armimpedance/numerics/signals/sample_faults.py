@@ -1,4 +1,4 @@
-"""Samples that were lost and filled with the last one: still for a while, then a jump."""
+"""Lost samples, stray trials, and angles in degrees where radians are expected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs of one person: the systems that recorded together, on one clock, cut into trials."""
+"""Runs of one person: systems on one clock, cut into trials, each with its own clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Systems that recorded: one of motion capture, an EMG amplifier, a physiological record.
+"""Systems that recorded in a BIDS dataset, and their signals in EDF and BDF files.
 
 Each has its own clock. What its channels are is read at once, their values when they are asked for.
 """

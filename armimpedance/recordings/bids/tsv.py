@@ -1,4 +1,4 @@
-"""Tables of BIDS: tab-separated, `n/a` where a value is missing, with a header or without."""
+"""Tables of BIDS (tab-separated, `n/a` for a missing value) and the names of its files."""
 
 from __future__ import annotations
 

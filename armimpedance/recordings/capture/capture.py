@@ -1,4 +1,4 @@
-"""One C3D file of motion capture: what is in it, decoded as far as it is asked for."""
+"""One C3D file of motion capture: where its samples lie and what they are."""
 
 from __future__ import annotations
 

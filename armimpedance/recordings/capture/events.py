@@ -1,4 +1,4 @@
-"""Events of a C3D file: those of the EVENT group, else those in its header."""
+"""Events of a C3D file, and what else it holds that a recording has no place for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The force plates of a file as the toolkit has them: by the plates on the body, at the frames."""
+"""Force plates as the toolkit has them, and why some cannot be used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Force plates as the FORCE_PLATFORM group describes them."""
+"""Force plates of a C3D file: their description, their units, force and moment from channels."""
 
 from __future__ import annotations
 

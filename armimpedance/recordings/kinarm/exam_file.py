@@ -1,4 +1,4 @@
-"""What one file of a Kinarm exam holds, whichever format it came in."""
+"""The files of a Kinarm exam in a folder, a zip or an archive, and what one of them holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables of a Kinarm exam: what each trial protocol shows, where its targets are, its load.
+"""The tables of a Kinarm exam: protocols, targets, loads, and the direction of the disturbance.
 
 `TP_TABLE` has a row for each trial protocol and a column (a parameter) for each of the task's
 settings; a setting may be a row, counted from 1, of `TARGET_TABLE` (`X_GLOBAL`, `Y_GLOBAL` in cm,

@@ -1,4 +1,4 @@
-"""The trials of a Kinarm exam: numbers, protocols, events, and which of them are wanted."""
+"""The trials of a Kinarm exam: numbers, protocols, events, conditions, and which are wanted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the trials of a run begin and end."""
+"""Where the trials of a run begin and end, and what the trial table says of each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The kinds of file whose columns a mapping explains, and where the mapping of a file lies."""
+"""The kinds of file that a mapping explains; a proposed mapping as a text to edit."""
 
 from __future__ import annotations
 

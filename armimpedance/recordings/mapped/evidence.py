@@ -1,4 +1,4 @@
-"""What the numbers of a column say: whether it is time, in which unit, and what a force tells."""
+"""What a column may hold, by its name and by its numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is proposed for a file: columns with their units, trials, and questions that stay open."""
+"""The proposal for a file: columns with units, trials, and questions that stay open."""
 
 from __future__ import annotations
 

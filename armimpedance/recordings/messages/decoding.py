@@ -1,4 +1,4 @@
-"""Many messages of one ROS type as columns."""
+"""Messages of a ROS type as columns, by the layout of their bytes."""
 
 from __future__ import annotations
 

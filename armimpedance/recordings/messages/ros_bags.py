@@ -1,4 +1,4 @@
-"""The records of a ROS 1 bag (format 2.0), in the order of the file: no index is needed.
+"""The records of ROS 1 bags and ROS 2 databases, in order, with compressed parts undone.
 
 A bag that a crash left without an index reads like any other. The package rosbags reads bags by
 their index, and believes the sizes in it.

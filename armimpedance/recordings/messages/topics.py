@@ -1,4 +1,4 @@
-"""Topics of a log: messages come in one by one, tables of columns go out."""
+"""Topics of a log as tables of columns, and the decoders of ROS messages."""
 
 from __future__ import annotations
 

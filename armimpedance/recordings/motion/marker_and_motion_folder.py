@@ -1,4 +1,4 @@
-"""A recording of markers as a folder: kind "markers"."""
+"""Recordings of markers and of joint motion as folders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`recording.json` of a moving body: kinds "markers" and "motion"."""
+"""`recording.json` of a moving body, and a laboratory's axes and units as the world's frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""OpenSim's tables of motion (`.mot`, `.sto`), with any header in use."""
+"""OpenSim's tables (`.mot`, `.sto`): headers, numbers, and joint motion from them."""
 
 from __future__ import annotations
 

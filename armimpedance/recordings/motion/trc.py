@@ -1,4 +1,4 @@
-"""Marker files of OpenSim and Motion Analysis (`.trc`)."""
+"""Marker files (`.trc`) and the table of ground reaction forces beside them."""
 
 from __future__ import annotations
 

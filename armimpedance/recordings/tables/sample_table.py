@@ -1,4 +1,4 @@
-"""`samples.parquet` or `samples.csv`: which columns mean what, and whether they can be true."""
+"""The sample table of a recording: its columns, whether they can be true, and its clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of what a lab's files do not say themselves, as `inspect` and `convert` take them."""
+"""Options that several commands have: of reading, figures, overruled checks, sharing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a command's outputs go: checked before any work, so that no result is lost at its end."""
+"""Options of outputs and numbers: checked before any work, so that no result is lost at its end."""
 
 from __future__ import annotations
 

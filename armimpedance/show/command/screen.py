@@ -1,4 +1,4 @@
-"""Standard output that never costs a result: a closed pipe, a full disk or an ASCII terminal.
+"""Standard output that never costs a result, and progress bars.
 
 What a command prints comes after, and matters less than, what it writes to files. A sink that
 cannot take a text takes it in another form or not at all; the command goes on, and its caller asks

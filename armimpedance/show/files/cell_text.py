@@ -1,4 +1,4 @@
-"""Texts that a spreadsheet would run as a formula, and how a CSV file keeps them text.
+"""Texts in one cell of a table: formulas that are kept text, several sentences in one.
 
 A cell that begins with ``=``, ``+``, ``-``, ``@``, a tab or a line break is a formula to Excel and
 LibreOffice, whatever the quotes around it: ``=cmd|...`` in the name of a condition would run. Such

@@ -1,4 +1,4 @@
-"""Tables of results: the file's ending decides the format; written whole or not at all."""
+"""Tables of results in the format of the file's ending, and FIT.json."""
 
 from __future__ import annotations
 

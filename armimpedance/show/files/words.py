@@ -1,4 +1,4 @@
-"""What the columns of results mean: in words, their unit, their place in a matrix.
+"""Columns of results in words, with units; from one row a group to one row a quantity.
 
 The names of columns are a contract; this reads them, so that long tables, workbooks and MATLAB
 structs of every result agree on what a column is. Standard library only.

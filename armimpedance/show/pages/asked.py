@@ -1,4 +1,4 @@
-"""What the caller of a report asked for, and what it was made from."""
+"""What the caller of a report asked for, and what stands on the pages of all topics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of a fit: what every topic shares whose result has parameters with names."""
+"""The page of a fit, sentences of methods paragraphs, and references."""
 
 from __future__ import annotations
 

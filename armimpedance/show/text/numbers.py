@@ -1,4 +1,4 @@
-"""How a number with its uncertainty is printed, and tables of such cells."""
+"""How numbers with their uncertainty are printed, and tables of them."""
 
 from __future__ import annotations
 

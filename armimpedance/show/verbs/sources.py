@@ -1,4 +1,4 @@
-"""What every analysis starts from: a recording, or the path of one."""
+"""What every analysis starts from, and what every result with a table shares."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several joint matrices say of the muscles, found by name, as tables and files."""
+"""Joint matrices seen from the muscles, as a result with its CSV and its text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The methods paragraph of a hand that moves."""
+"""Texts of a hand that moves: the methods paragraph and the plan of pushes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every trial of a session for looking: the courses of a group, one trial picked out everywhere."""
+"""Every trial of a session in linked pictures, to look at and to leave out."""
 
 from __future__ import annotations
 

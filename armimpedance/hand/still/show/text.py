@@ -1,4 +1,4 @@
-"""Verdicts of the reflex guard as text for a terminal of 100 columns, and as a table of rows."""
+"""The reflex guard's verdicts and all methods side by side, as text for a terminal."""
 
 from __future__ import annotations
 

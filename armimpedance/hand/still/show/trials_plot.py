@@ -1,4 +1,4 @@
-"""Fitted against measured force of the best and the worst trial; residuals and their spectrum."""
+"""Trials in pictures: fitted against measured force, residuals, courses of a group."""
 
 from __future__ import annotations
 

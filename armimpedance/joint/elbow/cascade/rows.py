@@ -1,4 +1,4 @@
-"""The rows of the parallel cascade: torque, and the imposed angle with its derivatives.
+"""The rows of the parallel cascade, the noise of its torque, and their sums in cells.
 
 ``y = I x'' + B(t) x' + K(t) x + G(t) r(t) + offset(t)``. The angle is replaced by what is to be
 expected of it given its measurement (Wiener's filter over frequency); its derivatives are

@@ -1,4 +1,4 @@
-"""What a method for two pathways is given: rows, and the cell of each."""
+"""What a method for two pathways is given: rows, the cell of each, the reflex's signal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which muscles flex the elbow and which extend it, and which span the shoulder too."""
+"""Which muscles flex, which extend, and whether their amplitudes can be told apart."""
 
 from __future__ import annotations
 

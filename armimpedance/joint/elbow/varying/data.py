@@ -1,4 +1,4 @@
-"""Torque and angle at the rate that their motion needs, with the noise of each.
+"""Torque and angle at the rate that their motion needs, and the torque's autoregression.
 
 What varies must not be filtered after it was multiplied: ``F[K theta] != K F[theta]``. So the two
 measured channels alone go through one anti-aliasing filter whose edge lies far above the motion,

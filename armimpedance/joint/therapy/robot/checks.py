@@ -1,4 +1,4 @@
-"""Whether a recording can be one of this robot: kind, axes, angles, torques, their sign."""
+"""Whether a recording can be one of this robot, and how well the robot predicts torques."""
 
 from __future__ import annotations
 

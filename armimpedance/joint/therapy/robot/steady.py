@@ -1,4 +1,4 @@
-"""The parts of a calibration that are steady: sweeps at constant velocity, and holds."""
+"""The steady parts of a calibration, from smoothed trials: sweeps at a velocity, and holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a matrix over posture is positive definite: what was looked at, and what is proved.
+"""Monomials of the joint angles, and where a matrix over posture is positive definite.
 
 A matrix polynomial that can be written as ``K(u) = sum_b m_b(u) B_b(u)^T Q_b B_b(u)`` with Gram
 matrices Q_b >= 0 is positive semidefinite wherever all multipliers m_b are nonnegative.

@@ -1,4 +1,4 @@
-"""How active each muscle was before the disturbances of a group of trials."""
+"""From raw EMG to how active each muscle was before the disturbances."""
 
 from __future__ import annotations
 

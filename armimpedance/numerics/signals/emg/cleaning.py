@@ -1,4 +1,4 @@
-"""Raw EMG without offset, mains hum and movement artefact; what was taken out is said."""
+"""Raw EMG without offset, hum and artefact, and how uncertain an amplitude of it is."""
 
 from __future__ import annotations
 

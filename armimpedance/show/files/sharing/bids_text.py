@@ -1,4 +1,4 @@
-"""Texts of BIDS: labels, tables and JSON files, and what every dataset has at its top."""
+"""Texts of a BIDS dataset, EMG as BDF, and the mapping beside a recording."""
 
 from __future__ import annotations
 
