@@ -1,4 +1,4 @@
-"""What a method gives at one phase, at the joints and the hand, and what the data say against it."""
+"""What a method gives at one phase, at joints and hand, and what the data say against it."""
 
 from __future__ import annotations
 
