@@ -26,15 +26,13 @@ from typing import Any
 
 CALLS = Path(__file__).with_name("calls.txt")
 
-#: What may differ between two runs of one revision: the folder, and how long something took.
+#: Methods side by side end in a column of their time.
+_METHODS = "weighted|definite|exact|frequency|instruments|likelihood|paper|weak_form"
+#: What may differ between two runs of one revision: how long something took (the folder too).
 PASSING = (
     (re.compile(r"\b\d+(\.\d+)? s\b"), "N s"),
     (re.compile(r"\b\d+ min\b"), "N min"),
-    # the last column of methods side by side is their time
-    (
-        re.compile(r"(?m)^((?:weighted|definite|exact|frequency|instr|likel|paper|weak).*) \S+$"),
-        r"\1",
-    ),
+    (re.compile(rf"(?m)^((?:{_METHODS}) .*) +[\d.]+$"), r"\1"),
 )
 #: The date in the head of a MATLAB file.
 DATED = re.compile(rb"\AMATLAB 5\.0 MAT-file.{93}", re.DOTALL)

@@ -281,7 +281,9 @@ def _constant(run: OneClock, values: NDArray[Any], piece: Piece, column: str) ->
         changes &= ~(np.isnan(inside) & np.isnan(inside[0]))
     if changes.any():
         row = piece.start + int(np.argmax(changes))
-        problem = f"changes within a trial, from {_plain(inside[0])} to {_plain(values[row])}"
+        problem = (
+            f"changes within a trial, from {_plain_value(inside[0])} to {_plain_value(values[row])}"
+        )
         raise run.error(problem, "one value a trial", column, row)
     return _plain_value(inside[0])
 

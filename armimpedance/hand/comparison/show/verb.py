@@ -32,13 +32,8 @@ from armimpedance.hand.still import METHODS, Options
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content
 from armimpedance.show.text import TABLE_WIDTH, checks_lines, html_table
-from armimpedance.show.verbs.sources import (
-    PathLike,
-    WrittenResult,
-    as_columns,
-    naming,
-    read_recording,
-)
+from armimpedance.show.verbs.results import WrittenResult, as_columns
+from armimpedance.show.verbs.sources import PathLike, naming, read_recording
 
 # What `compare` returns: changes and tests as a table, a figure and text.
 

@@ -30,7 +30,7 @@ from armimpedance.show.text import (
     table_by_condition,
     with_half_width,
 )
-from armimpedance.show.verbs.sources import WrittenResult, position_of
+from armimpedance.show.verbs.results import WrittenResult, position_of
 
 # Results at the muscle level as CSV: one row for each condition.
 #

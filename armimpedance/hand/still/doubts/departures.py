@@ -108,7 +108,7 @@ def lack_of_fit(models: Sequence[Model], *, explained: bool) -> tuple[Finding, .
         f"{100 * part:.1f} % of the response repeats in each direction and is not explained by "
         "M, B and K" + ("; look at it (`--method all`, `reflex`)" if told else "")
     )
-    smallest = f"{100 * max(least, LEAST_REPEATED):.2g} % of the response"
+    smallest = f"{100 * max(least, LEAST_UNEXPLAINED):.2g} % of the response"
     return (Finding("lack of fit", "warning" if told else "ok", text, smallest=smallest),)
 
 

@@ -22,7 +22,7 @@ from armimpedance.joint.therapy.share.over_time import sample_contribution
 from armimpedance.joint.therapy.share.result import Contribution, SampleContribution
 from armimpedance.show.files import Content, course_struct, table_content, write_content
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.sources import WrittenResult
+from armimpedance.show.verbs.results import WrittenResult
 
 # SAMPLES.csv: one row a sample of every movement. Empty where there is no value.
 
