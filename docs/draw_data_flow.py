@@ -20,7 +20,7 @@ LANES = {
     ),
     "hand, random perturbation": (
         ("Lines", "hand.random"),
-        ("Equations", "hand.random"),
+        ("RandomEquations", "hand.random"),
         ("RandomFit", "hand.random"),
         ("ImpedanceEstimate", "hand: hand.random"),
         ("ImpedanceEstimate", "joints: hand.levels"),
@@ -28,7 +28,7 @@ LANES = {
     "moving hand": (
         ("Courses, Pushes", "hand.reaching"),
         ("PhaseWindows", "hand.reaching"),
-        ("Equations", "hand.reaching"),
+        ("ReachEquations", "hand.reaching"),
         ("ImpedanceEstimate", "phases: hand.reaching"),
     ),
     "live": (
@@ -39,7 +39,7 @@ LANES = {
     ),
     "elbow": (
         ("JointSamples", "joint.elbow"),
-        ("Prepared", "joint.elbow"),
+        ("PreparedSamples", "joint.elbow"),
         ("Band", "joint.elbow"),
         ("ElbowFit", "elbow.stationary"),
         ("EmgLaw", "elbow.emg"),
