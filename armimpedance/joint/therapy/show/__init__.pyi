@@ -2,6 +2,7 @@ from .contributions import Contributions as Contributions
 from .models_json import (
     read_arm as read_arm,
     read_robot as read_robot,
+    write_arm as write_arm,
     write_robot as write_robot,
 )
 from .plots import (

@@ -127,7 +127,7 @@ def read_arm(path: str | Path) -> PassiveArm:
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> import armimpedance as ai
-    >>> from armimpedance.joint.therapy.show.models_json import write_arm
+    >>> from armimpedance.joint.therapy.show import write_arm
     >>> arm = ai.PassiveArm("P1", "bench", upper_arm_m=0.3, segments=())
     >>> with TemporaryDirectory() as folder:
     ...     write_arm(arm, Path(folder) / "arm.json")
