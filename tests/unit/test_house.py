@@ -155,7 +155,8 @@ OUTSIDE = ("figures", "benchmarks")
 
 
 def _stubs() -> list[Path]:
-    return sorted(p for p in ROOT.glob("*/*/**/__init__.pyi") if ".venv" not in p.parts)
+    packages = ("armimpedance", "manipulandum_sim", "figures")
+    return sorted(p for place in packages for p in ROOT.glob(f"{place}/*/**/__init__.pyi"))
 
 
 def _faces() -> dict[str, set[str]]:
