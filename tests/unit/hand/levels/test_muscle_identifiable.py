@@ -98,7 +98,6 @@ def test_no_single_muscle_of_six_is_determined_but_the_two_joint_sum_is():
     assert groups["shoulder_ss"].low + groups["two_joint_ss"].high == pytest.approx(ss)
 
 
-@pytest.mark.study
 def test_an_arm_of_three_muscles_gives_each_its_stiffness_within_its_interval():
     arms, names, k = G[[0, 2, 4]], ("a", "b", "c"), np.array([4000.0, 9000.0, 4000.0])
     K, rng, z = joint_stiffness(arms, k), np.random.default_rng(1), []
@@ -146,7 +145,6 @@ def test_bounds_bend_to_the_safe_side_of_their_own_slope():
     assert moved_far > 0
 
 
-@pytest.mark.study
 @pytest.mark.parametrize(
     "k",
     [HUMAN, np.array([0, 0, 0, 0, 6e3, 0.0])],
@@ -204,7 +202,6 @@ def test_a_cross_stiffness_larger_than_two_joint_muscles_make_is_told():
         assert share.possible == possible
 
 
-@pytest.mark.study
 def test_a_stiffness_of_possible_muscles_is_seldom_called_impossible():
     K, rng = joint_stiffness(G, np.array([0, 0, 0, 0, 6e3, 0.0])), np.random.default_rng(5)
     count = 60

@@ -111,7 +111,6 @@ def session() -> tuple[Recording, SpaceTruth]:
     return simulate_space(seed=72, sets=3, wrist="free", elbow="free", emg=True)
 
 
-@pytest.mark.study
 def test_the_truth_is_the_mapping_s_and_slow_motion_is_the_limit_of_small_frequencies():
     _, truth = session()
     J, step = truth.jacobian[0], 1e-4
@@ -134,7 +133,6 @@ def test_the_truth_is_the_mapping_s_and_slow_motion_is_the_limit_of_small_freque
     np.testing.assert_allclose((K_e - Z.real) / s.imag**2, inertia, rtol=1e-2, atol=1e-2)
 
 
-@pytest.mark.study
 def test_the_estimate_names_what_gives_way_and_holds_the_stiffness():
     recording, truth = session()
     (found,) = ai.estimate(recording)
@@ -150,7 +148,6 @@ def test_the_estimate_names_what_gives_way_and_holds_the_stiffness():
     assert slow < 0.3 * once
 
 
-@pytest.mark.study
 def test_a_wrist_that_gives_way_is_not_taken_for_a_reflex():
     quiet, _ = simulate_space(seed=74, sets=1, wrist="free", elbow="free", noise="sensor")
     found = {one.name: one for one in check_response(quiet)}
@@ -159,14 +156,12 @@ def test_a_wrist_that_gives_way_is_not_taken_for_a_reflex():
     assert not any(one.startswith("reflex") for one in ai.estimate(quiet)[0].warnings)
 
 
-@pytest.mark.study
 def test_a_held_elbow_does_not_silence_a_free_wrist():
     recording, _ = session()
     held = replace(recording, trials=recording.trials.assign(elbow="held"))
     assert any("wrist" in warning for warning in ai.estimate(held)[0].warnings)
 
 
-@pytest.mark.study
 def test_a_column_says_it_where_angles_were_not_measured():
     recording, _ = session()
     unknown = replace(recording, joint_angles=None)
@@ -178,7 +173,6 @@ def test_a_column_says_it_where_angles_were_not_measured():
         ai.estimate(odd)
 
 
-@pytest.mark.study
 def test_seven_joints_do_not_follow_from_three_axes():
     recording, _ = session()
     hand = ai.estimate(recording)
@@ -187,7 +181,6 @@ def test_seven_joints_do_not_follow_from_three_axes():
             ai.to_joint(hand, recording=recording, elbow=elbow)
 
 
-@pytest.mark.study
 def test_a_locked_wrist_whose_angles_are_known_leaves_the_joints_of_a_held_elbow():
     bent = (-0.9, 0.9, 1.0, 1.5, 0.4, -0.1, -0.3)
     recording, truth = simulate_space([SpaceCondition(bent)], seed=73, sets=2)
@@ -206,7 +199,6 @@ def test_a_locked_wrist_whose_angles_are_known_leaves_the_joints_of_a_held_elbow
         free_hand_rows(hand, replace(recording, trials=recording.trials.assign(elbow="free")))
 
 
-@pytest.mark.study
 def test_muscles_fitted_to_hands_tell_other_hands():
     recording, truth = session()
     rows = free_hand_rows(ai.estimate(recording), recording)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-import pytest
 
 from armimpedance.hand.planning import PlannedMotion, Profile, Servo, pilot_of, precision
 from armimpedance.hand.planning.pilot import Pilot
@@ -27,7 +26,6 @@ def planned(shape: str, **servo: float) -> PlannedMotion:
     return PlannedMotion(setting, Profile(SHAPES.named(shape), 0.005, 0.3))
 
 
-@pytest.mark.study
 def test_six_directions_tell_what_twenty_six_do():
     motion = planned("biphasic")
     setting, modes = motion.setting, motion.setting.modes(0.3)
@@ -39,7 +37,6 @@ def test_six_directions_tell_what_twenty_six_do():
     np.testing.assert_allclose(precision(motion).bound, expected, rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.study
 def test_a_pilot_foretells_the_intervals_of_another_shape():
     recording, _ = simulate_space(
         [SpaceCondition()], seed=905, sets=1, disturbance="designed", amplitude_m=0.005
@@ -59,7 +56,6 @@ def test_a_longest_axis_is_known_the_better_the_more_trials():
     assert found.orientation(needed) <= np.radians(2.0) < found.orientation(needed - 6)
 
 
-@pytest.mark.study
 def test_an_elbow_that_is_not_held_is_told():
     assert not pilot().warnings
     free, _ = simulate_space([SpaceCondition()], seed=903, sets=1, elbow="free")

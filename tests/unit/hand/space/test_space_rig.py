@@ -16,8 +16,6 @@ from manipulandum_sim.space import (
 )
 from manipulandum_sim.tree_dynamics import inverse_dynamics, mass_matrix
 
-pytestmark = pytest.mark.study
-
 
 def relative(found, true):
     return np.linalg.norm(found - true) / np.linalg.norm(true)

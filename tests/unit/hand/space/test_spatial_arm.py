@@ -98,7 +98,6 @@ def session() -> tuple[Recording, SpaceTruth]:
     return simulate_space(seed=71, sets=2)
 
 
-@pytest.mark.study
 def test_a_held_arms_joints_hold_the_truth_and_lead_back():
     recording, truth = session()
     hand = ai.estimate(recording)

@@ -44,7 +44,6 @@ def test_groups_by_one_column_several_or_none(recording):
     np.testing.assert_array_equal(two["early", 2].stiffness, one[(2,)].stiffness)
 
 
-@pytest.mark.study
 def test_all_methods_side_by_side(recording, session, tmp_path):
     compared = estimate_all(recording, by=())
     assert list(compared.estimates["weighted"].stiffness.axes) == ["x", "y"]
@@ -86,7 +85,6 @@ def test_progress_is_told(recording):
     assert told == [(1, 2), (2, 2)]
 
 
-@pytest.mark.study
 def test_verdicts_are_tables_and_short_texts(recording, session, tmp_path):
     verdicts = reflex(recording)
     assert verdicts.names == ("early", "<b>late</b>")

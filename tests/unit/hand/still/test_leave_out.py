@@ -60,7 +60,6 @@ def test_nobody_leaves_out_everything(session):
         without_trials(session, session.trials["trial"].tolist())
 
 
-@pytest.mark.study
 def test_the_command_line_takes_the_list(session, listed, tmp_path, capsys):
     ai.write_recording(session, tmp_path / "session")
     arguments = ["estimate", str(tmp_path / "session"), "--leave-out", str(listed)]

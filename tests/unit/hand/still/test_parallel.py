@@ -30,7 +30,6 @@ def in_conditions(recording, names):
     return replace(recording, trials=trials.sort_values("trial"))
 
 
-@pytest.mark.study
 def test_estimates_do_not_depend_on_workers(limb):
     recording = in_conditions(limb.record(force_noise=0.1, sets=6), ["a", "b", "c"])
     one, two = (estimate(recording, workers=n) for n in (1, 2))
@@ -40,7 +39,6 @@ def test_estimates_do_not_depend_on_workers(limb):
         np.testing.assert_array_equal(a.covariance, b.covariance)
 
 
-@pytest.mark.study
 def test_errors_of_a_group_name_it_from_any_process(limb):
     recording = limb.record(sets=2)
     along = np.where(recording.trials["direction_deg"] % 180 == 0, "x only", "others")

@@ -5,8 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[4]
 #: A folder of methods beside the toolkit's, and the tests with the toolkit's fixtures.
 RUN = """
@@ -17,7 +15,6 @@ sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "--rootdir", sys.argv[2], 
 """
 
 
-@pytest.mark.study
 def test_a_copied_template_passes_its_own_tests(tmp_path):
     methods, tests = tmp_path / "methods", tmp_path / "tests"
     for folder, name in ((methods, "my_estimator.py"), (tests, "test_my_estimator.py")):

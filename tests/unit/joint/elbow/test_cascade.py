@@ -42,7 +42,6 @@ def two_pathways():
     ), truth
 
 
-@pytest.mark.study
 def test_intrinsic_and_reflex_courses_come_back_apart(two_pathways):
     recording, truth = two_pathways
     found = identify_cascade(from_recording(recording))
@@ -68,7 +67,6 @@ def test_courses_over_a_phase_are_those_of_the_phase():
     assert np.abs(found.K - truth).max() < 2.0
 
 
-@pytest.mark.study
 def test_the_unit_of_a_variable_changes_nothing(two_pathways):
     recording, _ = two_pathways
     volts = 3e-5 * (1 + 0.8 * np.sin(2 * np.pi * recording.extra["phase"]))
@@ -83,7 +81,6 @@ def test_the_unit_of_a_variable_changes_nothing(two_pathways):
     assert np.ptp(small.K) > 20.0
 
 
-@pytest.mark.study
 def test_a_reflex_beyond_the_search_is_named():
     early = Reflex(_swing(3.0, 0.06), delay_s=0.003)
     recording, _ = simulate_cascade(0.02, 0.8, _swing(60.0, 0.1), early, duration_s=20.0, seed=12)
@@ -118,7 +115,6 @@ def test_methods_over_realizations_ask_for_them(two_pathways):
         elbow_over_time(two_pathways[0], method="smoother", aligned=True)
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("snr_db", [10.0, 30.0])
 def test_jumps_beat_realizations_and_segments_on_a_square_wave(snr_db):
     recording, truth = simulate_cascade(
@@ -152,7 +148,6 @@ def test_a_fast_slope_is_not_made_a_jump():
     assert np.abs(found.K - truth.K[at]).max() < 20
 
 
-@pytest.mark.study
 def test_bands_hold_beside_the_subjects_own_torque():
     one = Reflex(_swing(3.0, 0.06), delay_s=0.045)
     recording, truth = simulate_cascade(

@@ -97,7 +97,6 @@ def test_within_ten_percent_at_5_db(truths, method):
     assert (np.sqrt(np.mean(np.square(errors), axis=0)) < 0.1).all()
 
 
-@pytest.mark.study
 def test_filtered_arx_within_ten_percent_at_15_db(truths):
     joint, torque, angle = truths
     rng = np.random.default_rng(10)
@@ -146,7 +145,6 @@ def test_the_predicted_bias_is_the_bias(truths):
     assert (off < 4 * error + 0.1 * np.abs(np.mean(told, axis=0))).all()
 
 
-@pytest.mark.study
 def test_trials_are_pooled(truths):
     joint, torque, angle = truths
     rng = np.random.default_rng(13)
@@ -215,7 +213,6 @@ def loop(seed, voluntary):
     return [scale * x for x in signals]
 
 
-@pytest.mark.study
 def test_instruments_from_the_perturbation_stand_the_subjects_own_torque():
     """Voluntary torque moves the limb and the measured torque alike: only the command is free."""
     joint = np.array([0.07, 0.6, 20.0])

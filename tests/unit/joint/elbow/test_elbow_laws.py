@@ -81,7 +81,6 @@ def amplitudes(samples):
 # Constant joints
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("delay_s", [0.05, 0.12])
 def test_a_late_answer_is_found_at_its_delay(delay_s):
     def reflex(s):
@@ -107,7 +106,6 @@ def test_units_of_torque_scale_all_three_parameters():
     np.testing.assert_allclose(ten.covariance, 256 * one.covariance, rtol=1e-4)
 
 
-@pytest.mark.study
 def test_a_joint_behind_a_filter_is_told_from_a_joint():
     """A filter of first order beside the joint: (2, 2, 0) holds the record, (2, 1, 0) does not."""
 

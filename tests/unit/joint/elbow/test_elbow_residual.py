@@ -104,7 +104,6 @@ def _octave(bins, values, low_hz):
     return values[inside].mean()
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("method", ["iv", "derivative"])
 def test_where_voluntary_torque_is_slow_the_faster_motion_tells_more(method):
     by_floors, by_rest, z = [], [], []
@@ -131,7 +130,6 @@ def session():
 ALIASES = np.array([0.002, 0.002, 0.0])
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("method", ["iv", "derivative"])
 @pytest.mark.parametrize("trials", [1, 5])
 def test_intervals_cover_in_the_exoskeleton(session, method, trials):

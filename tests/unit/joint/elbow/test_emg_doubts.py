@@ -137,7 +137,6 @@ def test_few_points_say_what_could_hide():
     assert exact.checks[0].verdict == "ok"
 
 
-@pytest.mark.study
 def test_a_session_with_crosstalk_gives_the_law_without():
     sessions = {}
     for part in (0.0, 0.2):

@@ -109,7 +109,6 @@ def test_a_line_s_own_noise_is_not_in_what_is_explained_of_it():
     assert np.abs(again[95:100] - explained[95:100]).min() > 0.01
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("own", [0.1, 3.0])
 @pytest.mark.parametrize(
     ("method", "command"),
@@ -125,14 +124,12 @@ def test_the_subject_s_torque_is_noise_where_the_angle_is_imposed(own, method, c
         assert wrong.values[2] > 2 * JOINT[2]
 
 
-@pytest.mark.study
 def test_an_imposed_angle_may_be_noisy():
     """At 5 dB plain least squares of torque on angle loses a quarter of K."""
     records = [servo(s, own_Nm=0.3, command=False, snr_db=5.0, duration_s=20.0) for s in range(8)]
     assert_unbiased([estimated(samples)[0] for samples in records])
 
 
-@pytest.mark.study
 def test_output_error_takes_the_angle_for_the_output_of_an_imposed_torque():
     joint = np.array([0.07, 0.6, 20.0])
     fits = []
@@ -152,7 +149,6 @@ def test_arx_is_held_against_instruments_of_the_experiment():
     assert ((low < JOINT) & (high > JOINT)).all()
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("own", [0.5, 3.0])
 def test_an_untold_record_holds_the_truth_or_says_that_it_cannot_tell(own):
     for seed in range(4):
@@ -166,7 +162,6 @@ def test_an_untold_record_holds_the_truth_or_says_that_it_cannot_tell(own):
             assert "the torque is imposed" not in imposed.message
 
 
-@pytest.mark.study
 def test_a_device_that_gives_way_is_found_beside_own_torque():
     joint = np.array([0.07, 0.6, 20.0])
     for seed in range(3):
@@ -250,7 +245,6 @@ def test_a_command_that_the_joint_does_not_follow_is_left_out():
     assert any("measured angle" in note for note in fit.preparation)
 
 
-@pytest.mark.study
 def test_a_word_that_the_record_contradicts_is_named():
     """3 N m of own torque in a servo, told as an imposed torque; and the same told rightly."""
     samples = servo(1, own_Nm=3.0, command=False)
@@ -260,7 +254,6 @@ def test_a_word_that_the_record_contradicts_is_named():
     assert estimated(samples)[1].verdict == "ok"
 
 
-@pytest.mark.study
 def test_a_word_that_the_record_hardly_contradicts_is_said_and_allowed_for():
     """A device that gives way like the limb, told as an imposed torque: .3 N m of own torque."""
     joint, said = np.array([0.07, 0.6, 20.0]), []

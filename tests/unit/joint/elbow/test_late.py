@@ -80,7 +80,6 @@ def held(fits, joint):
     return ((limits[:, :, 0] <= joint) & (limits[:, :, 1] >= joint)).sum(axis=0)
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("joint", [SWINGS, CREEPS])
 @pytest.mark.parametrize("own", [0.0, 0.15])
 def test_clean_records_raise_no_alarm(joint, own):
@@ -92,7 +91,6 @@ def test_clean_records_raise_no_alarm(joint, own):
     assert (held(fits, joint) >= 6).all()
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("delay_s", [0.04, 0.06, 0.08])
 def test_a_reflex_of_a_tenth_is_named_and_allowed_for(delay_s):
     made = records(SWINGS, 2, answer=2.0, delay_s=delay_s)
@@ -104,7 +102,6 @@ def test_a_reflex_of_a_tenth_is_named_and_allowed_for(delay_s):
     assert sum(one.ci95[0] <= 2.0 <= one.ci95[1] for one in late) >= 6
 
 
-@pytest.mark.study
 def test_what_cannot_be_parted_is_said_and_the_interval_holds_it():
     """On a joint that creeps a reflex of a quarter hides in the subject's own torque."""
     fits = [identify_elbow(s) for s in records(CREEPS, 3, answer=2.25, own=0.15)]
@@ -113,7 +110,6 @@ def test_what_cannot_be_parted_is_said_and_the_interval_holds_it():
     assert half > 0.1 * CREEPS[2]
 
 
-@pytest.mark.study
 @pytest.mark.parametrize(("skew_s", "own", "error_s"), [(3e-3, 0.0, 1e-4), (-3e-3, 0.15, 3e-4)])
 def test_a_skew_is_found_and_taken_out(skew_s, own, error_s):
     fits = [identify_elbow(s) for s in records(SWINGS, 4, skew_s=skew_s, own=own)]
@@ -123,7 +119,6 @@ def test_a_skew_is_found_and_taken_out(skew_s, own, error_s):
     assert (held(fits, SWINGS) >= 6).all()
 
 
-@pytest.mark.study
 def test_a_skew_beside_a_reflex_leaves_both_right():
     fits = [identify_elbow(s) for s in records(SWINGS, 5, skew_s=2e-3, answer=5.0)]
     assert all(verdicts(fit)["skew"] == "warning" for fit in fits)
@@ -139,7 +134,6 @@ def test_an_answer_to_the_velocity_is_told_from_one_to_the_motion():
     assert (held(fits, SWINGS) >= 3).all()
 
 
-@pytest.mark.study
 def test_a_stiffness_that_rises_is_given_for_small_motion():
     fits = [identify_elbow(s) for s in on_the_bench(SWINGS, 7, COUNT, cubic=400.0)]
     assert all(verdicts(fit)["amplitude"] == "warning" for fit in fits)

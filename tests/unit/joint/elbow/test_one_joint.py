@@ -48,7 +48,6 @@ def test_a_path_gives_what_its_recording_gives_and_the_command_writes_it(bench, 
     assert "trial 2" in capsys.readouterr().out
 
 
-@pytest.mark.study
 def test_a_course_of_a_path_is_that_of_its_recording(bench):
     recording, folder = bench
     calls = []
@@ -58,7 +57,6 @@ def test_a_course_of_a_path_is_that_of_its_recording(bench):
     np.testing.assert_array_equal(course.K, elbow_over_time(folder, method="windows").K)
 
 
-@pytest.mark.study
 def test_the_law_holds_its_points_and_the_index(levels):
     recording, isometric = levels
     law = emg_law(recording, imcj=isometric)

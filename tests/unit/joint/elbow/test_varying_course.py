@@ -76,7 +76,6 @@ def _covered(found, truth):
     return out
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("method", VARYING_METHODS)
 def test_a_slow_course_comes_back(method):
     samples, truth = _bench(0.3)
@@ -90,7 +89,6 @@ def test_a_slow_course_comes_back(method):
     assert found.method == method
 
 
-@pytest.mark.study
 @pytest.mark.parametrize("method", ["smoother", "spline"])
 def test_a_fast_course_comes_back_where_windows_cannot(method):
     samples, truth = _bench(1.5)
@@ -100,7 +98,6 @@ def test_a_fast_course_comes_back_where_windows_cannot(method):
     assert any("faster than windows" in w for w in windows.warnings)
 
 
-@pytest.mark.study
 def test_the_smoother_at_25_db_with_its_own_noise_levels():
     samples, truth = _bench(0.7, 25.0)
     found = _found("smoother", samples)
@@ -108,7 +105,6 @@ def test_the_smoother_at_25_db_with_its_own_noise_levels():
     assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
 
 
-@pytest.mark.study
 def test_bands_of_windows_take_in_what_they_miss():
     samples, truth = _bench(1.0)
     found = _found("windows", samples)
@@ -155,7 +151,6 @@ def test_the_smoother_equals_dense_least_squares():
     assert made.course.inertia == pytest.approx(dense[2 * N], rel=1e-3)
 
 
-@pytest.mark.study
 def test_a_constant_joint_is_found_constant():
     recording, _ = simulate_bench(INERTIA, B0, K0, snr_db=30.0, duration_s=8.0)
     samples = from_recording(recording)
@@ -166,7 +161,6 @@ def test_a_constant_joint_is_found_constant():
     assert not _found("windows", samples).warnings
 
 
-@pytest.mark.study
 def test_trials_are_kept_apart():
     samples, truth = _bench(0.7, 40.0, 3, 0.0, 2)
     for method in VARYING_METHODS:
@@ -179,7 +173,6 @@ def test_trials_are_kept_apart():
             assert np.sqrt(np.mean((found.K[here] / truth.K[at] - 1) ** 2)) < 0.12
 
 
-@pytest.mark.study
 def test_the_same_samples_give_the_same_bits():
     samples = _beginning(_bench()[0], 3000)
     a, b = (_found("smoother", samples) for _ in range(2))
@@ -187,7 +180,6 @@ def test_the_same_samples_give_the_same_bits():
     assert (a.sd_B == b.sd_B).all()
 
 
-@pytest.mark.study
 def test_units_of_the_angle_do_not_matter():
     # an angle in another unit scales I, B and K, and nothing else
     samples, _ = _bench()
@@ -198,7 +190,6 @@ def test_units_of_the_angle_do_not_matter():
     assert b.sd_B * factor == pytest.approx(a.sd_B, rel=1e-2)
 
 
-@pytest.mark.study
 def test_the_emg_law_finds_its_coefficients():
     samples, truth = _bench(4.0)
     found = _found("emg", samples, amplitude=_amplitude(samples, 4.0))
@@ -232,7 +223,6 @@ def test_a_saturating_law_is_told():
     assert any("linear law does not hold" in w for w in _found("emg", samples).warnings)
 
 
-@pytest.mark.study
 def test_errors_of_the_amplitudes_are_accounted_for():
     from armimpedance.numerics.signals.filters import lowpass
 
@@ -282,7 +272,6 @@ def test_amplitudes_that_are_all_error_are_refused():
         _found("emg", samples, amplitude=noise, amplitude_sd=np.array([0.05, 0.05]))
 
 
-@pytest.mark.study
 def test_the_commanded_torque_is_told():
     samples, _ = _bench()
     found = _found("windows", replace(samples, torque_is="commanded"))
@@ -310,7 +299,6 @@ def test_bad_calls_are_told_in_one_line(options, match):
     assert "\n" not in str(told.value)
 
 
-@pytest.mark.study
 def test_a_sign_that_is_wrong_is_told():
     samples, _ = _bench()
     found = _found("windows", replace(samples, torque=-samples.torque))

@@ -130,7 +130,6 @@ def test_the_smoother_with_a_torque_state_equals_weighted_least_squares():
     assert sd_inertia == pytest.approx(sd[2 * N], rel=0.01)
 
 
-@pytest.mark.study
 def test_no_torque_is_found_where_there_is_none():
     for frequency in (1.0, 3.0):
         recording, _ = simulate_bench(
@@ -143,7 +142,6 @@ def test_no_torque_is_found_where_there_is_none():
     assert begin(varying_data(_rig(repetitions=1, noise="sensor")[0])).data.own.rms < 0.02
 
 
-@pytest.mark.study
 def test_the_torque_that_is_there_is_found():
     samples, truth = _rig()
     found = identify_varying(samples, method="quadratic")
@@ -153,7 +151,6 @@ def test_the_torque_that_is_there_is_found():
     assert len(told) == 1
 
 
-@pytest.mark.study
 def test_bands_hold_where_the_subject_pushes():
     samples, truth = _rig()
     found = identify_varying(samples, method="smoother")
@@ -166,7 +163,6 @@ def test_bands_hold_where_the_subject_pushes():
     assert np.mean(shares) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 60)
 
 
-@pytest.mark.study
 def test_a_spline_settles_where_the_subject_pushes():
     samples, truth = _rig("1", repetitions=2)
     found = identify_varying(samples, method="spline")

@@ -225,7 +225,6 @@ def autocorrelated_study(repeats=600, trials=40, samples=60, seed=20):
     return {kind: np.array(hits) for kind, hits in held.items()}
 
 
-@pytest.mark.study
 def test_coverage_clustered_holds_where_classical_fails():
     held = autocorrelated_study()
     standard_error = np.sqrt(0.95 * 0.05 / len(held["cr1"]))
