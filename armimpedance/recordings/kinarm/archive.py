@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.c3d_parameters import Groups, Parameter, plain_text
+from armimpedance.recordings.c3d.parameters import (
+    PROCESSORS,
+    C3dParameters,
+    Entry,
+    Groups,
+    plain_text,
+)
 from armimpedance.recordings.kinarm.exam_file import DEEPEST, ExamFile, ExamStore, Files, Samples
 
 # The binary members of a Kinarm archive (`.kinarm`), byte by byte.
@@ -80,8 +86,8 @@ def read_header(data: bytes, name: str) -> Header:
 def read_parameters(data: bytes, name: str) -> Groups:
     """The content of `parameters.bin`: group -> name -> texts or numbers, names in capitals."""
     taken = _Member(data, name, VERSIONS)
-    groups: dict[str, dict[str, Parameter]] = {}
-    group: dict[str, Parameter] | None = None
+    groups: dict[str, dict[str, Entry]] = {}
+    group: dict[str, Entry] | None = None
     while taken.left:
         kind = taken.int32()
         if kind == 0:
@@ -98,25 +104,31 @@ def read_parameters(data: bytes, name: str) -> Groups:
     return groups
 
 
-def _value(taken: _Member, label: str) -> Parameter:
+def _value(taken: _Member, label: str) -> Entry:
     code, count = taken.int32(), taken.int32()
     if code == _TEXT:
-        return taken.texts(count)
+        return Entry((count,), taken.texts(count))
     if code not in _NUMBERS:
         raise taken.broken(f"the parameter {label} of unknown type {code}")
-    return taken.numbers(_NUMBERS[code], count).copy()
+    with np.errstate(invalid="ignore"):
+        numbers = taken.numbers(_NUMBERS[code], count).astype(np.float64)
+    return Entry((count,), numbers=numbers)
 
 
-def read_events(data: bytes, name: str) -> dict[str, Parameter]:
+def read_events(data: bytes, name: str) -> dict[str, Entry]:
     """The content of `examevents.bin` as the group EVENTS of a C3D file has it."""
     taken = _Member(data, name, VERSIONS)
     count = taken.count(taken.int32(), 12)
-    labels, times = [], np.zeros(count, dtype=np.float32)
+    labels, times = [], np.zeros(count)
     for i in range(count):
         labels.append(taken.text())
         taken.text()
         times[i] = taken.numbers("<f4", 1)[0]
-    return {"LABELS": tuple(labels), "TIMES": times, "USED": np.array([count])}
+    return {
+        "LABELS": Entry((count,), tuple(labels)),
+        "TIMES": Entry((count,), numbers=times),
+        "USED": Entry((), numbers=np.array([float(count)])),
+    }
 
 
 def read_label(data: bytes, name: str) -> str:
@@ -264,7 +276,9 @@ class Archive:
         if f"{self.root}common/header.bin" in self.files:
             self._header("common")
         return ExamFile(
-            f"{self.path}:{self.root}common", self._parameters("common"), 0.0, 0, {}, {}
+            f"{self.path}:{self.root}common",
+            C3dParameters(PROCESSORS[84], self._parameters("common")),
+            *(0.0, 0, {}, {}),
         )
 
     def trial(self, folder: str) -> ExamFile:
@@ -284,7 +298,7 @@ class Archive:
         channels, others = self._channels(folder, header)
         return ExamFile(
             name=f"{self.path}:{self.root}{folder}",
-            parameters=parameters,
+            parameters=C3dParameters(PROCESSORS[84], parameters),
             rate_hz=header.rate_hz,
             frames=header.frames,
             hands=self._hands(folder, header),

@@ -69,7 +69,7 @@ def sound_trials(
     sound: dict[tuple[object, ...], ExamTrial] = {}
     left_out = []
     for trial in trials:
-        key: tuple[object, ...] = (trial.block, trial.file.number("TRIAL", "TRIAL_NUM"))
+        key: tuple[object, ...] = (trial.block, trial.file.parameters.number("TRIAL", "TRIAL_NUM"))
         try:
             _check_trial(trial.file, rate_hz, labels, points, side)
             _refuse_copy(trial, sound.get(key))
@@ -125,7 +125,7 @@ def _check_size(file: ExamFile, label: str, values: FloatArray, largest: float, 
 
 def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:
     """Refuse a trial that holds the same samples as another of its set and number."""
-    if earlier is None or trial.file.number("TRIAL", "TRIAL_NUM") is None:
+    if earlier is None or trial.file.parameters.number("TRIAL", "TRIAL_NUM") is None:
         return
     if trial.file.same_samples(earlier.file):
         problem = f"number and samples of {earlier.name} once more"

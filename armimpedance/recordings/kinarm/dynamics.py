@@ -82,7 +82,9 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     """
     group = f"{robot.side.upper()}_KINARM"
     names = [f"L{i}_{what}" for i in (1, 2, 3, 4) for what in ("I", "M", "C_AXIAL", "C_ANTERIOR")]
-    found = {n: common.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")}
+    found = {
+        n: common.parameters.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")
+    }
     if robot.links_m is None or not all(found[name] for name in _NEEDED):
         return None
     known = {name: value or 0.0 for name, value in found.items()}
@@ -92,7 +94,11 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     axial = [known[f"L{i}_C_AXIAL"] for i in (1, 2, 3, 4)]
     aside = [turn * known[f"L{i}_C_ANTERIOR"] for i in (1, 2, 3, 4)]
     about = [known[f"L{i + 1}_I"] + mass[i] * (axial[i] ** 2 + aside[i] ** 2) for i in range(4)]
-    angle = common.number(group, "L2_L5_ANGLE") or 0.0 if robot.kind == "exoskeleton" else 0.0
+    angle = (
+        common.parameters.number(group, "L2_L5_ANGLE") or 0.0
+        if robot.kind == "exoskeleton"
+        else 0.0
+    )
     crank = mass[3] * known["L3_L"]
     cosine, sine = np.cos(turn * angle), np.sin(turn * angle)
     length = float(robot.lengths_m[0])

@@ -13,7 +13,7 @@ from armimpedance.core.arrays import FloatArray, frozen
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, not_taken
 from armimpedance.core.records import Recording, Subject
-from armimpedance.recordings.c3d_file import muscles_of
+from armimpedance.recordings.c3d.c3d_file import muscles_of
 from armimpedance.recordings.kinarm.channels import (
     channels,
     channels_not_taken,
@@ -248,7 +248,8 @@ def _joint_angles(files: Sequence[ExamFile], side: Side) -> FloatArray:
 def _personal(common: ExamFile) -> dict[str, str]:
     """The texts of the group EXPERIMENT: subject, study, task."""
     texts = {
-        name: common.text("EXPERIMENT", name) for name in common.parameters.get("EXPERIMENT", {})
+        name: common.parameters.text("EXPERIMENT", name)
+        for name in common.parameters.groups.get("EXPERIMENT", {})
     }
     return {name: text for name, text in texts.items() if text}
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.c3d_file import C3DFile
-from armimpedance.recordings.c3d_parameters import Groups, HasParameters
+from armimpedance.recordings.c3d.c3d_file import C3dFile
+from armimpedance.recordings.c3d.parameters import C3dParameters
 
 #: Channels of 32 bits that are no number: they stand in the files as if they were one.
 STATUS_WORD: Final = re.compile(r"(Right|Left)_FS_Status")
@@ -32,15 +32,14 @@ Samples = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True)
-class ExamFile(HasParameters):
+class ExamFile:
     """A trial of an exam, or what all trials share.
 
     Attributes
     ----------
     name : str
         For messages.
-    parameters : mapping of mapping
-        Group -> name -> parameter, all names in capitals.
+    parameters : C3dParameters
     rate_hz : float
         Samples per second.
     frames : int
@@ -56,7 +55,7 @@ class ExamFile(HasParameters):
     """
 
     name: str
-    parameters: Groups
+    parameters: C3dParameters
     rate_hz: float
     frames: int
     hands: Mapping[str, Samples]
@@ -167,41 +166,39 @@ class ExamStore:
         return taken.reshape(values.shape)
 
 
-def from_c3d(c3d: C3DFile, store: ExamStore) -> ExamFile:
-    """A file of an exam from the C3D file that it is.
-
-    Parameters
-    ----------
-    c3d : C3DFile
-    store : ExamStore
-        Where the samples are kept.
+def from_c3d(c3d: C3dFile, wanted: Callable[[str], bool], store: ExamStore) -> ExamFile:
+    """A file of an exam from the C3D file that it is, with the channels that are wanted.
 
     Raises
     ------
     InputError
         Its channels are not sampled once per frame, as all channels of an exam are.
     """
-    if c3d.frames and c3d.samples_per_frame != 1:
-        problem = f"{c3d.samples_per_frame} analog samples per frame"
+    layout = c3d.layout
+    if layout.frames and layout.samples_per_frame != 1:
+        problem = f"{layout.samples_per_frame} analog samples per frame"
         raise InputError(problem, file=c3d.name, expected="1, as Dexterit-E writes it")
     # Of two channels of one name the first one counts.
     labels = {label: i for i, label in reversed(list(enumerate(c3d.analog_labels)))}
+    labels = {label: i for label, i in labels.items() if wanted(label)}
     points = {label: i for i, label in reversed(list(enumerate(c3d.point_labels)))}
+    values = c3d.analog(list(labels.values()))
+    channels = {n: _column(c3d, n, i, values[:, k]) for k, (n, i) in enumerate(labels.items())}
     return ExamFile(
         name=c3d.name,
         parameters=c3d.parameters,
-        rate_hz=c3d.rate_hz,
-        frames=c3d.frames,
-        hands={n: store.keep(n, c3d.points[:, i, :2]) for n, i in points.items()},
-        channels={n: store.keep(n, _column(c3d, n, i)) for n, i in labels.items()},
-        others=c3d.other_labels,
+        rate_hz=layout.rate_hz,
+        frames=layout.frames,
+        hands={n: store.keep(n, c3d.places([i])[:, 0, :2]) for n, i in points.items()},
+        channels={n: store.keep(n, samples) for n, samples in channels.items()},
+        others=tuple(label for label in c3d.analog_labels if not wanted(label)),
     )
 
 
-def _column(c3d: C3DFile, label: str, index: int) -> Samples:
+def _column(c3d: C3dFile, label: str, index: int, values: FloatArray) -> Samples:
     """One channel of a C3D file, in its unit; of a status word the bits as they are stored."""
-    is_word = STATUS_WORD.fullmatch(label) and c3d.stored.dtype == np.float32
-    return np.ascontiguousarray((c3d.stored if is_word else c3d.analog)[:, index])
+    is_word = STATUS_WORD.fullmatch(label) and c3d.layout.real
+    return np.ascontiguousarray(c3d.stored([index])[:, 0] if is_word else values)
 
 
 # What holds the files of a Kinarm exam: a folder, a zip, or one trial beside `common.c3d`.

@@ -14,8 +14,8 @@ from typing import Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
-from armimpedance.recordings.c3d_file import BLOCK, is_c3d, parse_c3d
-from armimpedance.recordings.c3d_parameters import Groups, read_groups, texts_of
+from armimpedance.recordings.c3d.c3d_file import parameters_of, parse_c3d
+from armimpedance.recordings.c3d.parameters import Groups
 from armimpedance.recordings.kinarm.archive import Archive, archive_roots
 from armimpedance.recordings.kinarm.exam_file import (
     COMMON_NAME,
@@ -92,12 +92,11 @@ def is_exam_file(path: Path) -> bool:
     if path.suffix.lower() != ".c3d" or not path.is_file():
         return False
     try:
-        data = path.read_bytes()
-        groups = read_groups(data, str(path), (data[0] - 1) * BLOCK) if is_c3d(data) else {}
+        parameters = parameters_of(path.read_bytes(), str(path))
     except (OSError, InputError):
         return False
     # Motion capture has a group TRIAL as well, but more points than two hands.
-    points = {*texts_of(groups, "POINT", "LABELS")}
+    groups, points = parameters.groups, {*parameters.texts("POINT", "LABELS")}
     hands = bool(points) and points <= {"Right_Hand", "Left_Hand"}
     return _is_shared(groups) or (hands and "TRIAL" in groups)
 
@@ -231,7 +230,7 @@ class _C3DExam:
 
     def trial(self, name: str) -> ExamFile:
         data = self.files[name](None)
-        return from_c3d(parse_c3d(data, f"{self.path}:{name}", self.wanted), self.store)
+        return from_c3d(parse_c3d(data, f"{self.path}:{name}"), self.wanted, self.store)
 
     def _numbers_of(self, name: str) -> _Numbers | None:
         """Block, protocol and repetition from a file's name; None where it is no trial."""

@@ -188,7 +188,11 @@ def _chosen_side(exam: Exam, asked: Side | None, path: object) -> tuple[Side | N
 
 def _first_side(exam: Exam) -> Side:
     """The side that is shown where none can be chosen: that of a robot that is there."""
-    there = [s for s in SIDES if exam.common.number(f"{s.upper()}_KINARM", "IS_PRESENT") != 0.0]
+    there = [
+        s
+        for s in SIDES
+        if exam.common.parameters.number(f"{s.upper()}_KINARM", "IS_PRESENT") != 0.0
+    ]
     moving = [s for s in there if any(_moves(trial.file, s) for trial in exam.trials)]
     return (moving or there or list(SIDES))[0]
 
@@ -205,7 +209,10 @@ def _has_force(file: ExamFile, side: Side) -> bool:
 def _robot(common: ExamFile, side: Side) -> str:
     """Version and kind of a side's robot; "" where there is none."""
     group = f"{side.upper()}_KINARM"
-    if group not in common.parameters or common.number(group, "IS_PRESENT") == 0.0:
+    if (
+        group not in common.parameters.groups
+        or common.parameters.number(group, "IS_PRESENT") == 0.0
+    ):
         return ""
     robot = robot_of(common, side)
     return f"{robot.version} ({robot.kind})"
@@ -294,7 +301,7 @@ def _whose_force(exam: Exam, side: Side) -> tuple[str | None, str]:
 
 def _defined_events(exam: Exam) -> tuple[str, ...]:
     files = (exam.common, *(trial.file for trial in exam.trials))
-    each = (file.texts("EVENT_DEFINITIONS", "LABELS") for file in files)
+    each = (file.parameters.texts("EVENT_DEFINITIONS", "LABELS") for file in files)
     return tuple(filter(None, next(filter(None, each), ())))
 
 
@@ -320,5 +327,5 @@ def _inputs(exam: Exam) -> list[Input]:
 
 
 def _units(file: ExamFile) -> dict[str, str]:
-    labels: Sequence[str] = file.texts("ANALOG", "LABELS")
-    return dict(zip(labels, file.texts("ANALOG", "UNITS"), strict=False))
+    labels: Sequence[str] = file.parameters.texts("ANALOG", "LABELS")
+    return dict(zip(labels, file.parameters.texts("ANALOG", "UNITS"), strict=False))

@@ -107,14 +107,15 @@ def robot_of(common: ExamFile, side: Side) -> Robot:
     A robot whose version is not in it has no lengths: the hand is then where it was recorded.
     """
     prefix = side.upper()
-    version = common.text(f"{prefix}_KINARM", "VERSION") or ""
+    version = common.parameters.text(f"{prefix}_KINARM", "VERSION") or ""
     shoulder = _numbers(common, "CALIBRATION", f"{prefix}_SHO_X", f"{prefix}_SHO_Y")
     geometry = next((each for each in GEOMETRIES if version.startswith(each.begins)), None)
     if geometry is None:
         return Robot(side, version or "not stated", "unknown", shoulder, None)
     group = geometry.group.format(side=prefix)
     links = _numbers(common, group, *(name.format(side=prefix) for name in geometry.links))
-    aside = common.number(group, geometry.aside.format(side=prefix)) if geometry.aside else None
+    beside = geometry.aside and geometry.aside.format(side=prefix)
+    aside = common.parameters.number(group, beside) if beside else None
     # To the front is clockwise of a left arm's link 2.
     turn = -1.0 if side == "left" else 1.0
     lengths = None if links is None else np.append(links, turn * (aside or 0.0))
@@ -194,7 +195,7 @@ def _no_force(side: str, path: object) -> InputError:
 
 def _has_robot(exam: Exam, side: Side) -> bool:
     # An exam that does not say whether a robot is there is judged by its channels alone.
-    return exam.common.number(f"{side.upper()}_KINARM", "IS_PRESENT") != 0.0
+    return exam.common.parameters.number(f"{side.upper()}_KINARM", "IS_PRESENT") != 0.0
 
 
 def _trials_with_force(exam: Exam, side: Side) -> int:
@@ -207,7 +208,7 @@ def _trials_with_force(exam: Exam, side: Side) -> int:
 
 
 def _numbers(common: ExamFile, group: str, *names: str) -> FloatArray | None:
-    values = [common.number(group, name) for name in names]
+    values = [common.parameters.number(group, name) for name in names]
     if None in values:
         return None
     return np.array(values, dtype=np.float64)

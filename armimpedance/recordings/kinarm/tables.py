@@ -15,7 +15,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.recordings.c3d_parameters import Parameter
+from armimpedance.recordings.c3d.parameters import Entry
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial
 from armimpedance.recordings.kinarm.robot import Side
@@ -235,7 +235,7 @@ def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
         ways = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
     loads = dict(_loads(settings, trial.file, common))
     direction = direction_of(settings, loads, ways, side)
-    stated = trial.file.text("TRIAL", "TP") or ""
+    stated = trial.file.parameters.text("TRIAL", "TP") or ""
     if not stated or stated.isdigit():
         stated = next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
     return Protocol(row, stated, settings, targets, ways, loads, side, direction)
@@ -248,29 +248,28 @@ def as_written(value: object) -> float:
 
 def protocol_row(trial: ExamTrial) -> int:
     """The row of `TP_TABLE` that a trial ran: `TRIAL:TP_ROW`, in older exams in the file's name."""
-    row = trial.file.number("TRIAL", "TP_ROW")
+    row = trial.file.parameters.number("TRIAL", "TP_ROW")
     return trial.protocol if row is None else int(row)
 
 
 def _row(own: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
     """One row of a table, counted from 1, by the names of its columns in the file, in capitals."""
-    file = next((f for f in (own, common) if f.parameters.get(group)), common)
-    used = file.number(group, "USED")
+    file = next((f for f in (own, common) if f.parameters.groups.get(group)), common)
+    used = file.parameters.number(group, "USED")
     if row < 1 or (used is not None and row > used):
         return {}
-    return dict(_cells(file.parameters.get(group, {}), row - 1, int(used or 1)))
+    return dict(_cells(file.parameters.groups.get(group, {}), row - 1, int(used or 1)))
 
 
-def _cells(table: Mapping[str, Parameter], index: int, rows: int) -> Iterator[tuple[str, Value]]:
+def _cells(table: Mapping[str, Entry], index: int, rows: int) -> Iterator[tuple[str, Value]]:
     for name, column in table.items():
-        flat = column if isinstance(column, tuple) else column.ravel()
-        if name in _NO_COLUMNS or len(flat) < max(rows, index + 1):
+        least = max(rows, index + 1)
+        if name in _NO_COLUMNS or max(len(column.texts), len(column.numbers)) < least:
             continue
-        if isinstance(column, tuple):
-            if column[index]:
-                yield name, column[index]
-        elif np.isfinite(flat[index]):
-            yield name, as_written(flat[index])
+        if column.texts and column.texts[index]:
+            yield name, column.texts[index]
+        elif len(column.numbers) and np.isfinite(column.numbers[index]):
+            yield name, as_written(column.numbers[index])
 
 
 def _targets(

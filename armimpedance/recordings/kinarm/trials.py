@@ -192,7 +192,7 @@ def trial_table(
     trials: Sequence[ExamTrial], common: ExamFile, side: Side, keep_personal: bool
 ) -> tuple[pd.DataFrame, list[str]]:
     """One row per trial in the order they were run, with `file_index` into `trials`; remarks."""
-    numbers = [_whole(trial.file.number("TRIAL", "TRIAL_NUM")) for trial in trials]
+    numbers = [_whole(trial.file.parameters.number("TRIAL", "TRIAL_NUM")) for trial in trials]
     known = [n for n in numbers if n is not None]
     # Numbers may start again in every set; then the order of sets and numbers is counted through.
     sequence = sorted(range(len(numbers)), key=lambda i: (trials[i].block, numbers[i] or 0, i))
@@ -223,12 +223,12 @@ def _trial_row(trial: ExamTrial, keep_personal: bool) -> dict[str, object]:
         "set": trial.block,
         "protocol": protocol_row(trial),
         "repetition": trial.repetition,
-        "is_error": bool(file.number("TRIAL", "IS_ERROR") or 0),
+        "is_error": bool(file.parameters.number("TRIAL", "IS_ERROR") or 0),
     }
     row |= _events(file)
     if keep_personal:
-        row["date"] = file.text("TRIAL", "DATE") or ""
-        row["time_of_day"] = file.text("TRIAL", "TIME") or ""
+        row["date"] = file.parameters.text("TRIAL", "DATE") or ""
+        row["time_of_day"] = file.parameters.text("TRIAL", "TIME") or ""
     return row
 
 
@@ -238,14 +238,14 @@ def _whole(value: float | None) -> int | None:
 
 def _events(file: ExamFile) -> dict[str, float]:
     """Events by column of the trial table, the first of each, in s from the trial's start."""
-    labels, times = file.texts("EVENTS", "LABELS"), file.parameters.get("EVENTS", {}).get("TIMES")
-    if not labels or not isinstance(times, np.ndarray):
+    labels = file.parameters.texts("EVENTS", "LABELS")
+    seconds = np.array([as_written(t) for t in file.parameters.numbers("EVENTS", "TIMES")])
+    if not labels or not len(seconds):
         return {}
-    seconds = np.array([as_written(time_s) for time_s in times.ravel()])
     if len(seconds) == 2 * len(labels):
         # The guide's form, pairs of minutes and seconds; Dexterit-E leaves the first number unused.
         seconds = seconds[1::2]
-    used = file.number("EVENTS", "USED")
+    used = file.parameters.number("EVENTS", "USED")
     count = len(labels) if used is None else max(int(used), 0)
     first: dict[str, float] = {}
     for label, time_s in list(zip(labels, seconds.tolist(), strict=False))[:count]:

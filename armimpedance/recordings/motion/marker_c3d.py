@@ -14,9 +14,8 @@ import pandas as pd
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals, MarkerRecording
-from armimpedance.recordings.c3d_file import muscles_of
-from armimpedance.recordings.capture.capture import Capture, read_capture
-from armimpedance.recordings.capture.events import (
+from armimpedance.recordings.c3d.c3d_file import C3dFile, muscles_of, read_c3d
+from armimpedance.recordings.c3d.events import (
     Event,
     LeftOut,
     beside,
@@ -25,7 +24,7 @@ from armimpedance.recordings.capture.events import (
     model_outputs,
     sentences,
 )
-from armimpedance.recordings.capture.forces import PlateForces, plates_taken
+from armimpedance.recordings.c3d.forces import PlateForces, plates_taken
 from armimpedance.recordings.motion.moving_metadata import (
     LARGEST_PLACE_M,
     Z_UP,
@@ -105,7 +104,7 @@ def read_marker_c3d(
     muscles = muscles_of(emg_channels)
     stated = Z_UP if axes is None else axes
     asked = _Asked(prefix, tuple(muscles), lab_rotation(stated), axes is not None, force_by)
-    trials = [_trial(read_capture(p), asked) for p in given]
+    trials = [_trial(read_c3d(p), asked) for p in given]
     for trial, p in zip(trials[1:], given[1:], strict=True):
         _check_same(trial, trials[0], p)
     lengths = [len(t.positions) for t in trials]
@@ -125,9 +124,11 @@ def read_marker_c3d(
     )
 
 
-def _trial(capture: Capture, asked: _Asked) -> _Trial:
+def _trial(capture: C3dFile, asked: _Asked) -> _Trial:
     if not capture.layout.frames or not capture.point_labels:
-        raise InputError("no markers", file=capture.name, expected="points in a C3D file")
+        turned = len(capture.parameters.texts("ROTATION", "LABELS"))
+        rather = f", only rotations of {turned} segments" if turned else ""
+        raise InputError(f"no markers{rather}", file=capture.name, expected="points in a C3D file")
     names, index, left_out = _markers(capture, asked.prefix)
     metres = metres_per(capture.length_unit, capture.name)
     positions = _positions(capture, index, metres, asked.rotation)
@@ -155,7 +156,7 @@ def _trial(capture: Capture, asked: _Asked) -> _Trial:
 
 
 def _markers(
-    capture: Capture, prefix: str | None
+    capture: C3dFile, prefix: str | None
 ) -> tuple[tuple[str, ...], list[int], dict[str, tuple[str, ...]]]:
     """Names of the markers, their points, and what was left out of the others."""
     labels, outputs = capture.point_labels, model_outputs(capture)
@@ -202,7 +203,7 @@ def _without_prefix(labels: list[str], prefix: str | None) -> list[str | None]:
 
 
 def _positions(
-    capture: Capture, index: list[int], metres: float, rotation: FloatArray
+    capture: C3dFile, index: list[int], metres: float, rotation: FloatArray
 ) -> FloatArray:
     """Places (F, P, 3) in m in the world's frame, NaN where a point was not seen."""
     points = capture.places(index)
@@ -219,7 +220,7 @@ def _positions(
 
 
 def _events(
-    capture: Capture, prefix: str | None
+    capture: C3dFile, prefix: str | None
 ) -> tuple[tuple[Event, ...], dict[str, tuple[str, ...]]]:
     """The subject's events within the trial, and the others."""
     length = (capture.layout.frames - 0.5) / capture.rate_hz
@@ -245,7 +246,7 @@ def _event_table(trials: list[_Trial]) -> pd.DataFrame:
     return pd.DataFrame([{n: row.get(n, np.nan) for n in columns} for row in rows], columns=columns)
 
 
-def _analog(capture: Capture, channels: tuple[str, ...]) -> FloatArray:
+def _analog(capture: C3dFile, channels: tuple[str, ...]) -> FloatArray:
     """These analog channels (samples, m) in V."""
     units = capture.parameters.texts("ANALOG", "UNITS")
     scales, index = [], []

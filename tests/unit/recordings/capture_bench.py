@@ -33,7 +33,7 @@ def real(*values: float) -> np.ndarray:
 
 
 @dataclass
-class Capture:
+class C3dFile:
     """A file of motion capture, of reals or of integers, as any of the three processors writes."""
 
     points: np.ndarray  # (F, P, 3) in `unit`
@@ -260,7 +260,7 @@ def on_plates(
     up: np.ndarray | None = None,
     zero: tuple[int, int] = (1, 0),
     **rest: object,
-) -> Capture:
+) -> C3dFile:
     """A file of two markers above plates of one type."""
     per_frame = int(rest.get("samples_per_frame", 1))  # type: ignore[call-overload]
     frames = len(truths[0].force) // per_frame
@@ -272,7 +272,7 @@ def on_plates(
         if matrix is not None:
             recorded = recorded @ np.linalg.inv(matrix).T
         analog |= {f"P{k}_{i}": column for i, column in enumerate(recorded.T)}
-    return Capture(
+    return C3dFile(
         points=np.stack([np.tile(seen, (frames, 1)), np.tile(seen + 0.1, (frames, 1))], 1) / length,
         labels=["hip", "head"],
         analog=analog,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import capture_bench as bench
 import numpy as np
 import pytest
-from capture_bench import Capture, real, whole
+from capture_bench import C3dFile, real, whole
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.capture.capture import parse_capture
-from armimpedance.recordings.capture.parameters import PROCESSORS
+from armimpedance.recordings.c3d.c3d_file import parse_c3d
+from armimpedance.recordings.c3d.parameters import PROCESSORS
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 
 RNG = np.random.default_rng(8)
@@ -18,16 +18,16 @@ EMG = (RNG.normal(size=(18, 2)) * 2).astype(np.float32)
 EVERY = [(p, r) for p in ("intel", "dec", "mips") for r in (True, False)]
 
 
-def made(**changes: object) -> Capture:
+def made(**changes: object) -> C3dFile:
     settings: dict = {
         "points": POINTS.astype(float), "labels": ["a", "b", "c"], "samples_per_frame": 2,
         "analog": {"E1": EMG[:, 0].astype(float), "E2": EMG[:, 1].astype(float)},
         "lost": ((3, 1),),
     }  # fmt: skip
-    return Capture(**(settings | changes))
+    return C3dFile(**(settings | changes))
 
 
-def save(folder, capture: Capture, name: str = "walk.c3d"):
+def save(folder, capture: C3dFile, name: str = "walk.c3d"):
     file = folder / name
     file.write_bytes(capture.write())
     return file
@@ -71,7 +71,7 @@ def test_as_ezc3d_reads_it(processor, reals, tmp_path):
     ezc3d = pytest.importorskip("ezc3d")
     file = save(tmp_path, made(processor=processor, reals=reals))
     other = ezc3d.c3d(str(file))
-    own = parse_capture(file.read_bytes(), "walk.c3d")
+    own = parse_c3d(file.read_bytes(), "walk.c3d")
     seen = ~own.unseen(range(3))
     theirs = other["data"]["points"][:3].transpose(2, 1, 0)
     np.testing.assert_array_equal(own.places(range(3))[seen], theirs[seen])
@@ -85,15 +85,15 @@ def test_more_frames_than_sixteen_bits_hold(tmp_path):
     for groups in ({"TRIAL": trial}, {"POINT": {"LONG_FRAMES": real(float(n))}}, {}):
         for last in (n % 65536, 65535):
             # The block is filled with more than one frame, which only the exact count tells apart.
-            file = Capture(places, ["a"], groups=groups, last_frame=last)
-            read = parse_capture(file.write(), "a.c3d")
+            file = C3dFile(places, ["a"], groups=groups, last_frame=last)
+            read = parse_c3d(file.write(), "a.c3d")
             assert read.layout.frames == n if groups else n <= read.layout.frames < n + 32
 
 
 def test_channels_in_place_of_samples(tmp_path):
     data = bytearray(made().write())
     data[4:6] = (2).to_bytes(2, "little")
-    read = parse_capture(bytes(data), "a.c3d")
+    read = parse_c3d(bytes(data), "a.c3d")
     np.testing.assert_array_equal(read.analog([0, 1]), EMG)
     assert "2 analog values a frame" in read.layout.remarks[0]
 
@@ -103,14 +103,14 @@ def test_a_last_pointer_that_points_anywhere():
     last = data.rindex(b"USED")
     assert data[last + 4 : last + 6] == b"\0\0"
     data[last + 4 : last + 6] = b"\x3f\xff"
-    assert parse_capture(bytes(data), "a.c3d").point_labels == ("a", "b", "c")
+    assert parse_c3d(bytes(data), "a.c3d").point_labels == ("a", "b", "c")
 
 
 def test_a_pointer_that_was_not_kept_up():
     data = bytearray(made().write())
     at = data.index(b"LABELS") + 6
     data[at : at + 2] = b"\x03\x00"
-    read = parse_capture(bytes(data), "a.c3d")
+    read = parse_c3d(bytes(data), "a.c3d")
     assert read.point_labels == ("a", "b", "c")
     assert read.length_unit == "mm"
 
@@ -129,7 +129,7 @@ def test_four_letters_and_the_whole_name(tmp_path):
 def test_unsigned_offsets(form):
     groups = {"ANALOG": {"FORMAT": [form], "OFFSET": whole(32784, 32767)}}
     counts = {"E1": EMG[:, 0] * 100 + 32784.0, "E2": EMG[:, 1] * 100 + 32767.0}
-    read = parse_capture(made(analog=counts, groups=groups).write(), "a.c3d")
+    read = parse_c3d(made(analog=counts, groups=groups).write(), "a.c3d")
     assert np.abs(read.analog([0, 1]) - 100 * EMG).max() < 0.01
 
 

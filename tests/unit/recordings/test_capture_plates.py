@@ -13,8 +13,8 @@ from capture_bench import PlateTruth, a_load, corners, on_plates, real, whole
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import WRENCH
 from armimpedance.recordings import write_recording
-from armimpedance.recordings.capture.capture import read_capture
-from armimpedance.recordings.capture.plates import force_unit, local_wrench, moment_unit, plates_of
+from armimpedance.recordings.c3d.c3d_file import read_c3d
+from armimpedance.recordings.c3d.plates import force_unit, local_wrench, moment_unit, plates_of
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 from armimpedance.recordings.motion.moving_metadata import lab_rotation
 from armimpedance.recordings.opening import open_recording
@@ -192,7 +192,7 @@ def test_as_ezc3d_computes_them(kind, processor, tmp_path):
         capture.groups["FORCE_PLATFORM"]["CAL_MATRIX"] = np.zeros((2, 6, 6))
     file = save(tmp_path, capture)
     theirs = ezc3d.c3d(str(file), extract_forceplat_data=True)["data"]["platform"]
-    read = read_capture(file)
+    read = read_c3d(file)
     for own, other in zip(plates_of(read, 1e-3), theirs, strict=True):
         wrench = local_wrench(read, own, 1e-3, own.turn.T @ Z)
         force, moment = (wrench.reshape(-1, 2, 3) @ own.turn.T).transpose(1, 0, 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
 import numpy as np
@@ -75,7 +75,7 @@ _ENTRIES: Final = 20_000
 
 @dataclass(frozen=True)
 class Entry:
-    """One parameter.
+    """One parameter: texts or numbers.
 
     Attributes
     ----------
@@ -87,13 +87,19 @@ class Entry:
     """
 
     sizes: tuple[int, ...]
-    texts: tuple[str, ...]
-    numbers: FloatArray
+    texts: tuple[str, ...] = ()
+    numbers: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+#: Group -> name -> parameter, all names in capitals.
+Groups = Mapping[str, Mapping[str, Entry]]
 
 
 @dataclass(frozen=True)
 class C3dParameters:
     """All parameters of a file, by group and name in capitals.
+
+    A Kinarm archive that is no C3D file has the same groups.
 
     Attributes
     ----------
@@ -102,7 +108,7 @@ class C3dParameters:
     """
 
     processor: Processor
-    groups: Mapping[str, Mapping[str, Entry]]
+    groups: Groups
 
     def entry(self, group: str, name: str) -> Entry | None:
         """A parameter, or None."""
@@ -132,6 +138,11 @@ class C3dParameters:
         """A parameter's first number, or the default where there is none."""
         entry = self.entry(group, name)
         return default if entry is None or not len(entry.numbers) else float(entry.numbers[0])
+
+    def number(self, group: str, name: str) -> float | None:
+        """A parameter's first number; None where there is none, or it is not finite."""
+        value = self.first(group, name, math.nan)
+        return value if math.isfinite(value) else None
 
     def text(self, group: str, name: str) -> str:
         """A parameter's first text; empty where there is none."""
@@ -224,7 +235,7 @@ class _Section:
             width = sizes[0] if sizes else 1
             starts = range(0, len(raw), width) if width else ()
             texts = tuple(_decoded(raw[i : i + width]) for i in starts)
-            return Entry(sizes[1:], texts, np.zeros(0))
+            return Entry(sizes[1:], texts)
         if kind == 1:
             return Entry(sizes, (), np.frombuffer(raw, np.uint8).astype(np.float64))
         return Entry(sizes, (), self._numbers("i2" if kind == 2 else "f4", raw))
@@ -248,6 +259,9 @@ class _Section:
 
 
 def _decoded(raw: bytes) -> str:
-    """A text of the file on one printable line."""
-    text = raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
-    return shown(text)
+    return plain_text(raw.decode("utf-8", errors="replace"))
+
+
+def plain_text(text: str) -> str:
+    """A text of a file without its filling, on one printable line: labels stand in messages."""
+    return shown(text.rstrip("\x00 ").lstrip())

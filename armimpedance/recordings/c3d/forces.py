@@ -10,9 +10,9 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.capture.capture import Capture
-from armimpedance.recordings.capture.events import unused
-from armimpedance.recordings.capture.plates import (
+from armimpedance.recordings.c3d.c3d_file import C3dFile
+from armimpedance.recordings.c3d.events import unused
+from armimpedance.recordings.c3d.plates import (
     LEAST_LOAD_N,
     MOST_PLATES,
     Plate,
@@ -78,7 +78,7 @@ def check_level(
 
 
 def plate_forces(
-    capture: Capture,
+    capture: C3dFile,
     plates: Sequence[Plate],
     metres: float,
     rotation: FloatArray,
@@ -92,7 +92,7 @@ def plate_forces(
 
     Parameters
     ----------
-    capture : Capture
+    capture : C3dFile
     plates : sequence of Plate
         At least one.
     metres : float
@@ -130,7 +130,7 @@ def plate_forces(
 
 
 def _of_plate(
-    capture: Capture, plate: Plate, metres: float, rotation: FloatArray
+    capture: C3dFile, plate: Plate, metres: float, rotation: FloatArray
 ) -> tuple[FloatArray, str]:
     """The wrench (S, 6) in the plate's axes, and a remark where ORIGIN had the other sign.
 
@@ -156,7 +156,7 @@ def _of_plate(
 
 
 def _direction(
-    capture: Capture,
+    capture: C3dFile,
     plate: Plate,
     wrench: FloatArray,
     rotation: FloatArray,
@@ -274,7 +274,7 @@ class TakenPlates:
 
 
 def plates_taken(
-    capture: Capture,
+    capture: C3dFile,
     metres: float,
     positions: FloatArray,
     *,
@@ -286,7 +286,7 @@ def plates_taken(
 
     Parameters
     ----------
-    capture : Capture
+    capture : C3dFile
     metres : float
         The file's unit of length, in m.
     positions : (F, P, 3)
@@ -326,7 +326,7 @@ def plates_taken(
 
 
 def _axes_doubted(
-    capture: Capture,
+    capture: C3dFile,
     plates: Sequence[Plate],
     positions: FloatArray,
     rotation: FloatArray,

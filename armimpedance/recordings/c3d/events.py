@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.findings import not_taken
-from armimpedance.recordings.capture.capture import Capture
-from armimpedance.recordings.capture.parameters import Processor
-from armimpedance.recordings.capture.plates import Plate
+from armimpedance.recordings.c3d.c3d_file import C3dFile
+from armimpedance.recordings.c3d.parameters import Processor
+from armimpedance.recordings.c3d.plates import Plate
 
 #: The header's word 150 says that its events have labels of four characters.
 _LABELLED: Final = 12345
@@ -47,7 +47,7 @@ class Event:
         return self.label if general else f"{self.context} {self.label}"
 
 
-def events_of(capture: Capture) -> tuple[Event, ...]:
+def events_of(capture: C3dFile) -> tuple[Event, ...]:
     """The events of a file in the order of their times; their clock begins at frame 1."""
     found = _of_group(capture) or _of_header(capture.header, capture.parameters.processor)
     late = (capture.layout.first_frame - 1) / capture.rate_hz
@@ -67,7 +67,7 @@ def event_columns(events: tuple[Event, ...]) -> dict[str, float]:
     return columns
 
 
-def _of_group(capture: Capture) -> list[Event]:
+def _of_group(capture: C3dFile) -> list[Event]:
     parameters = capture.parameters
     labels = parameters.texts("EVENT", "LABELS")
     contexts = parameters.texts("EVENT", "CONTEXTS")
@@ -115,7 +115,7 @@ _MOST: Final = 80
 LeftOut = Mapping[str, tuple[str, ...]]
 
 
-def model_outputs(capture: Capture) -> dict[str, str]:
+def model_outputs(capture: C3dFile) -> dict[str, str]:
     """Labels of points that are no places -> what they are, in lower case."""
     given = {t.upper() for t in capture.parameters.texts("POINT", "TYPE_GROUPS")}
     # Positions that a model found are places as markers are.
@@ -128,12 +128,12 @@ def model_outputs(capture: Capture) -> dict[str, str]:
     }
 
 
-def beside(capture: Capture, channels: Iterable[str]) -> dict[str, tuple[str, ...]]:
+def beside(capture: C3dFile, channels: Iterable[str]) -> dict[str, tuple[str, ...]]:
     """What is left out of every file: by why, the names.
 
     Parameters
     ----------
-    capture : Capture
+    capture : C3dFile
     channels : iterable of str
         Analog channels that were taken.
     """
@@ -156,7 +156,7 @@ def beside(capture: Capture, channels: Iterable[str]) -> dict[str, tuple[str, ..
     }
 
 
-def unused(capture: Capture, plates: Iterable[Plate]) -> dict[str, tuple[str, ...]]:
+def unused(capture: C3dFile, plates: Iterable[Plate]) -> dict[str, tuple[str, ...]]:
     """What the file says of its plates and their wrenches do not use."""
     kinds = {plate.kind for plate in plates}
     lifted = any(plate.kind == 1 and plate.origin_m.any() for plate in plates)

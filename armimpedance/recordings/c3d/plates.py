@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.capture.capture import Capture
+from armimpedance.recordings.c3d.c3d_file import C3dFile
 
 #: Types that are read -> their channels.
 CHANNELS: Final = {1: 6, 2: 6, 3: 8, 4: 6}
@@ -66,18 +66,18 @@ class Plate:
     matrix: FloatArray | None = None
 
 
-def plates_used(capture: Capture) -> int:
+def plates_used(capture: C3dFile) -> int:
     """How many force plates the file says to hold."""
     used = capture.parameters.first("FORCE_PLATFORM", "USED", 0.0)
     return int(used) if np.isfinite(used) and used > 0 else 0
 
 
-def plates_of(capture: Capture, metres: float) -> tuple[Plate, ...]:
+def plates_of(capture: C3dFile, metres: float) -> tuple[Plate, ...]:
     """The force plates of a file, but those that are listed without a place and bear no load.
 
     Parameters
     ----------
-    capture : Capture
+    capture : C3dFile
     metres : float
         The file's unit of length, in m.
 
@@ -100,7 +100,7 @@ def plates_of(capture: Capture, metres: float) -> tuple[Plate, ...]:
     return tuple(plates)
 
 
-def _idle(capture: Capture, i: int) -> bool:
+def _idle(capture: C3dFile, i: int) -> bool:
     """Whether plate `i` is a form that was never filled in: nothing is ever on it."""
     types = capture.parameters.numbers("FORCE_PLATFORM", "TYPE")
     if i >= len(types) or types[i] not in CHANNELS:
@@ -116,7 +116,7 @@ def _idle(capture: Capture, i: int) -> bool:
     return bool(np.abs(forces).max(initial=0.0) < LEAST_LOAD_N)
 
 
-def _plate(capture: Capture, i: int, metres: float) -> Plate:
+def _plate(capture: C3dFile, i: int, metres: float) -> Plate:
     types = capture.parameters.numbers("FORCE_PLATFORM", "TYPE")
     if i >= len(types) or not np.isfinite(types[i]):
         raise _wrong(capture, i, "no TYPE", "one for each plate")
@@ -138,7 +138,7 @@ def _plate(capture: Capture, i: int, metres: float) -> Plate:
     )
 
 
-def _numbers(capture: Capture, i: int, name: str, count: int) -> FloatArray:
+def _numbers(capture: C3dFile, i: int, name: str, count: int) -> FloatArray:
     """The numbers of plate `i` in a parameter that has so many of each."""
     given = capture.parameters.numbers("FORCE_PLATFORM", name)
     own = given[count * i : count * (i + 1)]
@@ -147,7 +147,7 @@ def _numbers(capture: Capture, i: int, name: str, count: int) -> FloatArray:
     return own
 
 
-def _channels(capture: Capture, i: int, kind: int) -> tuple[int, ...]:
+def _channels(capture: C3dFile, i: int, kind: int) -> tuple[int, ...]:
     """The plate's channels: as many rows as the parameter has, those beyond the type's unused."""
     entry = capture.parameters.entry("FORCE_PLATFORM", "CHANNEL")
     count, there = CHANNELS[kind], capture.layout.channels
@@ -163,7 +163,7 @@ def _channels(capture: Capture, i: int, kind: int) -> tuple[int, ...]:
     return tuple(int(c) - 1 for c in own)
 
 
-def _frame(capture: Capture, i: int, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _frame(capture: C3dFile, i: int, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The plate's axes (3, 3) as columns, and half of its edges (2,).
 
     Corner 1 lies at its +x +y, corner 2 at -x +y, corner 3 at -x -y, corner 4 at +x -y.
@@ -183,7 +183,7 @@ def _frame(capture: Capture, i: int, corners: FloatArray) -> tuple[FloatArray, F
     return np.column_stack([x, np.cross(z, x), z]), edges / 2
 
 
-def _matrix(capture: Capture, i: int) -> FloatArray:
+def _matrix(capture: C3dFile, i: int) -> FloatArray:
     """The calibration matrix of plate `i`: force and moment = C (channels)."""
     flat = _numbers(capture, i, "CAL_MATRIX", 36)
     entry = capture.parameters.entry("FORCE_PLATFORM", "CAL_MATRIX")
@@ -197,7 +197,7 @@ def _matrix(capture: Capture, i: int) -> FloatArray:
     return C
 
 
-def _wrong(capture: Capture, i: int, problem: str, expected: str) -> InputError:
+def _wrong(capture: C3dFile, i: int, problem: str, expected: str) -> InputError:
     return InputError(f"force plate {i + 1}: {problem}", file=capture.name, expected=expected)
 
 
@@ -248,12 +248,12 @@ _STEADY_N: Final = 10.0
 _LARGEST_N: Final = 1e5
 
 
-def local_wrench(capture: Capture, plate: Plate, metres: float, up: FloatArray) -> FloatArray:
+def local_wrench(capture: C3dFile, plate: Plate, metres: float, up: FloatArray) -> FloatArray:
     """The wrench (S, 6) of a plate at the analog rate.
 
     Parameters
     ----------
-    capture : Capture
+    capture : C3dFile
     plate : Plate
     metres : float
         The file's unit of length, in m.
@@ -283,12 +283,12 @@ def local_wrench(capture: Capture, plate: Plate, metres: float, up: FloatArray) 
     return wrench
 
 
-def baseline(capture: Capture, wrench: FloatArray) -> tuple[FloatArray, str]:
+def baseline(capture: C3dFile, wrench: FloatArray) -> tuple[FloatArray, str]:
     """What a plate shows where the file says that nothing is on it, (6,), and why it is zero.
 
     Parameters
     ----------
-    capture : Capture
+    capture : C3dFile
     wrench : (S, 6)
 
     Returns
@@ -317,7 +317,7 @@ def baseline(capture: Capture, wrench: FloatArray) -> tuple[FloatArray, str]:
     return mean, ""
 
 
-def _factors(capture: Capture, plate: Plate, metres: float) -> FloatArray:
+def _factors(capture: C3dFile, plate: Plate, metres: float) -> FloatArray:
     """What makes each channel SI; 1 of those that a matrix turns into forces."""
     if plate.kind == 4:
         return np.ones(6)
@@ -383,6 +383,6 @@ def _about_surface(wrench: FloatArray, to_surface: FloatArray) -> FloatArray:
 _OF_TYPE: Final = {1: _pressed, 2: _of_six, 3: _of_eight, 4: _of_six}
 
 
-def _wrong_type(capture: Capture, plate: Plate, problem: str, expected: str) -> InputError:
+def _wrong_type(capture: C3dFile, plate: Plate, problem: str, expected: str) -> InputError:
     problem = f"force plate {plate.number}: {problem}"
     return InputError(problem, file=capture.name, expected=expected)

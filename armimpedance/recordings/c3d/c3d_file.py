@@ -1,10 +1,17 @@
-"""One C3D file of motion capture: where its samples lie and what they are."""
+"""One C3D file, of motion capture or of a Kinarm: where its samples lie and what they are.
+
+After the C3D user guide (Motion Lab Systems): blocks of 512 bytes; a header, a section of
+parameters in groups, then per frame the points (x, y, z, residual) and the analog samples, as
+reals or as scaled 16-bit integers. Kinarm's Dexterit-E departs from the guide: `ANALOG:OFFSET` is a
+real, `POINT:DATA_START` is 0, texts stand without a count dimension, and longer trials overflow the
+16 bits of the count of frames.
+"""
 
 from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -14,12 +21,12 @@ from numpy.typing import NDArray
 
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.c3d_file import check_c3d
-from armimpedance.recordings.capture.parameters import C3dParameters, Processor, read_parameters
+from armimpedance.recordings.c3d.parameters import C3dParameters, Processor, read_parameters
 
 # Where the samples of a C3D file lie and in which form, checked against the file's length.
 
 BLOCK: Final = 512
+_KEY: Final = 0x50
 #: The counts of frames in the header have 16 bits.
 _WRAP: Final = 65536
 
@@ -98,7 +105,7 @@ class _Header:
 def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
     """The layout of a C3D file's samples.
 
-    C3dParameters
+    Parameters
     ----------
     data : bytes
         The whole file.
@@ -120,11 +127,6 @@ def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
     channels, per_frame, remarks = _analog(data, name, header, parameters, start)
     real = scale < 0
     bytes_per_frame = (4 * header.points + channels * per_frame) * (4 if real else 2)
-    if not bytes_per_frame:
-        turned = len(parameters.texts("ROTATION", "LABELS"))
-        beside = f", only rotations of {turned} segments" if turned else ""
-        problem = f"holds neither points nor analog channels{beside}"
-        raise InputError(problem, file=name, expected="a C3D file with markers")
     frames = _frames(data, name, header, parameters, start, bytes_per_frame)
     return Layout(
         start=start,
@@ -135,7 +137,7 @@ def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
         real=real,
         point_scale=1.0 if real else scale,
         first_frame=max(header.first, 1),
-        rate_hz=_rate(name, header, parameters),
+        rate_hz=_rate(name, header, parameters) if frames else header.rate_hz,
         remarks=remarks,
     )
 
@@ -167,6 +169,8 @@ def _scale(header: _Header, parameters: C3dParameters) -> float:
 
 def _start(data: bytes, name: str, header: _Header, parameters: C3dParameters) -> int:
     block = header.block or parameters.first("POINT", "DATA_START", 0.0)
+    if not header.frames and block in (0.0, 1.0):
+        return len(data)
     if not 1 < block <= len(data) / BLOCK + 1:
         problem = f"the data are said to start at block {block:g}"
         raise InputError(problem, file=name, expected="a block of the file, after the header")
@@ -176,7 +180,13 @@ def _start(data: bytes, name: str, header: _Header, parameters: C3dParameters) -
 def _frames(
     data: bytes, name: str, header: _Header, parameters: C3dParameters, start: int, size: int
 ) -> int:
-    """How many frames there are, where 16 bits may not have sufficed to say so."""
+    """How many frames there are, where 16 bits may not have sufficed to say so.
+
+    A longer recording wraps round at 65536 frames or stays at 65535: the length of the file tells.
+    It is filled to a whole block, with fewer than `BLOCK` bytes.
+    """
+    if not size:
+        return 0
     claimed, held = header.frames, (len(data) - start) // size
     for exact in _long_counts(parameters):
         # What the header says is the same count without its upper half, or all that fits into it.
@@ -222,7 +232,7 @@ def _rate(name: str, header: _Header, parameters: C3dParameters) -> float:
 
 
 @dataclass(frozen=True)
-class Capture:
+class C3dFile:
     """The content of one file; samples are decoded when they are asked for.
 
     Attributes
@@ -277,6 +287,17 @@ class Capture:
         """Where the residual (F, n) of points is negative."""
         return self.residuals(index) < 0
 
+    def stored(self, index: Sequence[int]) -> NDArray[np.generic]:
+        """Analog channels (F * samples a frame, n) bit by bit as they stand in the file."""
+        layout, chosen = self.layout, np.asarray(index, np.intp)
+        columns = (
+            4 * layout.points
+            + np.arange(layout.samples_per_frame)[:, None] * layout.channels
+            + chosen[None, :]
+        )
+        count = len(self.words) * layout.samples_per_frame
+        return self.words[:, columns.ravel()].reshape(count, len(chosen))
+
     def analog(self, index: Sequence[int]) -> FloatArray:
         """Analog channels (F * samples a frame, n) in the file's units.
 
@@ -285,14 +306,7 @@ class Capture:
         InputError
             A channel lacks its scale or offset.
         """
-        layout, chosen = self.layout, np.asarray(index, np.intp)
-        columns = (
-            4 * layout.points
-            + np.arange(layout.samples_per_frame)[:, None] * layout.channels
-            + chosen[None, :]
-        )
-        count = len(self.words) * layout.samples_per_frame
-        words = self.words[:, columns.ravel()].reshape(count, len(chosen))
+        layout, chosen, words = self.layout, np.asarray(index, np.intp), self.stored(index)
         unsigned = self.parameters.text("ANALOG", "FORMAT").upper() == "UNSIGNED"
         if unsigned and not layout.real:
             words = words.view(words.dtype.str.replace("i", "u"))
@@ -324,19 +338,42 @@ class Capture:
         return values[:channels]
 
 
-def read_capture(path: str | os.PathLike[str]) -> Capture:
-    """Read a C3D file of motion capture from the disk; see `parse_capture`."""
+def muscles_of(emg_channels: Mapping[str, str] | None) -> dict[str, str]:
+    """Analog channel -> muscle; refused where two channels are given to one muscle."""
+    muscles = dict(emg_channels or {})
+    if len(set(muscles.values())) < len(muscles):
+        raise InputError("two EMG channels of one muscle", expected="a muscle for each channel")
+    return muscles
+
+
+def _check(data: bytes, name: str) -> None:
+    """Refuse bytes that do not begin as a C3D file does."""
+    if len(data) < BLOCK:
+        problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
+        raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
+    if data[1] != _KEY or data[0] < 2:
+        raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
+
+
+def parameters_of(data: bytes, name: str) -> C3dParameters:
+    """The parameters of a C3D file, without its samples; errors as `parse_c3d`."""
+    _check(data, name)
+    return read_parameters(data, name, (data[0] - 1) * BLOCK)
+
+
+def read_c3d(path: str | os.PathLike[str]) -> C3dFile:
+    """Read a C3D file from the disk; see `parse_c3d`."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from None
-    return parse_capture(data, str(path))
+    return parse_c3d(data, str(path))
 
 
-def parse_capture(data: bytes, name: str) -> Capture:
+def parse_c3d(data: bytes, name: str) -> C3dFile:
     """The content of a C3D file from its bytes.
 
-    C3dParameters
+    Parameters
     ----------
     data : bytes
     name : str
@@ -347,13 +384,12 @@ def parse_capture(data: bytes, name: str) -> Capture:
     InputError
         It is no C3D file, is cut off, or its header claims what it does not hold.
     """
-    check_c3d(data, name)
-    parameters = read_parameters(data, name, (data[0] - 1) * BLOCK)
+    parameters = parameters_of(data, name)
     layout = layout_of(data, name, parameters)
     word = parameters.processor.dtype("f4" if layout.real else "i2")
     count = layout.frames * layout.words_per_frame
     words = np.frombuffer(data, word, count, layout.start)
-    return Capture(
+    return C3dFile(
         name=name,
         header=data[:BLOCK],
         parameters=parameters,

@@ -1,0 +1,1 @@
+"""C3D files as they are: any processor, points, analog channels, plates, events."""

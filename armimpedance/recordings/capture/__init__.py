@@ -1,1 +1,0 @@
-"""Motion-capture C3D files as they are: any processor, points, analog channels, plates, events."""
