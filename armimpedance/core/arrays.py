@@ -107,10 +107,8 @@ def lengths(vectors: FloatArray) -> FloatArray:
 def require_covariance(covariance: FloatArray, name: str) -> None:
     """Refuse a matrix (..., p, p) that no errors have, beyond what rounding makes.
 
-    Raises
-    ------
-    RecordError
-        It is not symmetric, or a combination of the elements has a negative variance.
+    Raises RecordError: it is not symmetric, or a combination of the elements has a negative
+    variance.
     """
     variance = np.diagonal(covariance, axis1=-2, axis2=-1)
     # an element without an error is known, and goes with no other
@@ -150,10 +148,8 @@ class FrozenRecord:
 
     A record that has to hold more than this extends ``__post_init__`` and calls it first.
 
-    Raises
-    ------
-    RecordError
-        An array has another shape, a value that is not finite, or sizes that disagree.
+    Raises RecordError: an array has another shape, a value that is not finite, or sizes that
+    disagree.
     """
 
     def __post_init__(self) -> None:
@@ -270,19 +266,11 @@ def to_plain(value: Any) -> Any:
 def from_plain(kind: type[Record], plain: Any, where: str = "") -> Record:
     """The record of this type whose `to_plain` this is.
 
-    Parameters
-    ----------
-    kind : type
-        A frozen dataclass whose fields are float arrays, whole-number arrays, numbers, truths,
-        texts, such records, tuples of them, or None.
-    plain : mapping
-    where : str
-        The field that it stands in, for messages.
-
-    Raises
-    ------
-    InputError
-        A field is missing, unknown, or not what its type says, or the record refuses it.
+    `kind`: a frozen dataclass whose fields are float arrays, whole-number arrays, numbers, truths,
+    texts, such records, tuples of them, or None.
+    `where`: the field that it stands in, for messages.
+    Raises InputError: a field is missing, unknown, or not what its type says, or the record refuses
+    it.
     """
     if not isinstance(plain, Mapping):
         raise InputError(f"not a {kind.__name__}", column=where or None, expected="a mapping")

@@ -14,14 +14,7 @@ LONGEST_MESSAGE: Final = 400
 def shown(text: str) -> str:
     """A text of a file as a message shows it: on one line, and no command to a terminal.
 
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    str
-        Printable; any other character as Python writes it, such as ``\\x1b``.
+    Returns printable; any other character as Python writes it, such as ``\\x1b``.
     """
     if text.isprintable():
         return text
@@ -32,15 +25,7 @@ def shown(text: str) -> str:
 def shortened(text: str, length: int) -> str:
     """A text with its middle left out where it is longer than `length`.
 
-    Parameters
-    ----------
-    text : str
-    length : int
-        At least 3.
-
-    Returns
-    -------
-    str
+    `length`: at least 3.
     """
     if len(text) <= length:
         return text
@@ -162,19 +147,10 @@ class WorkerError(EstimationError):
 def needed(module: str, extra: str, file: object) -> Any:
     """Import a package that an extra of the installation brings.
 
-    Parameters
-    ----------
-    module : str
-        What is imported, such as ``"h5py"``.
-    extra : str
-        The extra of `pyproject.toml` that brings it, such as ``"matlab"``.
-    file : path
-        The file that needs it, for the message.
-
-    Raises
-    ------
-    InputError
-        The package is not installed; the message says how to install it.
+    `module`: what is imported, such as ``"h5py"``.
+    `extra`: the extra of `pyproject.toml` that brings it, such as ``"matlab"``.
+    `file`: the file that needs it, for the message.
+    Raises InputError: the package is not installed; the message says how to install it.
     """
     try:
         return import_module(module)

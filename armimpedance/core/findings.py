@@ -24,24 +24,14 @@ MARKS: Final[dict[str, str]] = {
 class Finding:
     """One thing that was looked at.
 
-    Attributes
-    ----------
-    name : str
-        What was looked at, such as "force sign"; "" where the message says it.
-    verdict : {"ok", "warning", "unusable", "missing", "cannot tell"}
-        `unusable`: an analysis would be refused or meaningless. `missing`: a later analysis may
-        ask for it. `cannot tell`: the data do not show whether the assumption holds; the interval
-        allows for it, or the message says what it could cost.
-    message : str
-        What was seen and what to do, one line.
-    smallest : str
-        The smallest violation that this check would have seen, with its unit; "" where the check
-        compares exact facts.
-
-    Raises
-    ------
-    InputError
-        An unknown verdict.
+    `name`: what was looked at, such as "force sign"; "" where the message says it.
+    `verdict`: `unusable`: an analysis would be refused or meaningless. `missing`: a later analysis
+    may ask for it. `cannot tell`: the data do not show whether the assumption holds; the interval
+    allows for it, or the message says what it could cost.
+    `message`: what was seen and what to do, one line.
+    `smallest`: the smallest violation that this check would have seen, with its unit; "" where the
+    check compares exact facts.
+    Raises InputError: an unknown verdict.
 
     Examples
     --------
@@ -83,16 +73,7 @@ def missing(what: str) -> Finding:
 
 
 def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """The sentences of what is violated or cannot be told: the warnings of a result.
-
-    Parameters
-    ----------
-    findings : iterable of Finding
-
-    Returns
-    -------
-    tuple of str
-    """
+    """The sentences of what is violated or cannot be told: the warnings of a result."""
     return tuple(
         f.sentence for f in findings if f.verdict in ("warning", "unusable", "cannot tell")
     )
@@ -101,14 +82,7 @@ def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
 def checked_sentence(findings: Iterable[Finding]) -> str:
     """What a methods paragraph says of the checks; "" where none was made.
 
-    Parameters
-    ----------
-    findings : iterable of Finding
-
-    Returns
-    -------
-    str
-        One sentence: what was held against the data, and what is violated or cannot be told.
+    Returns one sentence: what was held against the data, and what is violated or cannot be told.
     """
     asked = [f for f in findings if f.name and f.verdict != "missing"]
     if not asked:
@@ -127,17 +101,9 @@ _BEGINNING: Final = "Not taken: "
 def not_taken(what: Sequence[str], why: str) -> tuple[str, ...]:
     """A sentence of the provenance on what was not taken, and why; none where that is nothing.
 
-    Parameters
-    ----------
-    what : sequence of str
-        Names of channels, groups or columns.
-    why : str
-        Such as "no meaning was given to them".
-
-    Returns
-    -------
-    tuple of str
-        One sentence or none.
+    `what`: names of channels, groups or columns.
+    `why`: such as "no meaning was given to them".
+    Returns one sentence or none.
 
     Examples
     --------
@@ -148,14 +114,5 @@ def not_taken(what: Sequence[str], why: str) -> tuple[str, ...]:
 
 
 def told_not_taken(provenance: Iterable[str]) -> tuple[str, ...]:
-    """What these sentences say was not taken, without their beginning.
-
-    Parameters
-    ----------
-    provenance : iterable of str
-
-    Returns
-    -------
-    tuple of str
-    """
+    """What these sentences say was not taken, without their beginning."""
     return tuple(s.removeprefix(_BEGINNING) for s in provenance if s.startswith(_BEGINNING))

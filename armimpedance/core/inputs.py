@@ -43,10 +43,7 @@ class _Look:
 class Inputs:
     """What inputs looked like before they were read.
 
-    Attributes
-    ----------
-    looks : tuple of (Path, look)
-        Of every regular file, those of a folder one by one.
+    `looks` tuple of (Path, look): of every regular file, those of a folder one by one.
     """
 
     looks: tuple[tuple[Path, _Look], ...]
@@ -54,10 +51,7 @@ class Inputs:
     def check(self) -> None:
         """Whether they still look like that.
 
-        Raises
-        ------
-        InputError
-            A file was written to, cut, replaced or removed.
+        Raises InputError: a file was written to, cut, replaced or removed.
         """
         for path, before in self.looks:
             if _look(path, summed=bool(before.sum)) != before:
@@ -68,14 +62,7 @@ class Inputs:
 def inputs_now(*paths: str | os.PathLike[str] | None) -> Inputs:
     """What files look like now, before they are read.
 
-    Parameters
-    ----------
-    *paths : path or None
-        Files and folders; None, what is not there, and pipes and devices are passed over.
-
-    Returns
-    -------
-    Inputs
+    `*paths`: files and folders; None, what is not there, and pipes and devices are passed over.
     """
     found = []
     for path in paths:
@@ -90,15 +77,8 @@ def inputs_now(*paths: str | os.PathLike[str] | None) -> Inputs:
 def unchanged(*paths: str | os.PathLike[str] | None) -> Iterator[None]:
     """Read files in here: whatever the reading ends in, a change of them comes first.
 
-    Parameters
-    ----------
-    *paths : path or None
-        As for `inputs_now`.
-
-    Raises
-    ------
-    InputError
-        A file changed meanwhile; it names the file.
+    `*paths`: as for `inputs_now`.
+    Raises InputError: a file changed meanwhile; it names the file.
     """
     before = inputs_now(*paths)
     try:
@@ -141,19 +121,8 @@ def _look(path: Path, *, summed: bool | None = None) -> _Look | None:
 def distinct_names(paths: Sequence[Path]) -> list[str]:
     """A name for each path: its own, with as many folders before it as make all different.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-
-    Returns
-    -------
-    list of str
-        Such as ``["monday/session", "tuesday/session"]``.
-
-    Raises
-    ------
-    InputError
-        One place is given twice.
+    Returns such as ``["monday/session", "tuesday/session"]``.
+    Raises InputError: one place is given twice.
     """
     places = [path.resolve() for path in paths]
     for number, place in enumerate(places):

@@ -34,12 +34,7 @@ def finite(value: Any) -> Any:
 
 
 def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
-    """The object in a JSON file, its numbers finite and its names different.
-
-    Raises
-    ------
-    InputError
-    """
+    """The object in a JSON file, its numbers finite and its names different."""
     try:
         with unchanged(file):
             text = file.read_text(encoding="utf-8-sig")

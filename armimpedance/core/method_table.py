@@ -21,18 +21,11 @@ Entry = TypeVar("Entry")
 class MethodTable(Mapping[str, Entry], Generic[Entry]):
     """The entries of a folder, by their names; the default first, the others by the alphabet.
 
-    Parameters
-    ----------
-    package : str
-        The folder, dotted. Each of its modules holds one entry.
-    record : str
-        What the entry is called in its module, such as ``METHOD``.
-    kind : str
-        What an entry is called in messages, such as "method".
-    default : str
-        The name of the entry that is meant where none is named; "" if there is none.
-    joint : {"_", "-"}
-        What stands in names where the file's name has an underscore.
+    `package`: the folder, dotted. Each of its modules holds one entry.
+    `record`: what the entry is called in its module, such as ``METHOD``.
+    `kind`: what an entry is called in messages, such as "method".
+    `default`: the name of the entry that is meant where none is named; "" if there is none.
+    `joint`: what stands in names where the file's name has an underscore.
     """
 
     def __init__(
@@ -72,10 +65,7 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
     def named(self, name: str | None = None) -> Entry:
         """Look up an entry; None means the default.
 
-        Raises
-        ------
-        InputError
-            There is none of that name; the message lists those that there are.
+        Raises InputError: there is none of that name; the message lists those that there are.
         """
         wanted = self.default if name is None else name
         if wanted not in self.names:
@@ -92,14 +82,9 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
 class FoundTable(MethodTable[Entry]):
     """A table whose entries stand in many folders: each topic holds its own.
 
-    Parameters
-    ----------
-    package : str
-        The package that is looked through, with all its folders.
-    ending : str
-        How the names of the modules end: ``elbow_page`` is the entry ``elbow`` of "_page".
-    record, kind, default : str
-        As of `MethodTable`.
+    `package`: the package that is looked through, with all its folders.
+    `ending`: how the names of the modules end: ``elbow_page`` is the entry ``elbow`` of "_page".
+    `record`, `kind`, `default`: as of `MethodTable`.
     """
 
     def __init__(

@@ -27,15 +27,9 @@ WRENCH: Final = ("fx", "fy", "fz", "mx", "my", "mz")
 class EmgSignals(FrozenRecord):
     """Raw EMG at its own rate.
 
-    Attributes
-    ----------
-    sample_rate_hz : float
-    offsets : (T + 1,) int
-        Samples of trial t: ``offsets[t]:offsets[t + 1]``; may be none.
-    signals : (Ne, m)
-    muscles : tuple of m str
-    unit : {"V", "normalised"}
-        In V, the maximum is in the trial table (``mvc_<muscle>_V``).
+    `signals` (Ne, m).
+    `offsets` (T + 1,) int: samples of trial t: ``offsets[t]:offsets[t + 1]``; may be none.
+    `unit`: in V, the maximum is in the trial table (``mvc_<muscle>_V``).
     """
 
     sample_rate_hz: float

@@ -27,22 +27,11 @@ RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "sa
 def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Write a file that appears only when it is complete.
 
-    Parameters
-    ----------
-    path : path
-        The final name. An existing file is replaced in one step; the new one is as open to others
-        as the old one was.
-
-    Yields
-    ------
-    Path
-        A temporary name in the same folder, with the same suffix, to be written to.
-
-    Raises
-    ------
-    InputError
-        The folder does not exist or cannot be written to, or `path` is no regular file or
-        write-protected.
+    `path`: the final name. An existing file is replaced in one step; the new one is as open to
+    others as the old one was.
+    Yields a temporary name in the same folder, with the same suffix, to be written to.
+    Raises InputError: the folder does not exist or cannot be written to, or `path` is no regular
+    file or write-protected.
     """
     final = _final_path(path)
     check_file_replaceable(final)
@@ -72,24 +61,12 @@ def staged_folder(
     earlier output: it holds `mark`, and nothing that is not `known`. Anything else may be
     somebody's only copy.
 
-    Parameters
-    ----------
-    path : path
-        The final name.
-    mark : str
-        The file by which an earlier output is known.
-    known : collection of str
-        The names (not deeper than one level) that an earlier output may hold.
-
-    Yields
-    ------
-    Path
-        A temporary empty folder beside `path`.
-
-    Raises
-    ------
-    InputError
-        The parent folder does not exist or cannot be written to, or `path` must not be replaced.
+    `path`: the final name.
+    `mark`: the file by which an earlier output is known.
+    `known`: the names (not deeper than one level) that an earlier output may hold.
+    Yields a temporary empty folder beside `path`.
+    Raises InputError: the parent folder does not exist or cannot be written to, or `path` must not
+    be replaced.
     """
     final = _final_path(path)
     check_replaceable(final, mark, known)
@@ -119,16 +96,8 @@ def check_replaceable(
 ) -> None:
     """Refuse a folder that is neither new nor empty nor plainly an earlier output.
 
-    Parameters
-    ----------
-    path : path
-    mark, known
-        As for `staged_folder`.
-
-    Raises
-    ------
-    InputError
-        It is a file or write-protected, or holds what no earlier output holds.
+    `mark`, `known`: as for `staged_folder`.
+    Raises InputError: it is a file or write-protected, or holds what no earlier output holds.
     """
     final = Path(path)
     if not final.exists():
@@ -160,14 +129,7 @@ def _held(folder: Path) -> list[str]:
 def check_file_replaceable(path: str | os.PathLike[str]) -> None:
     """Refuse a name that stands for something that a file must not replace.
 
-    Parameters
-    ----------
-    path : path
-
-    Raises
-    ------
-    InputError
-        It is a folder, a device or a pipe, or a file that nobody may write to.
+    Raises InputError: it is a folder, a device or a pipe, or a file that nobody may write to.
     """
     try:
         mode = os.stat(path).st_mode

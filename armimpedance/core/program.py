@@ -29,14 +29,7 @@ def of_words(*words: object) -> str:
 def of_program(*packages: str) -> str:
     """SHA-256 of packages, where they are installed, and the versions of what they count with.
 
-    Parameters
-    ----------
-    *packages : str
-        Default: the toolkit alone.
-
-    Returns
-    -------
-    str
+    `*packages`: default: the toolkit alone.
     """
     own = [(name, *one) for name in packages or ("armimpedance",) for one in _files(name)]
     versions = [(name, metadata.version(name)) for name in _COUNTING]

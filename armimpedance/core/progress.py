@@ -9,13 +9,7 @@ Progress = Callable[[int, int], None]
 
 
 class Steps:
-    """Counts the steps of a fit and tells `progress` after each.
-
-    Parameters
-    ----------
-    progress : function or None
-    total : int
-    """
+    """Counts the steps of a fit and tells `progress` after each."""
 
     def __init__(self, progress: Progress | None, total: int) -> None:
         self._progress, self._total, self._done = progress, total, 0

@@ -183,27 +183,19 @@ class Recording(InTrials):
 class Window(FrozenRecord):
     """Raw samples in equal windows around each onset.
 
-    Attributes
-    ----------
-    lag_s : (S,)
-        Time from the onset, equally spaced; 0 is the last sample before the disturbance.
-    position, force : (T, S, d)
-        As recorded (force by the limb), not referenced.
-    duration_s : (T,)
-        From onset to the end of each disturbance.
-    trial : (T,) int
-        Trial numbers as in the recording.
-    usable : (T,) bool
-        False where a trial's samples do not fill the window; such trials hold zeros.
-    position_at_onset, force_at_onset : (T, d)
-        Means over the rest just before the onset.
-    joint_angles_at_onset : (T, n) or None
-    disturbance : (T,) int or None
-        Trials with the same number saw the same disturbance; None where that is not known.
-    commanded : (T, S, d) or None
-        The motion that the robot was told to make; None where it was not recorded.
-    notes : tuple of str
-        What a reader of the result must know, for example that onsets were detected.
+    `joint_angles_at_onset` (T, n) or None.
+    `lag_s` (S,): time from the onset, equally spaced; 0 is the last sample before the disturbance.
+    `position`, `force` (T, S, d): as recorded (force by the limb), not referenced.
+    `duration_s` (T,): from onset to the end of each disturbance.
+    `trial` (T,) int: trial numbers as in the recording.
+    `usable` (T,) bool: False where a trial's samples do not fill the window; such trials hold
+    zeros.
+    `position_at_onset`, `force_at_onset` (T, d): means over the rest just before the onset.
+    `disturbance` (T,) int or None: trials with the same number saw the same disturbance; None where
+    that is not known.
+    `commanded` (T, S, d) or None: the motion that the robot was told to make; None where it was not
+    recorded.
+    `notes`: what a reader of the result must know, for example that onsets were detected.
     """
 
     sample_rate_hz: float
@@ -230,14 +222,10 @@ class Window(FrozenRecord):
 class Response(FrozenRecord):
     """Displacement, its derivatives and force, all through the same smoothing, drift removed.
 
-    Attributes
-    ----------
-    lag_s : (S,)
-    displacement, velocity, acceleration, force : (T, S, d)
-        Both sides of the impedance equation after the same linear operator.
-    trial : (T,) int
-    usable : (T,) bool
-        False rows hold zeros and add nothing to a fit.
+    `lag_s` (S,), `trial` (T,) int.
+    `displacement`, `velocity`, `acceleration`, `force` (T, S, d): both sides of the impedance
+    equation after the same linear operator.
+    `usable` (T,) bool: False rows hold zeros and add nothing to a fit.
     """
 
     sample_rate_hz: float
@@ -259,26 +247,17 @@ class Response(FrozenRecord):
 class ArmPosture(FrozenRecord):
     """An arm at one posture: what maps hand, joints and muscles onto one another.
 
-    Attributes
-    ----------
-    joint_angles : (n,)
-        rad.
-    hand_position : (d,)
-        Hand from the shoulder, m.
-    jacobian : (d, n)
-        ``J = dp/dtheta``.
-    jacobian_derivative : (d, n, n)
-        ``[k, i, j] = d2 p_k / dtheta_i dtheta_j``, symmetric in i, j.
-    inertia : (n, n) or None
-        Joint-space inertia matrix M(theta).
-    gravity_torque : (n,) or None
-        g(theta), N m: what the joints must make to carry the arm; None where it is not known.
-    gravity_gradient : (n, n) or None
-        ``[i, j] = dg_i / dtheta_j``, N m/rad; None where it is not known.
-    muscle_jacobian : (m, n) or None
-        ``G = dL/dtheta``, lengthening positive.
-    muscle_curvature : (m, n, n) or None
-        ``d2L/dtheta2``.
+    `joint_angles` (n,): rad.
+    `hand_position` (d,): hand from the shoulder, m.
+    `jacobian` (d, n): ``J = dp/dtheta``.
+    `jacobian_derivative` (d, n, n): ``[k, i, j] = d2 p_k / dtheta_i dtheta_j``, symmetric in i, j.
+    `inertia` (n, n) or None: joint-space inertia matrix M(theta).
+    `gravity_torque` (n,) or None: g(theta), N m: what the joints must make to carry the arm; None
+    where it is not known.
+    `gravity_gradient` (n, n) or None: ``[i, j] = dg_i / dtheta_j``, N m/rad; None where it is not
+    known.
+    `muscle_jacobian` (m, n) or None: ``G = dL/dtheta``, lengthening positive.
+    `muscle_curvature` (m, n, n) or None: ``d2L/dtheta2``.
     """
 
     joint_angles: Annotated[FloatArray, "n"]

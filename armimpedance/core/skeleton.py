@@ -42,21 +42,13 @@ class Hinge(FrozenRecord):
 class Segment(FrozenRecord):
     """A rigid body and the joint that holds it to its parent.
 
-    Attributes
-    ----------
-    name : str
-    parent : str or None
-        None for the root alone.
-    origin_m : (3,)
-        Joint centre in the parent's frame; the segment's own frame starts there. 0 for the root.
-    hinges : tuple of Hinge
-        Hinges from the parent outwards; none for the root.
-    mass_kg : float
-        0 where it is not known.
-    com_m : (3,)
-        In the segment's frame.
-    inertia_kgm2 : (3, 3)
-        About the centre of mass, axes of the segment's frame.
+    `parent`: None for the root alone.
+    `origin_m` (3,): joint centre in the parent's frame; the segment's own frame starts there. 0 for
+    the root.
+    `hinges`: hinges from the parent outwards; none for the root.
+    `mass_kg`: 0 where it is not known.
+    `com_m` (3,): in the segment's frame.
+    `inertia_kgm2` (3, 3): about the centre of mass, axes of the segment's frame.
     """
 
     name: str

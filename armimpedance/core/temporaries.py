@@ -37,15 +37,7 @@ _TRIES: Final = 10
 def temporary_name(final: Path, ending: str) -> Path:
     """A new name beside the final one, which says which process made it.
 
-    Parameters
-    ----------
-    final : Path
-    ending : str
-        ``.partial`` and a file's suffix, or ``.old``.
-
-    Returns
-    -------
-    Path
+    `ending`: ``.partial`` and a file's suffix, or ``.old``.
     """
     process = os.getpid()
     who = f"{_host()}-{process}-{_start(process) or 0}"
@@ -57,10 +49,6 @@ def sweep(folder: Path) -> None:
 
     An old folder whose name is free, since its writer was killed before the new one had it, is put
     back. What cannot be removed, or a folder that cannot be listed, is passed over.
-
-    Parameters
-    ----------
-    folder : Path
     """
     try:
         entries = [Path(entry.path) for entry in os.scandir(folder)]
@@ -80,15 +68,8 @@ def sweep(folder: Path) -> None:
 def exchange(temporary: Path, final: Path) -> bool:
     """Give a finished folder its final name.
 
-    Parameters
-    ----------
-    temporary, final : Path
-        In one folder.
-
-    Returns
-    -------
-    bool
-        Whether a folder had the name until now; it has the temporary one then.
+    `temporary`, `final`: in one folder.
+    Returns whether a folder had the name until now; it has the temporary one then.
     """
     # Another writer may take the name between the look and the step; the second look sees it.
     for _ in range(_TRIES):
@@ -108,12 +89,7 @@ def exchange(temporary: Path, final: Path) -> bool:
 
 
 def remove(path: Path) -> None:
-    """Remove a temporary file or folder, as far as the system lets us.
-
-    Parameters
-    ----------
-    path : Path
-    """
+    """Remove a temporary file or folder, as far as the system lets us."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:

@@ -23,14 +23,7 @@ _NUMBERS: Final = re.compile(r"(mvc|rest)_.+_V|onset_s|end_s|direction_deg|eleva
 def trial_slices(offsets: IntArray) -> list[slice]:
     """The samples of each trial, from where the trials start.
 
-    Parameters
-    ----------
-    offsets : (T + 1,) int
-        Trial t is ``offsets[t]:offsets[t + 1]``.
-
-    Returns
-    -------
-    list of T slice
+    `offsets` (T + 1,) int: trial t is ``offsets[t]:offsets[t + 1]``.
     """
     return [slice(int(a), int(b)) for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
 
@@ -38,11 +31,8 @@ def trial_slices(offsets: IntArray) -> list[slice]:
 class InTrials(FrozenRecord):
     """What all recordings of samples in trials share: a trial table and where each trial starts.
 
-    Raises
-    ------
-    RecordError
-        The rate is not positive, there are no trials, the table lacks a column or holds a trial
-        twice, or it disagrees with the samples.
+    Raises RecordError: the rate is not positive, there are no trials, the table lacks a column or
+    holds a trial twice, or it disagrees with the samples.
     """
 
     sample_rate_hz: float
@@ -105,12 +95,7 @@ class InTrials(FrozenRecord):
 
 
 def _check_numbers(trials: pd.DataFrame) -> None:
-    """Refuse a text, an infinity or an absurd number where commands compute with a column.
-
-    Raises
-    ------
-    RecordError
-    """
+    """Refuse a text, an infinity or an absurd number where commands compute with a column."""
     for column in trials.columns:
         if not _NUMBERS.fullmatch(str(column)):
             continue
@@ -124,22 +109,12 @@ def _check_numbers(trials: pd.DataFrame) -> None:
 
 
 def check_rate(rate_hz: float) -> None:
-    """Refuse a sample rate that is none.
-
-    Raises
-    ------
-    RecordError
-    """
+    """Refuse a sample rate that is none."""
     if not 1e-6 <= rate_hz <= 1e9:
         raise RecordError(f"sample rate {rate_hz:g} Hz", expected="0.000001 to 1e9 Hz")
 
 
 def expect_shape(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
-    """Refuse an array of another shape than other fields of its record ask for.
-
-    Raises
-    ------
-    RecordError
-    """
+    """Refuse an array of another shape than other fields of its record ask for."""
     if array.shape != shape:
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {shape}")

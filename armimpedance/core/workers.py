@@ -27,14 +27,7 @@ def worker_pool(workers: int) -> ProcessPoolExecutor:
     "spawn" everywhere: a fork of a process whose libraries have threads may hang. The others have
     as many threads as this one: on their number the last bits of a matrix product depend.
 
-    Parameters
-    ----------
-    workers : int
-
-    Returns
-    -------
-    ProcessPoolExecutor
-        Work is submitted to it within `interrupts_for_us_alone`.
+    Returns work is submitted to it within `interrupts_for_us_alone`.
     """
     return ProcessPoolExecutor(workers, get_context("spawn"), _end_with_parent)
 
@@ -84,16 +77,8 @@ class Crew:
     def share(self, work: Callable[..., Any], *given: Any) -> Future[Any]:
         """Put a piece of work at the end of the row; the longest should come first.
 
-        Parameters
-        ----------
-        work : function of a module's top level
-        *given
-            What it is called with; as its result, it goes from process to process.
-
-        Returns
-        -------
-        Future
-            For `finish`.
+        `*given`: what it is called with; as its result, it goes from process to process.
+        Returns for `finish`.
         """
         piece = _Piece(work, given)
         self._row.append(piece)
@@ -103,19 +88,8 @@ class Crew:
     def finish(self, pieces: Sequence[Future[Any]]) -> list[Any]:
         """Work along until the row is empty, then wait for these pieces.
 
-        Parameters
-        ----------
-        pieces : sequence of Future
-
-        Returns
-        -------
-        list
-            Their results, in this order.
-
-        Raises
-        ------
-        WorkerError
-            Another process was killed, or ran out of memory.
+        Returns their results, in this order.
+        Raises WorkerError: another process was killed, or ran out of memory.
         """
         while (piece := self._next()) is not None:
             piece.done.set_result(piece.work(*piece.given))
@@ -163,15 +137,8 @@ class Crew:
 def crew(workers: int) -> Iterator[Crew]:
     """So many processes, this one among them; the others end with the block.
 
-    Parameters
-    ----------
-    workers : int
-        1 does all work in this process. With more, the matrix libraries should have one thread
-        each (OMP_NUM_THREADS=1), as the command line sets it.
-
-    Returns
-    -------
-    context manager of Crew
+    `workers`: 1 does all work in this process. With more, the matrix libraries should have one
+    thread each (OMP_NUM_THREADS=1), as the command line sets it.
     """
     working = Crew(workers - 1)
     try:

@@ -38,18 +38,9 @@ class Hdf5Error(Exception):
 def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
     """An HDF5 file, open for reading.
 
-    Parameters
-    ----------
-    path : Path
-    extra : str
-        The extra of the installation that brings h5py.
-    expected : str
-        For the message, such as "an NWB file".
-
-    Raises
-    ------
-    InputError
-        h5py is not installed, or the file is damaged.
+    `extra`: the extra of the installation that brings h5py.
+    `expected`: for the message, such as "an NWB file".
+    Raises InputError: h5py is not installed, or the file is damaged.
     """
     h5py = needed("h5py", extra, path)
     check_heaps(path, expected)
@@ -67,16 +58,9 @@ def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
 def check_heaps(path: Path, expected: str) -> None:
     """Whether the heaps in which a file keeps its texts can be walked: HDF5 would walk for ever.
 
-    Parameters
-    ----------
-    path : Path
-    expected : str
-        For the message.
-
-    Raises
-    ------
-    InputError
-        A heap has a part of no length. HDF5 does not look, and no signal ends its loop.
+    `expected`: for the message.
+    Raises InputError: a heap has a part of no length. HDF5 does not look, and no signal ends its
+    loop.
     """
     size = path.stat().st_size
     if not size or size > _LARGEST_CHECKED:
@@ -160,10 +144,7 @@ def is_dataset(thing: Any) -> bool:
 def numbers(dataset: Any) -> FloatArray:
     """All numbers of a dataset, float64, in its shape.
 
-    Raises
-    ------
-    Hdf5Error
-        It holds no numbers, too many, fewer than it claims, or cannot be unpacked.
+    Raises Hdf5Error: it holds no numbers, too many, fewer than it claims, or cannot be unpacked.
     """
     check_numbers(dataset)
     try:
@@ -174,12 +155,7 @@ def numbers(dataset: Any) -> FloatArray:
 
 
 def check_numbers(dataset: Any) -> None:
-    """Whether a dataset's numbers can be read, before any memory is taken.
-
-    Raises
-    ------
-    Hdf5Error
-    """
+    """Whether a dataset's numbers can be read, before any memory is taken."""
     kind = dataset.dtype
     if kind.kind not in "iufb":
         raise Hdf5Error("it holds no numbers")
@@ -197,12 +173,7 @@ def check_numbers(dataset: Any) -> None:
 
 
 def texts(dataset: Any) -> list[str]:
-    """All texts of a dataset with one axis.
-
-    Raises
-    ------
-    Hdf5Error
-    """
+    """All texts of a dataset with one axis."""
     if dataset.dtype.kind not in "OS" or len(dataset.shape) != 1:
         raise Hdf5Error("it holds no texts")
     if dataset.external or dataset.is_virtual or dataset.shape[0] > 1_000_000:
@@ -235,10 +206,7 @@ def attribute_text(thing: Any, name: str) -> str:
 def attribute_number(thing: Any, name: str, default: float) -> float:
     """An attribute's number.
 
-    Raises
-    ------
-    Hdf5Error
-        It is there and no finite number.
+    Raises Hdf5Error: it is there and no finite number.
     """
     try:
         value = thing.attrs.get(name)

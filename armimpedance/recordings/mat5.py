@@ -39,10 +39,7 @@ class _DamagedError(Exception):
 def read_mat5(file: Path) -> dict[str, Node]:
     """The variables of a MATLAB file before version 7.3, by name.
 
-    Raises
-    ------
-    InputError
-        The file is damaged, or claims more than it can hold.
+    Raises InputError: the file is damaged, or claims more than it can hold.
     """
     try:
         data = file.read_bytes()

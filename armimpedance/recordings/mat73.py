@@ -29,10 +29,7 @@ _ERRORS: Final = (
 class Mat73:
     """An open file; its leaves can be read while it is open.
 
-    Raises
-    ------
-    InputError
-        h5py is not installed, or the file cannot be opened.
+    Raises InputError: h5py is not installed, or the file cannot be opened.
     """
 
     def __init__(self, file: Path) -> None:
@@ -56,12 +53,7 @@ class Mat73:
         return InputError(problem, file=self.file, expected="a file as MATLAB saves it")
 
     def tree(self) -> dict[str, Node]:
-        """The variables by name.
-
-        Raises
-        ------
-        InputError
-        """
+        """The variables by name."""
         try:
             return {name: self._member(self.root, name, 0) for name in self._names(self.root)}
         except InputError:

@@ -60,15 +60,7 @@ class _Found:
 def runs_of_tree(tree: dict[str, Node], wanted: Wanted) -> RawFile:
     """The runs of a file's variables.
 
-    Parameters
-    ----------
-    tree : dict
-        Name of a variable -> its content.
-    wanted : callable
-
-    Returns
-    -------
-    RawFile
+    `tree`: name of a variable -> its content.
     """
     told: dict[str, list[str]] = {}
     runs = tuple(_runs(tree, "", {}, wanted, told, 0))

@@ -38,11 +38,8 @@ _AXES: Final = "xyz"
 class Clock:
     """The times of a series.
 
-    Attributes
-    ----------
-    time_s : (N,)
-    rate_hz : float or None
-        Where the file states it.
+    `time_s` (N,).
+    `rate_hz`: where the file states it.
     """
 
     time_s: FloatArray
@@ -78,10 +75,7 @@ class Clock:
 class NwbSeries:
     """The series of one clock.
 
-    Attributes
-    ----------
-    columns : dict
-        Name -> column.
+    `columns`: name -> column.
     """
 
     clock: Clock
@@ -92,13 +86,8 @@ class NwbSeries:
 class Found:
     """What a file holds.
 
-    Attributes
-    ----------
-    series : list of NwbSeries
-    left : dict
-        Why something was not taken -> names.
-    numbers : int
-        How many were read.
+    `left`: why something was not taken -> names.
+    `numbers`: how many were read.
     """
 
     series: list[NwbSeries] = field(default_factory=list)
@@ -121,11 +110,7 @@ class Found:
 def series_of(file: Any, wanted: Wanted) -> Found:
     """All series of a file whose columns are wanted.
 
-    Parameters
-    ----------
-    file : h5py.File
-    wanted : callable
-        Whether a column, such as "acquisition/force.x", is wanted.
+    `wanted`: whether a column, such as "acquisition/force.x", is wanted.
     """
     found = Found()
     seen: set[object] = set()
@@ -249,13 +234,9 @@ _SLACK: Final = 1e-3
 class Trial:
     """One row of the table of trials.
 
-    Attributes
-    ----------
-    start_s, stop_s : float
-    stop_is_next : bool
-        Whether the next trial begins where this one ends: that sample is the next one's.
-    facts : mapping
-        All columns of the table.
+    `stop_is_next`: whether the next trial begins where this one ends: that sample is the next
+    one's.
+    `facts`: all columns of the table.
     """
 
     start_s: float
@@ -267,16 +248,8 @@ class Trial:
 def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
     """The trials in order of time; none where the file has no such table.
 
-    Parameters
-    ----------
-    file : h5py.File
-    left : dict
-        Why something was not taken -> names; added to.
-
-    Raises
-    ------
-    Hdf5Error
-        The table has no start and end for each trial.
+    `left`: why something was not taken -> names; added to.
+    Raises Hdf5Error: the table has no start and end for each trial.
     """
     table = member(file, TRIALS)
     if table is None or is_dataset(table):

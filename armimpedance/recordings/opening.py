@@ -87,10 +87,8 @@ def _read(known: Format, path: Path, wanted: ReadOptions) -> AnyRecording:
 def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
     """The format of what is at a path, which can use all options that are given.
 
-    Raises
-    ------
-    InputError
-        There is nothing at `path`, its format is not known, or it cannot use an option.
+    Raises InputError: there is nothing at `path`, its format is not known, or it cannot use an
+    option.
     """
     place = Path(path)
     if not place.exists():

@@ -89,13 +89,8 @@ class ReadOptions:
 class RecordedSubject:
     """Who was recorded, and with which muscles.
 
-    Attributes
-    ----------
-    subject : Subject
-    muscles : tuple of str or None
-        The muscles that the recording lists; None where it does not say.
-    gravity_m_s2 : tuple of float or None
-        Gravity along the axes of the hand; None where it does not say.
+    `muscles`: the muscles that the recording lists; None where it does not say.
+    `gravity_m_s2`: gravity along the axes of the hand; None where it does not say.
     """
 
     subject: Subject
@@ -107,18 +102,12 @@ class RecordedSubject:
 class Format:
     """A file format.
 
-    Attributes
-    ----------
-    name : str
-        Name of the format in messages, such as "a folder with recording.json".
-    recognises : callable
-        Whether an existing path is of this format; no path may be of two formats.
-    read : callable
-        Reads a path with the options given.
-    options : tuple of str
-        Fields of `ReadOptions` that have a meaning for this format; others are refused.
-    read_subject : callable or None
-        Reads the subject alone, where that is faster; None: the whole recording is read.
+    `name`: name of the format in messages, such as "a folder with recording.json".
+    `recognises`: whether an existing path is of this format; no path may be of two formats.
+    `read`: reads a path with the options given.
+    `options`: fields of `ReadOptions` that have a meaning for this format; others are refused.
+    `read_subject`: reads the subject alone, where that is faster; None: the whole recording is
+    read.
     """
 
     name: str
@@ -137,10 +126,8 @@ KINDS: Final = ("hand", "joint", "markers", "motion")
 def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
     """The kind that a recording's folder states, without reading its samples.
 
-    Raises
-    ------
-    InputError
-        There is no such folder, no `recording.json` in it, or it states no known kind.
+    Raises InputError: there is no such folder, no `recording.json` in it, or it states no known
+    kind.
     """
     folder = Path(path)
     if not folder.is_dir():
@@ -158,15 +145,8 @@ def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
 def with_one_name_each(recording: AnyRecording) -> AnyRecording:
     """The recording with names of the trial table that look alike as one name.
 
-    Parameters
-    ----------
-    recording : Recording, MarkerRecording or MotionRecording
-
-    Returns
-    -------
-    Recording, MarkerRecording or MotionRecording
-        The same where no two names of a column look alike; otherwise its provenance (and the
-        findings of a `Recording`) say which were taken as one.
+    Returns the same where no two names of a column look alike; otherwise its provenance (and the
+    findings of a `Recording`) say which were taken as one.
     """
     trials, sentences = recording.trials, []
     for column in trials.columns:

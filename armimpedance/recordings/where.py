@@ -50,10 +50,7 @@ _COMPARISONS: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], Any]]] = {
 class Where:
     """A choice of trials that could be read.
 
-    Attributes
-    ----------
-    tree : expr
-        Its tree, of a size that is safe to walk.
+    `tree`: its tree, of a size that is safe to walk.
     """
 
     tree: ast.expr
@@ -72,17 +69,10 @@ class Where:
     def choose(self, trials: pd.DataFrame, file: object = None) -> tuple[BoolArray, str]:
         """Which trials it leaves, (T,), and a sentence on how many.
 
-        Parameters
-        ----------
-        trials : DataFrame (T rows)
-        file : path, optional
-            Where the trials are from, for messages.
-
-        Raises
-        ------
-        InputError
-            It names no column of the table, compares what cannot be compared, or leaves no trial:
-            then the message says how many each of its parts leaves.
+        `trials` DataFrame (T rows).
+        `file`: where the trials are from, for messages.
+        Raises InputError: it names no column of the table, compares what cannot be compared, or
+        leaves no trial: then the message says how many each of its parts leaves.
         """
         table = _Table(trials, file)
         each = [table.truth(part) for part in self.parts]
@@ -98,15 +88,8 @@ class Where:
 def parse_where(text: str) -> Where:
     """Read a choice of trials; its columns are looked up when it is applied.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``TP in (1, 2) and not is_error``.
-
-    Raises
-    ------
-    InputError
-        It is no expression, or none of comparisons.
+    `text`: such as ``TP in (1, 2) and not is_error``.
+    Raises InputError: it is no expression, or none of comparisons.
     """
     if len(text) > LONGEST:
         problem = f"where: an expression of {len(text)} characters"
@@ -130,17 +113,8 @@ def parse_where(text: str) -> Where:
 def with_where(recording: AnyRecording, text: str, file: object = None) -> AnyRecording:
     """The recording with those trials only that an expression chooses.
 
-    Parameters
-    ----------
-    recording : Recording, MarkerRecording or MotionRecording
-    text : str
-    file : path, optional
-        Where the recording is from, for messages.
-
-    Raises
-    ------
-    InputError
-        As `parse_where` and `Where.choose`.
+    `file`: where the recording is from, for messages.
+    Raises InputError: as `parse_where` and `Where.choose`.
     """
     rows, sentence = parse_where(text).choose(recording.trials, file)
     if isinstance(recording, Recording | MarkerRecording):

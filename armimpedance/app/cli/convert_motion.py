@@ -37,10 +37,7 @@ def add_skeleton(parser: argparse.ArgumentParser) -> None:
 def skeleton_of(arguments: argparse.Namespace) -> Skeleton | None:
     """The skeleton that the options ask for; None where they ask for none.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a model lacks the subject's mass and height.
+    Raises InputError: the file cannot be read, or a model lacks the subject's mass and height.
     """
     from armimpedance.limb.arm import body_skeleton, elbow_skeleton
     from armimpedance.recordings import read_skeleton
@@ -63,12 +60,7 @@ def skeleton_of(arguments: argparse.Namespace) -> Skeleton | None:
 
 
 def refuse_markers(arguments: argparse.Namespace) -> None:
-    """Refuse the options of markers with a recording that has none.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse the options of markers with a recording that has none."""
     for option, asked in (("--marker", arguments.marker), ("--standing", arguments.standing)):
         if asked:
             raise InputError(option, file=arguments.input, expected="it with markers only")
@@ -77,10 +69,7 @@ def refuse_markers(arguments: argparse.Namespace) -> None:
 def with_names(recording: MarkerRecording, arguments: argparse.Namespace) -> MarkerRecording:
     """The recording with its markers named as the options say.
 
-    Raises
-    ------
-    InputError
-        There is no such marker; the message lists those that there are.
+    Raises InputError: there is no such marker; the message lists those that there are.
     """
     from dataclasses import replace
 
@@ -98,18 +87,9 @@ def with_standing(
 ) -> MarkerRecording:
     """The recording with marker sites where the subject wears them.
 
-    Parameters
-    ----------
-    recording : MarkerRecording
-    arguments : Namespace
-    options : dict
-        How the recording was read; the standing trial is read in the same way, without EMG and
-        forces.
-
-    Raises
-    ------
-    InputError
-        The standing trial cannot be read, or holds no markers.
+    `options`: how the recording was read; the standing trial is read in the same way, without EMG
+    and forces.
+    Raises InputError: the standing trial cannot be read, or holds no markers.
     """
     from dataclasses import replace
 

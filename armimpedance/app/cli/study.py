@@ -109,12 +109,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def check_folders(data: Path, out: Path, resume: bool = False) -> None:
-    """Refuse an output that lies within the data, or around them.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse an output that lies within the data, or around them."""
     from armimpedance.app.study import STORE
     from armimpedance.core.errors import InputError
 
@@ -248,10 +243,7 @@ def _found(arguments: argparse.Namespace) -> tuple[StudyDesign, list[StudySessio
 def parse(words: list[str]) -> None:
     """Parse a command's words and do nothing.
 
-    Raises
-    ------
-    InputError
-        They are no call of a command.
+    Raises InputError: they are no call of a command.
     """
     import io
     from contextlib import redirect_stderr, redirect_stdout

@@ -45,19 +45,9 @@ _RESULTS: Final = (".csv", ".json")
 def report_page(asked: Asked) -> Page:
     """The page of the topic that was asked for, or that the source belongs to.
 
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-        Of a recording that a check stops, a page that says why and holds no result.
-
-    Raises
-    ------
-    InputError
-        The source cannot be read, belongs to no topic, or several were given where one is reported.
+    Returns of a recording that a check stops, a page that says why and holds no result.
+    Raises InputError: the source cannot be read, belongs to no topic, or several were given where
+    one is reported.
     """
     if len(asked.sources) > 1:
         return _several(asked)

@@ -30,15 +30,9 @@ _PATHS: Final = ("recording", "study")
 class ChainTask:
     """A chain of steps to be done in one folder.
 
-    Attributes
-    ----------
-    name : str
-        Of the folder below that of the study.
-    steps : tuple of StudyStep
-    places : mapping
-        What stands for each word in braces.
-    given : tuple of Path
-        Files that lie in the folder when the first step begins.
+    `name`: of the folder below that of the study.
+    `places`: what stands for each word in braces.
+    `given`: files that lie in the folder when the first step begins.
     """
 
     name: str
@@ -51,14 +45,8 @@ class ChainTask:
 class Done:
     """A step with its result.
 
-    Attributes
-    ----------
-    step : StudyStep
-    key : str
-        In the store.
-    result : StepResult
-    reused : bool
-        It was found, not done.
+    `key`: in the store.
+    `reused`: it was found, not done.
     """
 
     step: StudyStep
@@ -71,14 +59,9 @@ class Done:
 class Outcome:
     """What a chain came to.
 
-    Attributes
-    ----------
-    name : str
-        That of the task.
-    done : tuple of Done
-        One for each step that was tried.
-    problem : str
-        Why it could not be ended, where that is not a step's own failure.
+    `name`: that of the task.
+    `done`: one for each step that was tried.
+    `problem`: why it could not be ended, where that is not a step's own failure.
     """
 
     name: str
@@ -111,18 +94,7 @@ class Outcome:
 
 
 def known_outcome(task: ChainTask, store: Store, prints: Fingerprints) -> Outcome | None:
-    """The outcome of a chain all of whose steps are in the store; None where one is missing.
-
-    Parameters
-    ----------
-    task : ChainTask
-    store : Store
-    prints : Fingerprints
-
-    Returns
-    -------
-    Outcome or None
-    """
+    """The outcome of a chain all of whose steps are in the store; None where one is missing."""
     done: list[Done] = []
     held = {path.name: prints.of(path) for path in task.given}
     for step in task.steps:
@@ -140,17 +112,7 @@ def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Comm
 
     Every step is tried, also after one that failed: a page that says why may be among them.
 
-    Parameters
-    ----------
-    task : ChainTask
-    store : Store
-    prints : Fingerprints
-    command : function
-        Runs one command in the working folder.
-
-    Returns
-    -------
-    Outcome
+    `command`: runs one command in the working folder.
     """
     done: list[Done] = []
     held = {path.name: prints.of(path) for path in task.given}

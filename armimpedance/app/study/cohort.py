@@ -47,13 +47,7 @@ PEOPLE_FILE: Final = "people_groups.csv"
 class Cohort:
     """All sessions and what sets them apart.
 
-    Attributes
-    ----------
-    sessions : tuple of JudgedSession
-    strips : tuple of Strip
-        Without copies.
-    outliers : tuple of Outlier
-    groups : tuple of GroupsChange
+    `strips`: without copies.
     """
 
     sessions: tuple[JudgedSession, ...]
@@ -70,18 +64,8 @@ def cohort_of(
 ) -> Cohort:
     """Judge the sessions, find outliers, and compare groups of people.
 
-    Parameters
-    ----------
-    ended : sequence of Ended
-    missing : sequence of StudySession
-    tables : mapping
-        Name -> gathered table.
-    people : mapping
-        Person -> column -> value.
-
-    Returns
-    -------
-    Cohort
+    `tables`: name -> gathered table.
+    `people`: person -> column -> value.
     """
     sessions = judged_sessions(ended, missing)
     # Somebody who stands there twice counts once; what cannot be used says nothing of the others.
@@ -106,16 +90,9 @@ def write_group_page(
 ) -> None:
     """Write the tables of outliers and of groups of people, where there are any, and the page.
 
-    Parameters
-    ----------
-    cohort : Cohort
-    folder : Path
-        Of the group.
-    design : StudyDesign
-    made : sequence of str
-        Files that the group's steps wrote.
-    title : str
-        Name of the study.
+    `folder`: of the group.
+    `made`: files that the group's steps wrote.
+    `title`: name of the study.
     """
     tables: dict[str, list[dict[str, Any]]] = {
         OUTLIERS_FILE: [_outlier_row(one, cohort.sessions) for one in cohort.outliers],
@@ -185,17 +162,10 @@ MOST_GROUPS: Final = 20
 class Gathered:
     """What a group came to.
 
-    Attributes
-    ----------
-    folder : Path
-    rows : tuple of (str, int)
-        Name of each gathered table, with its number of rows.
-    unusable : int
-        Sessions that failed or were not worked on.
-    outcome : Outcome
-        Of the group's own steps.
-    page : Path
-        Quality of all sessions, outliers, who failed and why.
+    `rows` tuple of (str, int): name of each gathered table, with its number of rows.
+    `unusable`: sessions that failed or were not worked on.
+    `outcome`: of the group's own steps.
+    `page`: quality of all sessions, outliers, who failed and why.
     """
 
     folder: Path

@@ -31,10 +31,7 @@ _KEYS: Final = {"steps", "group_steps", "tables", "recordings"}
 class StudyStep:
     """One command of a chain.
 
-    Attributes
-    ----------
-    words : tuple of str
-        As typed after ``armimpedance``, with `PLACES` in braces.
+    `words`: as typed after ``armimpedance``, with `PLACES` in braces.
     """
 
     words: tuple[str, ...]
@@ -50,14 +47,7 @@ class StudyStep:
     def filled(self, places: Mapping[str, str]) -> list[str]:
         """The words of one session.
 
-        Parameters
-        ----------
-        places : mapping
-            Each of `PLACES` -> what stands for it.
-
-        Returns
-        -------
-        list of str
+        `places`: each of `PLACES` -> what stands for it.
         """
         return [word.format_map(places) for word in self.words]
 

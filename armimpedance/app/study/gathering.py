@@ -26,12 +26,7 @@ KEYS: Final = ("participant", "session")
 class Ended:
     """A session that has been worked on.
 
-    Attributes
-    ----------
-    session : StudySession
-    folder : Path
-    record : mapping
-        What stands in its `SESSION_FILE`.
+    `record`: what stands in its `SESSION_FILE`.
     """
 
     session: StudySession
@@ -46,16 +41,7 @@ def ended_sessions(
 
     Where somebody took a result away, the session has to be worked on again.
 
-    Parameters
-    ----------
-    sessions : sequence of StudySession
-    out : Path
-        The study's folder.
-
-    Returns
-    -------
-    ended : list of Ended
-    missing : list of StudySession
+    `out`: the study's folder.
     """
     ended, missing = [], []
     for session in sessions:
@@ -81,20 +67,9 @@ def _unchanged(record: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
 def people(data: Path) -> dict[str, dict[str, str]]:
     """What ``participants.tsv`` says of each person, by the name without ``sub-``.
 
-    Parameters
-    ----------
-    data : Path
-        Folder of the data.
-
-    Returns
-    -------
-    dict of dict
-        Empty where there is no such file.
-
-    Raises
-    ------
-    InputError
-        It has no column ``participant_id``, or a person stands in it twice.
+    `data`: folder of the data.
+    Returns empty where there is no such file.
+    Raises InputError: it has no column ``participant_id``, or a person stands in it twice.
     """
     file = data / PEOPLE_FILE
     if not file.is_file():
@@ -113,19 +88,7 @@ def people(data: Path) -> dict[str, dict[str, str]]:
 def table_names(ended: Sequence[Ended], tables: Sequence[str]) -> list[str]:
     """Tables to gather: those that the design names, or every CSV that a step wrote.
 
-    Parameters
-    ----------
-    ended : sequence of Ended
-    tables : sequence of str
-
-    Returns
-    -------
-    list of str
-
-    Raises
-    ------
-    InputError
-        No session has a table that the design names.
+    Raises InputError: no session has a table that the design names.
     """
     written = {name for one in ended for name in one.record["files"]}
     for name in tables:
@@ -141,19 +104,9 @@ def gather(
 ) -> int:
     """Write the rows of all sessions into one table; texts and numbers stay as they are written.
 
-    Parameters
-    ----------
-    name : str
-        Of the table in each session's folder.
-    ended : sequence of Ended
-    known : mapping
-        Person -> columns of their own, which follow the keys.
-    file : Path
-
-    Returns
-    -------
-    int
-        Number of rows.
+    `name`: of the table in each session's folder.
+    `known`: person -> columns of their own, which follow the keys.
+    Returns number of rows.
     """
     those = [one for one in ended if name in one.record["files"]]
     columns: dict[str, None] = dict.fromkeys(KEYS)
@@ -181,17 +134,7 @@ def sessions_table(
 ) -> int:
     """Write who was worked on, who failed and why; return how many did not end well.
 
-    Parameters
-    ----------
-    ended : sequence of Ended
-    missing : sequence of StudySession
-    data : Path
-        Folder of the data.
-    file : Path
-
-    Returns
-    -------
-    int
+    `data`: folder of the data.
     """
     rows = [
         (one.session, one.record.get("state", ""), one.record.get("reason", "")) for one in ended

@@ -23,12 +23,7 @@ _REPORT: Final = "report.html"
 
 @dataclass(frozen=True)
 class Check:
-    """What one check of one session said.
-
-    Attributes
-    ----------
-    name, state, message : str
-    """
+    """What one check of one session said."""
 
     name: str
     state: str
@@ -39,21 +34,13 @@ class Check:
 class JudgedSession:
     """A session and what became of it.
 
-    Attributes
-    ----------
-    session : StudySession
-    state : str
-        One of `STATES`.
-    reason : str
-        Why it is not usable; "" where it is.
-    kind : str
-        The reason without what is the session's own: equal ones stand together.
-    checks : tuple of Check
-        Of `inspect --out`; empty where no step wrote such a table.
-    report, log : str
-        Below the study's folder; "" where there is none.
-    copy_of : str
-        An earlier session that holds the same bytes, or gave the same table to the last digit.
+    `state`: one of `STATES`.
+    `reason`: why it is not usable; "" where it is.
+    `kind`: the reason without what is the session's own: equal ones stand together.
+    `checks`: of `inspect --out`; empty where no step wrote such a table.
+    `report`, `log`: below the study's folder; "" where there is none.
+    `copy_of`: an earlier session that holds the same bytes, or gave the same table to the last
+    digit.
     """
 
     session: StudySession
@@ -74,15 +61,7 @@ class JudgedSession:
 def judged_sessions(ended: Sequence[Ended], missing: Sequence[StudySession]) -> list[JudgedSession]:
     """All sessions of a study, by person and session.
 
-    Parameters
-    ----------
-    ended : sequence of Ended
-    missing : sequence of StudySession
-        Not worked on.
-
-    Returns
-    -------
-    list of JudgedSession
+    `missing`: not worked on.
     """
     twice = _copies(ended)
     found = [_judged(one, twice.get(one.session.folder, "")) for one in ended]
@@ -149,16 +128,7 @@ def _report(one: Ended) -> str:
 
 
 def worst(checks: Sequence[Check]) -> dict[str, Check]:
-    """Name of a check -> the worst that it said; what has no name stands under "other".
-
-    Parameters
-    ----------
-    checks : sequence of Check
-
-    Returns
-    -------
-    dict
-    """
+    """Name of a check -> the worst that it said; what has no name stands under "other"."""
     found: dict[str, Check] = {}
     for one in checks:
         name = one.name or "other"

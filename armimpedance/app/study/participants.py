@@ -32,12 +32,7 @@ LOG_FILE: Final = "log.txt"
 class Progressed:
     """One session that has come to its end.
 
-    Attributes
-    ----------
-    session : StudySession
-    outcome : Outcome
-    done, all : int
-        Sessions so far, and all.
+    `done`, `all`: sessions so far, and all.
     """
 
     session: StudySession
@@ -47,17 +42,7 @@ class Progressed:
 
 
 def task_of(session: StudySession, design: StudyDesign) -> ChainTask:
-    """The chain of one session.
-
-    Parameters
-    ----------
-    session : StudySession
-    design : StudyDesign
-
-    Returns
-    -------
-    ChainTask
-    """
+    """The chain of one session."""
     places = {
         "recording": str(session.recording),
         "study": str(design.folder),
@@ -71,11 +56,7 @@ def task_of(session: StudySession, design: StudyDesign) -> ChainTask:
 class SessionWork:
     """What a worker does with a task; it can be sent to another process or machine.
 
-    Attributes
-    ----------
-    out : Path
-        The study's folder, which every worker can reach.
-    command : function
+    `out`: the study's folder, which every worker can reach.
     """
 
     out: Path
@@ -201,12 +182,7 @@ def _known(task: ChainTask, store: Store, prints: Fingerprints) -> Outcome | Non
 def lay_out(outcome: Outcome, store: Store, out: Path) -> None:
     """Put a chain's files into its folder; what an earlier run left and this one did not goes.
 
-    Parameters
-    ----------
-    outcome : Outcome
-    store : Store
-    out : Path
-        The study's folder.
+    `out`: the study's folder.
     """
     folder = out / outcome.name
     record = _record(outcome)
@@ -226,16 +202,7 @@ def lay_out(outcome: Outcome, store: Store, out: Path) -> None:
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
-    """What stands in a session's folder of how it was made; None where nothing does.
-
-    Parameters
-    ----------
-    folder : Path
-
-    Returns
-    -------
-    dict or None
-    """
+    """What stands in a session's folder of how it was made; None where nothing does."""
     try:
         content = read_json(folder / SESSION_FILE)
     except InputError:
@@ -259,16 +226,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
 
 def log_of(outcome: Outcome) -> str:
-    """What the commands printed, for a person to read.
-
-    Parameters
-    ----------
-    outcome : Outcome
-
-    Returns
-    -------
-    str
-    """
+    """What the commands printed, for a person to read."""
     parts = []
     for one in outcome.done:
         printed = [one.result.printed.rstrip(), one.result.complained.rstrip()]

@@ -45,24 +45,15 @@ class Mean(Protocol):
 class GroupsChange:
     """What differs between two groups of people in one quantity.
 
-    Attributes
-    ----------
-    column : str
-        Of the table of people.
-    first, second : str
-        Its two values.
-    table, condition, quantity, unit, kind : str
-        As in `Strip`.
-    n_first, n_second : int
-        People.
-    mean_first, mean_second : float
-        Of ratios geometric means.
-    change, low, high : float
-        Second less first, or second over first, with its 95 % limits.
-    between_first, between_second : float
-        Sd between people of one group; of ratios of their logarithms.
-    p, p_adjusted : float
-        After Holm over the conditions of the quantity and the pairs of the column.
+    `column`: of the table of people.
+    `first`, `second`: its two values.
+    `table`, `condition`, `quantity`, `unit`, `kind`: as in `Strip`.
+    `n_first`, `n_second`: people.
+    `mean_first`, `mean_second`: of ratios geometric means.
+    `change`, `low`, `high`: second less first, or second over first, with its 95 % limits.
+    `between_first`, `between_second`: sd between people of one group; of ratios of their
+    logarithms.
+    `p`, `p_adjusted`: after Holm over the conditions of the quantity and the pairs of the column.
     """
 
     column: str
@@ -91,17 +82,9 @@ def groups_of_people(
 ) -> dict[str, tuple[str, ...]]:
     """Columns that part the people into two groups or more, each large enough.
 
-    Parameters
-    ----------
-    people : mapping
-        Person -> column -> value.
-    present : sequence of str
-        People who have results.
-
-    Returns
-    -------
-    dict
-        Column -> its values, in the order of the alphabet.
+    `people`: person -> column -> value.
+    `present`: people who have results.
+    Returns column -> its values, in the order of the alphabet.
     """
     found = {}
     for column in dict.fromkeys(name for row in people.values() for name in row):
@@ -121,21 +104,10 @@ def compare_people(
 ) -> list[GroupsChange]:
     """What differs between the groups of one column, pair by pair.
 
-    Parameters
-    ----------
-    strips : sequence of Strip
-    persons : sequence of str
-        Person of each session, by its number.
-    people : mapping
-        Person -> column -> value.
-    column : str
-    names : tuple of str
-        Its values.
-
-    Returns
-    -------
-    list of GroupsChange
-        Of every strip and pair with `FEWEST` people in each group.
+    `persons`: person of each session, by its number.
+    `people`: person -> column -> value.
+    `names`: its values.
+    Returns of every strip and pair with `FEWEST` people in each group.
     """
     found = []
     for strip in strips:
@@ -150,16 +122,7 @@ def compare_people(
 
 
 def difference_of_means(first: Mean, second: Mean) -> tuple[float, ...]:
-    """Second mean less the first, its 95 % limits, and p.
-
-    Parameters
-    ----------
-    first, second : Mean
-
-    Returns
-    -------
-    change, low, high, p : float
-    """
+    """Second mean less the first, its 95 % limits, and p."""
     parts = first.standard_error**2, second.standard_error**2
     change, error = second.mean - first.mean, math.sqrt(sum(parts))
     dof = sum(parts) ** 2 / (parts[0] ** 2 / first.dof + parts[1] ** 2 / second.dof)
@@ -236,17 +199,10 @@ _HALF: Final = float(chi2.median(1))
 class Outlier:
     """A value far from those of the others.
 
-    Attributes
-    ----------
-    strip : Strip
-    row : int
-        In the strip.
-    middle : float
-        Median of all, as the table would have it.
-    spreads : float
-        How many spreads it lies above, or below.
-    p : float
-        Before the number of looks is allowed for.
+    `row`: in the strip.
+    `middle`: median of all, as the table would have it.
+    `spreads`: how many spreads it lies above, or below.
+    `p`: before the number of looks is allowed for.
     """
 
     strip: Strip
@@ -264,14 +220,7 @@ class Outlier:
 def far_from_others(strips: Sequence[Strip]) -> list[Outlier]:
     """The values that chance does not explain, of sessions that are named; the farthest first.
 
-    Parameters
-    ----------
-    strips : sequence of Strip
-        Those of fewer than `FEWEST_OTHERS` sessions are passed over.
-
-    Returns
-    -------
-    list of Outlier
+    `strips`: those of fewer than `FEWEST_OTHERS` sessions are passed over.
     """
     found = [one for strip in strips for one in _scored(strip)]
     own: dict[int, list[Outlier]] = {}
@@ -297,15 +246,8 @@ def _scored(strip: Strip) -> list[Outlier]:
 def robust_scores(values: FloatArray, errors: FloatArray) -> tuple[float, FloatArray]:
     """The median, and how many spreads each value lies from it.
 
-    Parameters
-    ----------
-    values, errors : (n,)
-
-    Returns
-    -------
-    centre : float
-    z : (n,)
-        Zero where nothing differs at all.
+    `values`, `errors` (n,).
+    Returns `z` (n,): zero where nothing differs at all.
     """
     centre = float(np.median(values))
     squares, own = (values - centre) ** 2, errors**2

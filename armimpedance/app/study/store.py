@@ -36,10 +36,7 @@ _YOUNG_NS: Final = 2_000_000_000
 class Fingerprints:
     """SHA-256 of files and folders, remembered between runs.
 
-    Parameters
-    ----------
-    memory : Path, optional
-        File that remembers; made by `save`.
+    `memory`: file that remembers; made by `save`.
     """
 
     def __init__(self, memory: Path | None = None) -> None:
@@ -50,16 +47,7 @@ class Fingerprints:
             self._known = _remembered(memory)
 
     def of(self, path: Path) -> str:
-        """SHA-256 of a file, or of a folder's files with their names.
-
-        Parameters
-        ----------
-        path : Path
-
-        Returns
-        -------
-        str
-        """
+        """SHA-256 of a file, or of a folder's files with their names."""
         if not path.is_dir():
             return self._of_file(path)
         files = sorted(entry for entry in path.rglob("*") if entry.is_file())
@@ -117,14 +105,9 @@ _FILES: Final = "files"
 class StepResult:
     """What one step left.
 
-    Attributes
-    ----------
-    status : int
-        Exit status of the command.
-    printed, complained : str
-        Standard output and standard error.
-    files : mapping
-        Name of a file that it wrote, below the session's folder -> SHA-256.
+    `status`: exit status of the command.
+    `printed`, `complained`: standard output and standard error.
+    `files`: name of a file that it wrote, below the session's folder -> SHA-256.
     """
 
     status: int
@@ -141,12 +124,8 @@ class StepResult:
 class Store:
     """Results of steps in a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Made where it does not exist.
-    prints : Fingerprints
-        By which damaged files are known.
+    `folder`: made where it does not exist.
+    `prints`: by which damaged files are known.
     """
 
     def __init__(self, folder: Path, prints: Fingerprints) -> None:
@@ -154,16 +133,7 @@ class Store:
         self._prints = prints
 
     def get(self, key: str) -> StepResult | None:
-        """The result of a key, if it is there and its files are as they were written.
-
-        Parameters
-        ----------
-        key : str
-
-        Returns
-        -------
-        StepResult or None
-        """
+        """The result of a key, if it is there and its files are as they were written."""
         place = self._place(key)
         try:
             result = StepResult(**read_json(place / _RESULT))
@@ -176,15 +146,7 @@ class Store:
     def holds(self, folder: Path, files: Mapping[str, str]) -> bool:
         """Whether all files are in a folder, with the bytes that they should have.
 
-        Parameters
-        ----------
-        folder : Path
-        files : mapping
-            Name -> SHA-256.
-
-        Returns
-        -------
-        bool
+        `files`: name -> SHA-256.
         """
         try:
             return all(self._prints.of(folder / name) == of for name, of in files.items())
@@ -194,12 +156,7 @@ class Store:
     def put(self, key: str, result: StepResult, work: Path) -> None:
         """Keep a result and its files.
 
-        Parameters
-        ----------
-        key : str
-        result : StepResult
-        work : Path
-            Folder in which its files lie; they are moved.
+        `work`: folder in which its files lie; they are moved.
         """
         place = self._place(key)
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -218,14 +175,7 @@ class Store:
                     raise
 
     def lay(self, key: str, result: StepResult, folder: Path) -> None:
-        """Put a result's files into a folder: as links to the store where the system can.
-
-        Parameters
-        ----------
-        key : str
-        result : StepResult
-        folder : Path
-        """
+        """Put a result's files into a folder: as links to the store where the system can."""
         for name in result.files:
             final = folder / name
             final.parent.mkdir(parents=True, exist_ok=True)
@@ -255,14 +205,7 @@ class Store:
 def are_files_below(files: Any) -> bool:
     """Whether this names files with their checksums, all of them below the folder they are in.
 
-    Parameters
-    ----------
-    files : object
-        Name -> SHA-256.
-
-    Returns
-    -------
-    bool
+    `files`: name -> SHA-256.
     """
     return isinstance(files, Mapping) and all(
         isinstance(of, str) and name and not Path(name).anchor and ".." not in Path(name).parts
@@ -271,16 +214,7 @@ def are_files_below(files: Any) -> bool:
 
 
 def states(work: Path) -> dict[str, tuple[int, int, int]]:
-    """Name of every file below a folder -> what changes when it is written again.
-
-    Parameters
-    ----------
-    work : Path
-
-    Returns
-    -------
-    dict
-    """
+    """Name of every file below a folder -> what changes when it is written again."""
     found = {}
     for path in work.rglob("*"):
         if path.is_file() and not path.is_symlink():

@@ -27,18 +27,11 @@ _FIRST_NUMBER: Final = "n_trials"
 class Strip(FrozenRecord):
     """One quantity of one condition, of every session that has it.
 
-    Attributes
-    ----------
-    table, condition, quantity, unit : str
-    kind : {"difference", "ratio", "axis"}
-        Whether people are set side by side by differences, by ratios (sizes and shapes, which are
-        positive), or as axes, which are the same after half a turn, in degrees.
-    sessions : (S,)
-        Numbers of the sessions.
-    values, low, high : (S,)
-        With 95 % limits, as the table has them.
-    errors : (S,)
-        Standard errors of `scaled`.
+    `kind`: whether people are set side by side by differences, by ratios (sizes and shapes, which
+    are positive), or as axes, which are the same after half a turn, in degrees.
+    `sessions` (S,): numbers of the sessions.
+    `values`, `low`, `high` (S,): with 95 % limits, as the table has them.
+    `errors` (S,): standard errors of `scaled`.
     """
 
     table: str
@@ -90,19 +83,10 @@ def strips_of(
 
     A value without finite limits is left out.
 
-    Parameters
-    ----------
-    tables : mapping
-        Name -> the gathered table.
-    numbers : mapping
-        (participant, session) -> the session's number; rows of others are left out.
-    known : sequence of str
-        Columns that say something of the people.
-
-    Returns
-    -------
-    list of Strip
-        In the order of the tables' columns.
+    `tables`: name -> the gathered table.
+    `numbers`: (participant, session) -> the session's number; rows of others are left out.
+    `known`: columns that say something of the people.
+    Returns in the order of the tables' columns.
     """
     return [strip for name in tables for strip in _of_table(name, tables[name], numbers, known)]
 

@@ -92,10 +92,7 @@ def paired(
 ) -> list[tuple[ComparedGroup, ComparedGroup]]:
     """All pairs, or the group `against` with each other one.
 
-    Raises
-    ------
-    InputError
-        Fewer than two groups, or no such group.
+    Raises InputError: fewer than two groups, or no such group.
     """
     names = [group.name for group in groups]
     if len(groups) < 2:

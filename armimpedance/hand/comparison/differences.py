@@ -39,18 +39,12 @@ LEVEL: Final = 0.95
 class EllipseSide:
     """The ellipses of G groups; nan where a matrix has none.
 
-    Attributes
-    ----------
-    size, size_variance : (G,)
-        The variance is that of its logarithm, to first order; so is that of the shape.
-    shape, shape_variance : (G,)
-    log_shape : (G, 3)
-        Logarithm of the shape and of its 95 % limits.
-    angle : (G, 3)
-        Orientation in rad and its 95 % limits.
-    angle_variance : (G,)
-    circular : (G,)
-        Whether a circle cannot be ruled out.
+    `shape`, `shape_variance` (G,), `angle_variance` (G,).
+    `size`, `size_variance` (G,): the variance is that of its logarithm, to first order; so is that
+    of the shape.
+    `log_shape` (G, 3): logarithm of the shape and of its 95 % limits.
+    `angle` (G, 3): orientation in rad and its 95 % limits.
+    `circular` (G,): whether a circle cannot be ruled out.
     """
 
     size: FloatArray
@@ -71,13 +65,9 @@ class EllipseSide:
 class Side:
     """One matrix of G groups.
 
-    Attributes
-    ----------
-    values, variances : (G, c)
-        Of the elements of the symmetric part.
-    dof : (G,)
-    ellipse : EllipseSide or None
-        Of matrices of two axes.
+    `dof` (G,).
+    `values`, `variances` (G, c): of the elements of the symmetric part.
+    `ellipse`: of matrices of two axes.
     """
 
     values: FloatArray
@@ -173,22 +163,12 @@ class InUnits:
 class Change(InUnits):
     """How one quantity changes from the first to the second group.
 
-    Attributes
-    ----------
-    matrix : {"inertia", "viscosity", "stiffness"}
-    quantity : str
-        ``K_11`` (of the symmetric part), "size", "shape", "orientation".
-    unit : str
-        Unit of `first` and `second`; orientation is in rad.
-    kind : {"difference", "ratio"}
-        second - first, or second / first.
-    first, second : float
-    value, low, high : float
-        The change and its 95 % limits; nan where it does not exist.
-    sd : float
-        Standard error of the difference, or of the logarithm of the ratio.
-    dof : float
-        Degrees of freedom of t; inf = normal.
+    `quantity`: ``K_11`` (of the symmetric part), "size", "shape", "orientation".
+    `unit`: unit of `first` and `second`; orientation is in rad.
+    `kind`: second - first, or second / first.
+    `value`, `low`, `high`: the change and its 95 % limits; nan where it does not exist.
+    `sd`: standard error of the difference, or of the logarithm of the ratio.
+    `dof`: degrees of freedom of t; inf = normal.
     """
 
     matrix: Which
@@ -242,10 +222,7 @@ def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change
 def check_alike(first: ImpedanceEstimate, second: ImpedanceEstimate) -> None:
     """Refuse two estimates that cannot be held against each other.
 
-    Raises
-    ------
-    InputError
-        Different levels or numbers of axes.
+    Raises InputError: different levels or numbers of axes.
     """
     if (first.level, first.k) != (second.level, second.k):
         raise InputError(
@@ -273,17 +250,9 @@ def labels_of(estimate: ImpedanceEstimate) -> tuple[Label, ...]:
 def change_numbers(sides: Sequence[Side], first: IntArray, second: IntArray) -> FloatArray:
     """The numbers of all changes of R pairs.
 
-    Parameters
-    ----------
-    sides : sequence of Side
-        One for each matrix (`side_of`), of all groups.
-    first, second : (R,)
-        Numbers of the groups of each pair.
-
-    Returns
-    -------
-    (R, n, 7)
-        Of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
+    `sides`: one for each matrix (`side_of`), of all groups.
+    `first`, `second` (R,): numbers of the groups of each pair.
+    Returns (R, n, 7): of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
     """
     columns: list[FloatArray] = []
     # what has no ellipse is nan all through

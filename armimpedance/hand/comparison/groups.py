@@ -41,17 +41,9 @@ class ComparedGroup:
 def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
     """The values of the columns `by`, whole numbers without a decimal point.
 
-    Parameters
-    ----------
-    keys : mapping
-        Columns of a group.
-    by : sequence of str
-        Columns whose values make the group's name.
-
-    Returns
-    -------
-    str
-        The values in the order of `by`, separated by commas.
+    `keys`: columns of a group.
+    `by`: columns whose values make the group's name.
+    Returns the values in the order of `by`, separated by commas.
     """
     values = [keys[column] for column in by]
     whole = [int(v) if isinstance(v, float) and v.is_integer() else v for v in values]
@@ -131,21 +123,9 @@ def groups_of_estimates(
 ) -> list[ComparedGroup]:
     """Groups of which only the estimates are known.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-    by : sequence of str
-        Names among their keys.
-
-    Returns
-    -------
-    list of ComparedGroup
-        One group per estimate, named by its values of `by`; none holds equations of trials.
-
-    Raises
-    ------
-    InputError
-        A column is missing, or two estimates are alike in all of them.
+    `by`: names among their keys.
+    Returns one group per estimate, named by its values of `by`; none holds equations of trials.
+    Raises InputError: a column is missing, or two estimates are alike in all of them.
     """
     groups: dict[str, ComparedGroup] = {}
     for found in estimates:

@@ -25,10 +25,7 @@ def affine_invariant_distance(first: ArrayLike, second: ArrayLike) -> FloatArray
 
     nan where one of the two is not positive definite: it has no place among such matrices.
 
-    Raises
-    ------
-    InputError
-        Matrices that are not square or not of the same size.
+    Raises InputError: matrices that are not square or not of the same size.
     """
     A, B = (symmetric(np.asarray(m, dtype=np.float64)) for m in (first, second))
     if A.shape[-2:] != B.shape[-2:]:
@@ -50,16 +47,10 @@ def expected_square(middle: ArrayLike, covariance: ArrayLike) -> FloatArray:
 
     ``E tr(P^-1 D P^-1 D)`` for a difference D whose elements have this covariance.
 
-    Parameters
-    ----------
-    middle : (..., k, k)
-        P, positive definite.
-    covariance : (..., c, c)
-        Covariance of the c = k (k + 1)/2 elements ``D_ij, i <= j`` (`upper_elements`).
-
-    Returns
-    -------
-    (...,)
+    `middle` (..., k, k): P, positive definite.
+    `covariance` (..., c, c): covariance of the c = k (k + 1)/2 elements ``D_ij, i <= j``
+    (`upper_elements`).
+    Returns (...,).
     """
     metric = metric_at(np.asarray(middle, dtype=np.float64))
     return np.asarray(np.einsum("...ef,...fe->...", metric, np.asarray(covariance)))
@@ -120,18 +111,11 @@ def hotelling(
     multivariate Behrens-Fisher problem, Stat Probab Lett 66:161-169. In one dimension it is
     Welch's t test.
 
-    Parameters
-    ----------
-    difference : (..., p)
-    covariances : two of (..., p, p)
-        Covariances of the two means.
-    dof : two of (...,)
-        Degrees of freedom of each covariance; inf: known.
-
-    Returns
-    -------
-    T2, probability : (...,)
-        nan where the sum of the covariances is singular: some direction has no spread.
+    `difference` (..., p).
+    `covariances` two of (..., p, p): covariances of the two means.
+    `dof` two of (...,): degrees of freedom of each covariance; inf: known.
+    Returns `T2`, `probability` (...,): nan where the sum of the covariances is singular: some
+    direction has no spread.
     """
     total = covariances[0] + covariances[1]
     variance = np.diagonal(total, axis1=-2, axis2=-1)
@@ -174,18 +158,10 @@ MATRIX_NAMES: Final = ("inertia", "viscosity", "stiffness", "all")
 class MatrixTest:
     """How far two groups' matrices are apart, and how often chance makes them so.
 
-    Attributes
-    ----------
-    matrix : {"inertia", "viscosity", "stiffness", "all"}
-    distance : float
-        Affine-invariant; nan where a matrix is not positive definite, and for "all".
-    p_distance : float
-        nan as `distance`; for "all" of the summed squares over their expectations.
-    t2 : float
-        Hotelling's ``d^T V^-1 d`` of the symmetric elements; nan with fewer trials than elements.
-    p_t2 : float
-    p_distance_adjusted, p_t2_adjusted : float
-        Holm, over all pairs that were compared.
+    `distance`: affine-invariant; nan where a matrix is not positive definite, and for "all".
+    `p_distance`: nan as `distance`; for "all" of the summed squares over their expectations.
+    `t2`: Hotelling's ``d^T V^-1 d`` of the symmetric elements; nan with fewer trials than elements.
+    `p_distance_adjusted`, `p_t2_adjusted`: Holm, over all pairs that were compared.
     """
 
     matrix: str
@@ -201,14 +177,10 @@ class MatrixTest:
 class Statistics:
     """Statistics of R pairs of groups; columns: inertia, viscosity, stiffness, all.
 
-    Attributes
-    ----------
-    t2, chance : (R, 4)
-        Hotelling's T2 and its probability; nan where there are too few trials.
-    ratio : (R, 4)
-        Squared distance over its expectation by chance; nan where a matrix has no distance.
-    distance : (R, 3)
-        Affine-invariant.
+    `t2`, `chance` (R, 4): Hotelling's T2 and its probability; nan where there are too few trials.
+    `ratio` (R, 4): squared distance over its expectation by chance; nan where a matrix has no
+    distance.
+    `distance` (R, 3): affine-invariant.
     """
 
     t2: FloatArray
@@ -225,15 +197,10 @@ def statistics_between(
 ) -> Statistics:
     """All statistics of pairs of groups.
 
-    Parameters
-    ----------
-    matrices : two of (R, 3, k, k)
-        Inertia, viscosity, stiffness of each group.
-    difference : (R, 3 c)
-        Differences of the c symmetric elements of each matrix.
-    covariances : two of (R, 3 c, 3 c)
-        Covariances of the symmetric elements of each group.
-    dof : two of (R,)
+    `dof` two of (R,).
+    `matrices` two of (R, 3, k, k): inertia, viscosity, stiffness of each group.
+    `difference` (R, 3 c): differences of the c symmetric elements of each matrix.
+    `covariances` two of (R, 3 c, 3 c): covariances of the symmetric elements of each group.
     """
     t2, chance = t2_chances(difference, covariances, dof)
     ratio, distance = distance_ratios(matrices, covariances[0] + covariances[1])
@@ -267,11 +234,8 @@ def distance_ratios(
 ) -> tuple[FloatArray, FloatArray]:
     """`Statistics.ratio` (R, 4) and `Statistics.distance` (R, 3).
 
-    Parameters
-    ----------
-    matrices : two of (R, 3, k, k)
-    total : (R, 3 c, 3 c)
-        Covariance of the difference of the symmetric elements.
+    `matrices` two of (R, 3, k, k).
+    `total` (R, 3 c, 3 c): covariance of the difference of the symmetric elements.
     """
     distance = affine_invariant_distance(*matrices)
     c = total.shape[-1] // 3

@@ -28,17 +28,10 @@ BLOCK: Final = 512
 class Pair:
     """Two groups compared.
 
-    Attributes
-    ----------
-    first, second : str
-        Names of the groups; changes are from the first to the second.
-    changes : sequence of Change
-    tests : tuple of MatrixTest
-        Inertia, viscosity, stiffness, all three; p values adjusted over all pairs.
-    basis : {"permutation", "covariance", "first order"}
-        Whether trials were exchanged, or the tests rest on the estimates' covariances: the
-        distance's then on draws from them, or, of many pairs, on its law to first order.
-    notes : tuple of str
+    `first`, `second`: names of the groups; changes are from the first to the second.
+    `tests`: inertia, viscosity, stiffness, all three; p values adjusted over all pairs.
+    `basis`: whether trials were exchanged, or the tests rest on the estimates' covariances: the
+    distance's then on draws from them, or, of many pairs, on its law to first order.
     """
 
     first: str
@@ -68,19 +61,12 @@ def notes_of(tests: Sequence[MatrixTest]) -> tuple[str, ...]:
 class ManyPairs(Sequence[Pair]):
     """Many pairs of groups: a `Pair` is made where it is asked for.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the groups.
-    first, second : (R,)
-        Numbers of the groups of each pair.
-    sides : tuple of Side
-        What the changes take of each group.
-    labels : tuple of Label
-        What the changes are of.
-    tests : (R, 4, 6)
-        Of inertia, viscosity, stiffness and all: the fields of `MatrixTest` after its name.
-    basis : {"first order"}
+    `names`: of the groups.
+    `first`, `second` (R,): numbers of the groups of each pair.
+    `sides`: what the changes take of each group.
+    `labels`: what the changes are of.
+    `tests` (R, 4, 6): of inertia, viscosity, stiffness and all: the fields of `MatrixTest` after
+    its name.
     """
 
     names: tuple[str, ...]
@@ -173,16 +159,8 @@ UNLIKELY: Final = 1.45
 def check_inertia(groups: Sequence[ComparedGroup], pairs: Sequence[Pair]) -> tuple[Finding, ...]:
     """Pairs of one person at one place whose inertia differs by a factor.
 
-    Parameters
-    ----------
-    groups : sequence of ComparedGroup
-    pairs : sequence of Pair
-
-    Returns
-    -------
-    tuple of Finding
-        "inertia", one for each pair that differs, or one for all that do not; empty where no two
-        groups have one posture.
+    Returns "inertia", one for each pair that differs, or one for all that do not; empty where no
+    two groups have one posture.
     """
     of = {group.name: group.estimate for group in groups}
     told, limits = [], []

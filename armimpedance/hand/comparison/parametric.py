@@ -91,12 +91,7 @@ def symmetric_elements(estimate: ImpedanceEstimate) -> tuple[FloatArray, FloatAr
 
 
 def check_errors(total: FloatArray) -> None:
-    """Refuse differences (..., 3 c, 3 c) of which one element has no error.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse differences (..., 3 c, 3 c) of which one element has no error."""
     if not (np.diagonal(total, axis1=-2, axis2=-1) > 0).all():
         raise InputError(
             "an estimate without an error: its covariance is zero",
@@ -155,19 +150,10 @@ _NEAR_MEAN: Final = 1e-3
 def mixture_tail(weights: FloatArray, dof: FloatArray, statistic: FloatArray) -> FloatArray:
     """``P(sum_j w_j X_j > q Y/nu)``.
 
-    Parameters
-    ----------
-    weights : (R, J)
-        At least 0, and not all of them 0.
-    dof : (R,)
-        nu; inf: Y/nu is one.
-    statistic : (R,)
-        q, at least 0.
-
-    Returns
-    -------
-    (R,)
-        nan where an argument is.
+    `weights` (R, J): at least 0, and not all of them 0.
+    `dof` (R,): nu; inf: Y/nu is one.
+    `statistic` (R,): q, at least 0.
+    Returns (R,): nan where an argument is.
     """
     weights = np.maximum(weights, 1e-12 * weights.max(axis=1, keepdims=True))
     nu, scale = np.minimum(dof, _KNOWN_DOF), weights.sum(axis=1)
@@ -231,12 +217,7 @@ _BLOCK_NUMBERS: Final = 40_000
 class Elements:
     """Symmetric elements of M, B, K of G estimates of k axes, their covariances and dof.
 
-    Attributes
-    ----------
-    values : (G, m)
-    covariances : (G, m, m)
-    dof : (G,)
-    k : int
+    `values` (G, m), `covariances` (G, m, m), `dof` (G,).
     """
 
     values: FloatArray
@@ -260,21 +241,10 @@ class Elements:
 def first_order_tests(of: Elements, first: IntArray, second: IntArray) -> FloatArray:
     """Tests of R pairs, (R, 4, 4).
 
-    Parameters
-    ----------
-    of : Elements
-    first, second : (R,)
-        Numbers of the estimates of each pair.
-
-    Returns
-    -------
-    (R, 4, 4)
-        Of inertia, viscosity, stiffness and all: distance, its p, T2, its p, as in `MatrixTest`.
-
-    Raises
-    ------
-    InputError
-        A pair without an error.
+    `first`, `second` (R,): numbers of the estimates of each pair.
+    Returns (R, 4, 4): of inertia, viscosity, stiffness and all: distance, its p, T2, its p, as in
+    `MatrixTest`.
+    Raises InputError: a pair without an error.
     """
     x1, x2, V1, V2 = (part[of_] for part in (of.values, of.covariances) for of_ in (first, second))
     check_errors(V1 + V2)

@@ -34,21 +34,14 @@ from armimpedance.hand.comparison.matrix_test import holm
 class SubjectsChange(InUnits):
     """The change of one quantity over several subjects.
 
-    Attributes
-    ----------
-    first, second : str
-        Names of the groups.
-    matrix, quantity, unit, kind : str
-        The same as in `Change`.
-    value, low, high : float
-        Mean change and its 95 % limits; of a ratio the geometric mean.
-    between_sd, between_low, between_high : float
-        Sd between subjects of the difference, or of the logarithm of the ratio.
-    n : int
-        Subjects that have both groups.
-    p, p_adjusted : float
-        p value of the hypothesis that there is no mean change, and the same adjusted by Holm's
-        method over the pairs of groups.
+    `first`, `second`: names of the groups.
+    `matrix`, `quantity`, `unit`, `kind`: the same as in `Change`.
+    `value`, `low`, `high`: mean change and its 95 % limits; of a ratio the geometric mean.
+    `between_sd`, `between_low`, `between_high`: sd between subjects of the difference, or of the
+    logarithm of the ratio.
+    `n`: subjects that have both groups.
+    `p`, `p_adjusted`: p value of the hypothesis that there is no mean change, and the same adjusted
+    by Holm's method over the pairs of groups.
     """
 
     first: str
@@ -72,14 +65,8 @@ class SubjectsChange(InUnits):
 class RandomEffects:
     """Mean over subjects and sd between them.
 
-    Attributes
-    ----------
-    mean, standard_error : float
-    dof : int
-        Degrees of freedom of the t distribution.
-    between_sd : float
-    between_limits : (low, high)
-        95 %.
+    `dof`: degrees of freedom of the t distribution.
+    `between_limits` (low, high): 95 %.
     """
 
     mean: float
@@ -151,22 +138,11 @@ def compare_subjects(
 ) -> list[SubjectsChange]:
     """Mean changes between groups over the subjects that have both.
 
-    Parameters
-    ----------
-    subjects : mapping
-        Name of the subject -> its groups.
-    against : str, optional
-        The group that comes first in every pair.
-
-    Returns
-    -------
-    list of SubjectsChange
-        Mean changes of each pair of groups that at least two subjects have.
-
-    Raises
-    ------
-    InputError
-        Fewer than two subjects, or no pair of groups that two subjects have; no group `against`.
+    `subjects`: name of the subject -> its groups.
+    `against`: the group that comes first in every pair.
+    Returns mean changes of each pair of groups that at least two subjects have.
+    Raises InputError: fewer than two subjects, or no pair of groups that two subjects have; no
+    group `against`.
     """
     if len(subjects) < 2:
         raise InputError(

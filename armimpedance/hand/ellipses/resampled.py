@@ -24,16 +24,10 @@ MOST_LOST = 0.1
 class ResampledEllipse:
     """Spread of an ellipse over resamples.
 
-    Attributes
-    ----------
-    sd_log_size, sd_orientation_rad, sd_log_shape : float
-    correlation_of_axes : float
-        Mean resultant length of the resampled axes, 1 if they all agree, 0 if any direction is
-        as likely as any other.
-    lost : float
-        Part of the resamples that were not positive definite.
-    dof : float
-        Degrees of freedom of the t distribution.
+    `correlation_of_axes`: mean resultant length of the resampled axes, 1 if they all agree, 0 if
+    any direction is as likely as any other.
+    `lost`: part of the resamples that were not positive definite.
+    `dof`: degrees of freedom of the t distribution.
     """
 
     of: Ellipse
@@ -47,10 +41,7 @@ class ResampledEllipse:
     def interval(self, level: float = 0.95) -> FloatArray:
         """Limits (low, high) of size, orientation (rad) and shape, (3, 2).
 
-        Raises
-        ------
-        InputError
-            The level is not between 0 and 1.
+        Raises InputError: the level is not between 0 and 1.
         """
         if not 0 < level < 1:
             raise InputError(f"confidence level {level}", expected="between 0 and 1")

@@ -240,17 +240,9 @@ def _gamma(
 def posture_findings(estimate: ImpedanceEstimate, posture: ArmPosture) -> tuple[Finding, ...]:
     """Whether the arm's lengths and the shoulder's place agree with where the hand was.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        At the hand.
-    posture : ArmPosture
-        That it is mapped with.
-
-    Returns
-    -------
-    tuple of Finding
-        Empty where the hand's place was not measured, or nothing depends on the shoulder's.
+    `estimate`: at the hand.
+    `posture`: that it is mapped with.
+    Returns empty where the hand's place was not measured, or nothing depends on the shoulder's.
     """
     if estimate.position is None:
         return ()
@@ -317,16 +309,8 @@ def with_arm_errors(
     how M, B, K change with it: the whole way is made again with a little more and a little less of
     it, the posture from a hand's position among it.
 
-    Parameters
-    ----------
-    mapped : function
-        From a subject to the estimate mapped with its arm.
-    subject : Subject or None
-
-    Returns
-    -------
-    ImpedanceEstimate
-        With a warning where lengths come from the height alone, and nothing says how well.
+    `mapped`: from a subject to the estimate mapped with its arm.
+    Returns with a warning where lengths come from the height alone, and nothing says how well.
     """
     made = mapped(subject)
     if subject is None:

@@ -34,14 +34,10 @@ from armimpedance.numerics.regression import t_factor
 class Combination(FrozenRecord):
     """A sum ``c k`` over muscles that the joint matrix determines.
 
-    Attributes
-    ----------
-    name : str
-        ``ss``, ``se``, ``ee`` for the elements of ``G^T diag(k) G``, or a muscle's name.
-    coefficients : (m,)
-        c; m^2 for elements, 1 for a muscle.
-    value, sd, low, high : float
-        N m/rad (elements) or N/m (a muscle), with 95 % limits; those of viscosity have an s more.
+    `name`: ``ss``, ``se``, ``ee`` for the elements of ``G^T diag(k) G``, or a muscle's name.
+    `coefficients` (m,): c; m^2 for elements, 1 for a muscle.
+    `value`, `sd`, `low`, `high`: N m/rad (elements) or N/m (a muscle), with 95 % limits; those of
+    viscosity have an s more.
     """
 
     name: str
@@ -56,18 +52,12 @@ class Combination(FrozenRecord):
 class FeasibleRange(FrozenRecord):
     """Least and largest value of a sum over muscles among all k >= 0 that give the joint matrix.
 
-    Attributes
-    ----------
-    name : str
-        A muscle, or a group and element such as ``two_joint_ss``.
-    coefficients : (m,)
-    low, high : float
-        At the measured joint matrix (or at the nearest one that the muscles can make); nan where
-        there is none.
-    outer_low, outer_high : float
-        95 % limits: `low` less its error, `high` more its error.
-    determined : bool
-        Whether the range is a single value for every joint matrix.
+    `coefficients` (m,).
+    `name`: a muscle, or a group and element such as ``two_joint_ss``.
+    `low`, `high`: at the measured joint matrix (or at the nearest one that the muscles can make);
+    nan where there is none.
+    `outer_low`, `outer_high`: 95 % limits: `low` less its error, `high` more its error.
+    `determined`: whether the range is a single value for every joint matrix.
     """
 
     name: str
@@ -83,22 +73,16 @@ class FeasibleRange(FrozenRecord):
 class MuscleShare(FrozenRecord):
     """What one joint matrix says of the muscles.
 
-    Attributes
-    ----------
-    muscles : (m,) tuple of str
-    rank : int
-        Independent combinations that are determined.
-    combinations : tuple of Combination
-        Elements of ``G^T diag(k) G``, then single muscles that are determined.
-    single, groups : tuple of FeasibleRange
-        The ranges of each muscle, and those of the shoulder's, the elbow's and the two-joint
-        muscles' parts in the elements.
-    outside_se : float
-        How many standard errors the joint matrix lies outside of what muscles with k >= 0 make; 0:
-        inside.
-    possible : bool
-        Whether it is inside, or so near that its error may explain it (at least 95 %). Where it is
-        not, no stiffnesses of these muscles with these moment arms make it, and ranges are nan.
+    `muscles` (m,) tuple of str.
+    `rank`: independent combinations that are determined.
+    `combinations`: elements of ``G^T diag(k) G``, then single muscles that are determined.
+    `single`, `groups`: the ranges of each muscle, and those of the shoulder's, the elbow's and the
+    two-joint muscles' parts in the elements.
+    `outside_se`: how many standard errors the joint matrix lies outside of what muscles with k >= 0
+    make; 0: inside.
+    `possible`: whether it is inside, or so near that its error may explain it (at least 95 %).
+    Where it is not, no stiffnesses of these muscles with these moment arms make it, and ranges are
+    nan.
     """
 
     muscles: tuple[str, ...]
@@ -123,15 +107,9 @@ _LEAST_ERROR: Final = 1e-9
 class MuscleCone(FrozenRecord):
     """``y (p,) = A (p, m) k (m,)``, k >= 0, y with a covariance.
 
-    Attributes
-    ----------
-    muscles : (m,) tuple of str
-    A : (p, m)
-    y : (p,)
-    covariance : (p, p)
-        Covariance of y.
-    dof : float
-        Degrees of freedom of the t distribution for limits; inf = normal.
+    `muscles` (m,) tuple of str, `A` (p, m), `y` (p,).
+    `covariance` (p, p): covariance of y.
+    `dof`: degrees of freedom of the t distribution for limits; inf = normal.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -278,26 +256,15 @@ def muscle_share(
 ) -> MuscleShare:
     """What K_j (or B_j) says of the muscles.
 
-    Parameters
-    ----------
-    joint_matrix : (n, n)
-        N m/rad or N m s/rad; its symmetric part counts.
-    covariance : (n^2, n^2)
-        Covariance of its elements row by row.
-    G : (m, n)
-        Moment arms dL/dq, m.
-    muscles : (m,) sequence of str
-    curvature : (n, n), optional
-        ``sum_n f_n d2L_n`` (`hand.levels.curvature_term`), taken off; counts as known.
-    dof : float
-        Degrees of freedom of the t distribution for limits; inf = normal.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or a muscle without any moment arm.
-    EstimationError
-        A linear program ended without an optimum.
+    `muscles` (m,) sequence of str.
+    `joint_matrix` (n, n): N m/rad or N m s/rad; its symmetric part counts.
+    `covariance` (n^2, n^2): covariance of its elements row by row.
+    `G` (m, n): moment arms dL/dq, m.
+    `curvature` (n, n): ``sum_n f_n d2L_n`` (`hand.levels.curvature_term`), taken off; counts as
+    known.
+    `dof`: degrees of freedom of the t distribution for limits; inf = normal.
+    Raises InputError: shapes that do not belong together, or a muscle without any moment arm.
+    Raises EstimationError: a linear program ended without an optimum.
     """
     arms: FloatArray = frozen_array(G, "G", (len(muscles), None))
     n = arms.shape[1]

@@ -31,26 +31,14 @@ def joint_stiffness(
 ) -> FloatArray:
     """``K_j = G^T K_m G + sum_n f_n d2L_n``; Tsuji (1997), eq. (11) without the second term.
 
-    Parameters
-    ----------
-    G : (..., m, n)
-        Moment arms dL/dq, m.
-    K_m : (..., m)
-        Stiffness of each muscle, N/m.
-    tensions : (..., m), optional
-        N; with `curvature`. Without both the second term is left out, as the source does.
-    curvature : (..., m, n, n), optional
-        d2L/dq2, m.
-
-    Returns
-    -------
-    (..., n, n)
-        N m/rad.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or only one of `tensions` and `curvature`.
+    `G` (..., m, n): moment arms dL/dq, m.
+    `K_m` (..., m): stiffness of each muscle, N/m.
+    `tensions` (..., m): N; with `curvature`. Without both the second term is left out, as the
+    source does.
+    `curvature` (..., m, n, n): d2L/dq2, m.
+    Returns (..., n, n): N m/rad.
+    Raises InputError: shapes that do not belong together, or only one of `tensions` and
+    `curvature`.
     """
     if (tensions is None) != (curvature is None):
         raise InputError("the curvature term needs both tensions and curvature", expected="both")
@@ -63,17 +51,9 @@ def joint_stiffness(
 def joint_viscosity(G: ArrayLike, B_m: ArrayLike) -> FloatArray:
     """``B_j = G^T B_m G``; Tsuji (1997), eq. (13).
 
-    Parameters
-    ----------
-    G : (..., m, n)
-        Moment arms dL/dq, m.
-    B_m : (..., m)
-        Viscosity of each muscle, N s/m.
-
-    Returns
-    -------
-    (..., n, n)
-        N m s/rad.
+    `G` (..., m, n): moment arms dL/dq, m.
+    `B_m` (..., m): viscosity of each muscle, N s/m.
+    Returns (..., n, n): N m s/rad.
     """
     return _through_arms(G, B_m)
 
@@ -108,21 +88,11 @@ _NO_TORQUE: Final = (
 class MuscleEstimate(FrozenRecord):
     """What joint stiffness and viscosity of one condition say of the muscles.
 
-    Attributes
-    ----------
-    arm, arm_source : str
-        The arm's name, and where its numbers come from.
-    joint_angles : (n,)
-        rad.
-    tension : (m,) or None
-        Tensions in N from static optimisation; None where the torque is not known or cannot be
-        made.
-    stiffness, viscosity : MuscleShare
-    method : str
-    n_trials : int
-    keys : mapping
-        The group's columns.
-    warnings, provenance : tuple of str
+    `arm`, `arm_source`: the arm's name, and where its numbers come from.
+    `joint_angles` (n,): rad.
+    `tension` (m,) or None: tensions in N from static optimisation; None where the torque is not
+    known or cannot be made.
+    `keys`: the group's columns.
     """
 
     arm: str

@@ -144,14 +144,7 @@ _AXES: Final = 3
 def is_in_space(estimate: ImpedanceEstimate) -> bool:
     """Whether an estimate is of an arm in space.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-
-    Returns
-    -------
-    bool
-        Of the hand by its three axes, of the joints by its four angles, or seven.
+    Returns of the hand by its three axes, of the joints by its four angles, or seven.
     """
     if estimate.level == "hand":
         return estimate.k == _AXES
@@ -172,34 +165,16 @@ def spatial_posture_for(
     Measured joint angles if the estimate has them, seven where the wrist is free; else inverse
     kinematics from the hand's place, the shoulder's and the swivel.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-    subject : Subject or None
-    elbow : {"held", "free"}
-        Held: the upper arm's axial turning is no joint.
-    gravity_m_s2 : (3,), optional
-        Along the hand's axes; without, its part of the stiffness is left out.
-    swivel_rad : float, optional
-        Needed where the angles were not measured.
-    wrist : {"locked", "free"}, optional
-        Of seven measured angles; default: free.
-
-    Returns
-    -------
-    posture : ArmPosture
-        Of three joints (turn, elevation, elbow), of four (the axial one third), or of these and
-        the three of a free wrist.
-    q : (n,)
-    source : str
-
-    Raises
-    ------
-    InputError
-        Neither angles nor place and swivel are known, lengths or a mass under gravity are missing,
-        or the hand is out of reach.
-    NotIdentifiableError
-        Singular posture.
+    `elbow`: held: the upper arm's axial turning is no joint.
+    `gravity_m_s2` (3,): along the hand's axes; without, its part of the stiffness is left out.
+    `swivel_rad`: needed where the angles were not measured.
+    `wrist`: of seven measured angles; default: free.
+    Returns `q` (n,).
+    `posture`: of three joints (turn, elevation, elbow), of four (the axial one third), or of these
+    and the three of a free wrist.
+    Raises InputError: neither angles nor place and swivel are known, lengths or a mass under
+    gravity are missing, or the hand is out of reach.
+    Raises NotIdentifiableError: singular posture.
     """
     measured = estimate.joint_angles
     arm = spatial_arm(subject, gravity_m_s2, LOCKED_WRIST if measured is None else len(measured))
@@ -216,23 +191,10 @@ def spatial_arm(
 ) -> SpatialArm:
     """The arm in space of a subject, whose body mass need not be known where no gravity acts.
 
-    Parameters
-    ----------
-    subject : Subject or None
-    gravity_m_s2 : (3,), optional
-        Along the hand's axes; without, what the arm's weight adds is left out.
-    joints : int
-        4, or 7 with a free wrist.
-
-    Returns
-    -------
-    SpatialArm
-
-    Raises
-    ------
-    InputError
-        No subject, one without lengths and height, gravity of other axes or on an unknown mass, or
-        another number of joints.
+    `gravity_m_s2` (3,): along the hand's axes; without, what the arm's weight adds is left out.
+    `joints`: 4, or 7 with a free wrist.
+    Raises InputError: no subject, one without lengths and height, gravity of other axes or on an
+    unknown mass, or another number of joints.
     """
     if joints not in IN_SPACE:
         raise InputError(

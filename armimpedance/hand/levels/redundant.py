@@ -25,18 +25,12 @@ from armimpedance.limb.arm import require_full_rank
 class FeasibleJointStiffness(FrozenRecord):
     """All symmetric joint stiffnesses of a stable arm that give one hand stiffness.
 
-    Attributes
-    ----------
-    jacobian : (d, n)
-    hand_stiffness : (d, d)
-    force_term : (n, n)
-        Gamma of the hand's force; zero without force.
-    compliance : (n, n)
-        One member's compliance ``(K_j + Gamma)^-1``, positive definite.
-    directions : (p, n, n)
-        Orthonormal symmetric directions in which the compliance is free.
-    lower_bound : (n, n)
-        ``J^T K_e J - Gamma``: every member minus this is positive semidefinite of rank n - d.
+    `jacobian` (d, n), `hand_stiffness` (d, d).
+    `force_term` (n, n): Gamma of the hand's force; zero without force.
+    `compliance` (n, n): one member's compliance ``(K_j + Gamma)^-1``, positive definite.
+    `directions` (p, n, n): orthonormal symmetric directions in which the compliance is free.
+    `lower_bound` (n, n): ``J^T K_e J - Gamma``: every member minus this is positive semidefinite of
+    rank n - d.
     """
 
     jacobian: Annotated[FloatArray, "d n"]
@@ -58,10 +52,8 @@ class FeasibleJointStiffness(FrozenRecord):
     def member(self, coefficients: ArrayLike) -> FloatArray:
         """The joint stiffness (n, n) at these coefficients (p,) of `directions`.
 
-        Raises
-        ------
-        InputError
-            Wrong number of coefficients, or the compliance there is not positive definite.
+        Raises InputError: wrong number of coefficients, or the compliance there is not positive
+        definite.
         """
         coefficients = np.asarray(coefficients, dtype=float)
         if coefficients.shape != (self.dimension,):

@@ -62,12 +62,8 @@ def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
 class AntisymmetricPart(FrozenRecord):
     """``(A_ij - A_ji)/2`` for i < j, of M, B and K (rows), in the units of the estimate.
 
-    Attributes
-    ----------
-    names : (3, c) tuple of tuples of str
-        ``M_12`` stands for ``(M_12 - M_21)/2``.
-    value, sd : (3, c)
-    dof : float
+    `value`, `sd` (3, c).
+    `names` (3, c) tuple of tuples of str: ``M_12`` stands for ``(M_12 - M_21)/2``.
     """
 
     names: tuple[tuple[str, ...], ...]

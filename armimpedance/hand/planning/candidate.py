@@ -21,14 +21,10 @@ from armimpedance.hand.planning.setting import Setting
 class Wish:
     """What an experiment shall tell; None: no wish.
 
-    Attributes
-    ----------
-    k_part : float
-        The 95 % interval of each diagonal element of K is to be at most +- this part of it.
-    orientation_rad : float
-        Half the 95 % interval of the stiffness ellipse's orientation is to be at most this.
-    most_trials : int
-        A plan that needs more is not met.
+    `k_part`: the 95 % interval of each diagonal element of K is to be at most +- this part of it.
+    `orientation_rad`: half the 95 % interval of the stiffness ellipse's orientation is to be at
+    most this.
+    `most_trials`: a plan that needs more is not met.
     """
 
     k_part: float | None = None
@@ -82,24 +78,13 @@ _FOLLOWED: Final = 0.9
 class Candidate(FrozenRecord):
     """One disturbance and what it needs.
 
-    Attributes
-    ----------
-    name : str
-    profile : Profile or None
-        None: a pilot's own, as recorded.
-    precision : Precision or None
-        None where `problem` stands in the way.
-    trials : int or None
-        Trials that the wish needs, in whole sets.
-    bias : (low, high)
-        How much too large K comes out with a reflex of 25 % of K that is ignored, as a part of it:
-        over delays from 5 ms before to 5 ms after the one asked about.
-    apart : Precision or None
-        The precision of K together with the reflex, its delay known.
-    problem : str
-    notes : tuple of str
-    duration_s, amplitude_m : float
-        Duration and amplitude of the profile, or as a pilot recorded them.
+    `profile`: None: a pilot's own, as recorded.
+    `precision`: None where `problem` stands in the way.
+    `trials`: trials that the wish needs, in whole sets.
+    `bias` (low, high): how much too large K comes out with a reflex of 25 % of K that is ignored,
+    as a part of it: over delays from 5 ms before to 5 ms after the one asked about.
+    `apart`: the precision of K together with the reflex, its delay known.
+    `duration_s`, `amplitude_m`: duration and amplitude of the profile, or as a pilot recorded them.
     """
 
     name: str

@@ -76,14 +76,9 @@ class Goal:
 class Design(FrozenRecord):
     """A designed profile and what its maker knows of it.
 
-    Attributes
-    ----------
-    profile : Profile
-    coefficients : (degree + 1,)
-        Coefficients of q, as given to `designed_shape`.
-    relative_sd : float
-        Root of the goal, per trial: with n trials it falls as 1/sqrt(n). For K alone the sd of
-        its symmetric part (Frobenius) as a part of K.
+    `coefficients` (degree + 1,): coefficients of q, as given to `designed_shape`.
+    `relative_sd`: root of the goal, per trial: with n trials it falls as 1/sqrt(n). For K alone the
+    sd of its symmetric part (Frobenius) as a part of K.
     """
 
     profile: Profile
@@ -279,10 +274,7 @@ def shortest_duration(amplitude_m: float, acceleration: float) -> float:
 def check_limits(limits: Limits) -> None:
     """Refuse limits that no course keeps.
 
-    Raises
-    ------
-    InputError
-        Names the binding limit.
+    Raises InputError: names the binding limit.
     """
     Profile(designed_shape("", [1.0]), limits.amplitude_m, limits.duration_s)
     shortest = shortest_duration(limits.amplitude_m, limits.acceleration)

@@ -41,19 +41,12 @@ class Noise(Protocol):
 class NoiseLevel:
     """Physical description; every entry may be 0, all together must not.
 
-    Attributes
-    ----------
-    name : str
-    force_sd, force_step : float
-        White noise (sd) and resolution of the force sensor (N).
-    encoder_step, position_sd : float
-        Resolution and white noise (sd) of the position (m).
-    tremor, tremor_hz : float
-        Amplitude (N) and frequency of the tremor along each axis, of unknown phase.
-    slow_sd, slow_time_s : float
-        Sd (N) and correlation time of slow voluntary force.
-    drift_sd : float
-        Sd of the virtual position's velocity (m/s), along each axis.
+    `force_sd`, `force_step`: white noise (sd) and resolution of the force sensor (N).
+    `encoder_step`, `position_sd`: resolution and white noise (sd) of the position (m).
+    `tremor`, `tremor_hz`: amplitude (N) and frequency of the tremor along each axis, of unknown
+    phase.
+    `slow_sd`, `slow_time_s`: sd (N) and correlation time of slow voluntary force.
+    `drift_sd`: sd of the virtual position's velocity (m/s), along each axis.
     """
 
     name: str
@@ -134,14 +127,8 @@ def noise_named(name: str | None = None) -> NoiseLevel:
 class PilotNoise(FrozenRecord):
     """The components that a weighted fit found in a pilot recording.
 
-    Attributes
-    ----------
-    sizes : (J, d, d)
-        Covariance over axes of each component, the same as `NoiseModel.sizes`.
-    floor : float
-        White share of every mode (N^2).
-    encoder_step, position_sd : float
-    name : str
+    `sizes` (J, d, d): covariance over axes of each component, the same as `NoiseModel.sizes`.
+    `floor`: white share of every mode (N^2).
     """
 
     sizes: Annotated[FloatArray, "j d d"]

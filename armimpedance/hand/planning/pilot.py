@@ -20,16 +20,10 @@ from armimpedance.numerics.signals import cut_windows, disturbance_times
 class Pilot:
     """What a pilot says.
 
-    Attributes
-    ----------
-    setting : Setting
-        The setting with its arm and noise.
-    precision : Precision
-        Precision that more trials like the pilot's would give.
-    duration_s, amplitude_m : float
-        Duration and amplitude of its disturbances, medians over trials.
-    warnings : tuple of str
-        What the plan cannot count with.
+    `setting`: the setting with its arm and noise.
+    `precision`: precision that more trials like the pilot's would give.
+    `duration_s`, `amplitude_m`: duration and amplitude of its disturbances, medians over trials.
+    `warnings`: what the plan cannot count with.
     """
 
     setting: Setting

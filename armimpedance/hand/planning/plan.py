@@ -49,34 +49,15 @@ def proposed_profiles(
 ) -> list[Profile]:
     """The disturbances that a plan compares.
 
-    Parameters
-    ----------
-    setting : Setting
-    limits : Limits
-    shape : str
-        A name of `SHAPES`, or "all" for those that are compared.
-    durations_s : sequence of float, optional
-        Each named shape is proposed at each duration. Default: `DURATIONS_S`.
-    reduce : bool
-        Where a shape would exceed the acceleration, take a smaller amplitude; False refuses it
-        where one shape was named and it exceeds the acceleration at every duration.
-    designed : bool
-        Put first a disturbance that is designed for the setting and for K.
-    reflex_delay_s : float, optional
-        Design it for K and a reflex of this delay apart; the delay is known to 15 ms.
-    progress : function (done, all), optional
-        Called after each start of the design.
-
-    Returns
-    -------
-    list of Profile
-
-    Raises
-    ------
-    InputError
-        There is no such shape, or no course keeps to the limits.
-    EstimationError
-        No start of the design led anywhere.
+    `shape`: a name of `SHAPES`, or "all" for those that are compared.
+    `durations_s`: each named shape is proposed at each duration. Default: `DURATIONS_S`.
+    `reduce`: where a shape would exceed the acceleration, take a smaller amplitude; False refuses
+    it where one shape was named and it exceeds the acceleration at every duration.
+    `designed`: put first a disturbance that is designed for the setting and for K.
+    `reflex_delay_s`: design it for K and a reflex of this delay apart; the delay is known to 15 ms.
+    `progress` function (done, all): called after each start of the design.
+    Raises InputError: there is no such shape, or no course keeps to the limits.
+    Raises EstimationError: no start of the design led anywhere.
     """
     durations = durations_s or DURATIONS_S
     named = _named_profiles(shape, durations, limits, reduce=reduce, needed=not designed)
@@ -113,17 +94,9 @@ def _named_profiles(
 def within(shape: Shape, limits: Limits, *, reduce: bool) -> Profile:
     """A shape at the limits' amplitude and duration.
 
-    Parameters
-    ----------
-    shape : Shape
-    limits : Limits
-    reduce : bool
-        Where the acceleration would be too large, take a smaller amplitude instead of refusing.
-
-    Raises
-    ------
-    InputError
-        Names the binding limit and what would do.
+    `reduce`: where the acceleration would be too large, take a smaller amplitude instead of
+    refusing.
+    Raises InputError: names the binding limit and what would do.
     """
     profile = Profile(shape, limits.amplitude_m, limits.duration_s)
     if profile.peak_acceleration <= limits.acceleration * (1 + 1e-9):
@@ -331,28 +304,11 @@ def make_plan(
 ) -> Plan:
     """Judge profiles, and a pilot's own where there is one.
 
-    Parameters
-    ----------
-    setting : Setting
-    profiles : sequence of Profile
-    wish : Wish
-    limits : Limits
-        Profiles are within them already.
-    delay_s : float
-        Delay of the reflex that is asked about.
-    pilot : Pilot, optional
-        Pilot whose own disturbance is put first, as it was recorded.
-    progress : function (done, all), optional
-        Called after each profile.
-
-    Returns
-    -------
-    Plan
-
-    Raises
-    ------
-    InputError
-        A delay outside of 10 to 200 ms.
+    `limits`: profiles are within them already.
+    `delay_s`: delay of the reflex that is asked about.
+    `pilot`: pilot whose own disturbance is put first, as it was recorded.
+    `progress` function (done, all): called after each profile.
+    Raises InputError: a delay outside of 10 to 200 ms.
     """
     if not 0.01 <= delay_s <= 0.2:
         raise InputError(f"a reflex {1e3 * delay_s:g} ms late", expected="10 to 200 ms")

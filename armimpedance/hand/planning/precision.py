@@ -69,14 +69,8 @@ def modal_motion(
 ) -> FloatArray:
     """x'', x', x, then x at each delay, in modes.
 
-    Parameters
-    ----------
-    displacement : (..., S)
-        At rest before the window.
-
-    Returns
-    -------
-    (3 + len(delays_s), ..., n)
+    `displacement` (..., S): at rest before the window.
+    Returns (3 + len(delays_s), ..., n).
     """
     derivatives = [displacement @ part.T for part in (modes.second, modes.first, modes.smooth)]
     late = [delayed(displacement, delay * sample_rate_hz) @ modes.smooth.T for delay in delays_s]
@@ -86,13 +80,8 @@ def modal_motion(
 def equation_rows(motion: FloatArray) -> FloatArray:
     """Rows of ``G theta``, theta = M, B, K, ... row by row.
 
-    Parameters
-    ----------
-    motion : (r, ..., d, n)
-
-    Returns
-    -------
-    (..., d n, r d^2)
+    `motion` (r, ..., d, n).
+    Returns (..., d n, r d^2).
     """
     r, *others, d, n = motion.shape
     moved = np.moveaxis(motion, 0, -3)
@@ -106,12 +95,8 @@ def equation_rows(motion: FloatArray) -> FloatArray:
 def information(rows: FloatArray, weight: FloatArray) -> FloatArray:
     """Mean information of a trial (p, p) about p parameters.
 
-    Parameters
-    ----------
-    rows : (d, d n, p)
-        For a command along each axis.
-    weight : (d n, d n)
-        Inverse covariance of the noise.
+    `rows` (d, d n, p): for a command along each axis.
+    `weight` (d n, d n): inverse covariance of the noise.
     """
     # I (p, p) = 1/d sum_a G_a^T (p, dn) V (dn, dn) G_a (dn, p)
     total = (rows.transpose(0, 2, 1) @ weight @ rows).sum(axis=0) / len(rows)
@@ -131,13 +116,9 @@ WORST_CONDITION: Final = 1e9
 class Precision(FrozenRecord):
     """What a disturbance will tell about M, B, K (and a delayed answer R).
 
-    Attributes
-    ----------
-    parameters : (3, d, d)
-        M (with handle), B, K that are expected.
-    bound : (p, p)
-        Least covariance of the parameters of one trial, mean over the directions; p = 3 d^2, or
-        4 d^2 with R.
+    `parameters` (3, d, d): M (with handle), B, K that are expected.
+    `bound` (p, p): least covariance of the parameters of one trial, mean over the directions; p = 3
+    d^2, or 4 d^2 with R.
     """
 
     parameters: Annotated[FloatArray, "3 d d"]
@@ -185,11 +166,7 @@ class Precision(FrozenRecord):
     def diagonal_part(self, trials: int, matrix: int) -> float:
         """Half-width of the diagonal's 95 % intervals, the largest part of its element.
 
-        Parameters
-        ----------
-        trials : int
-        matrix : int
-            0 to 3 for M, B, K, R; R is taken relative to K.
+        `matrix`: 0 to 3 for M, B, K, R; R is taken relative to K.
         """
         half = np.diag(self.half_widths(trials)[matrix])
         return float((half / np.diag(self.parameters[min(matrix, 2)])).max())
@@ -266,10 +243,7 @@ def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precisi
 def precision_of_pilot(fit: WeightedFit) -> Precision:
     """What more trials like those of a pilot recording will tell.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The pilot's noise has swamped its motion.
+    Raises NotIdentifiableError: the pilot's noise has swamped its motion.
     """
     d = fit.equation.axes
     bound = bound_of(fit.equations)

@@ -31,13 +31,8 @@ ShapeFunction = Callable[[FloatArray], FloatArray]
 class Shape:
     """A named course of the displacement.
 
-    Attributes
-    ----------
-    name : str
-    at : function
-        s (...,) in [0, 1] -> (3, ...).
-    caution : str
-        Why a planner does not recommend it; empty for most.
+    `at`: s (...,) in [0, 1] -> (3, ...).
+    `caution`: why a planner does not recommend it; empty for most.
     """
 
     name: str
@@ -129,10 +124,8 @@ SHIPPED: Final = ("designed", "reflex_separating")
 def sampled(profile: Profile, rate_hz: float = 1000.0) -> FloatArray:
     """Time, displacement, velocity, acceleration (S, 4), from the onset to the end.
 
-    Raises
-    ------
-    InputError
-        If the duration is no whole number of samples: the robot would stop before the end.
+    Raises InputError: if the duration is no whole number of samples: the robot would stop before
+    the end.
     """
     samples = profile.duration_s * rate_hz
     if not (np.isfinite(samples) and abs(samples - round(samples)) < 1e-6 and samples >= 10):
@@ -173,19 +166,8 @@ def read_profile(path: str | Path) -> FloatArray:
 def shipped_profile(name: str) -> FloatArray:
     """The samples (S, 4) of a profile that comes with the package, 5 mm in 0.3 s.
 
-    Parameters
-    ----------
-    name : {"designed", "reflex_separating"}
-
-    Returns
-    -------
-    (S, 4)
-        Time, displacement, velocity, acceleration at 1 kHz.
-
-    Raises
-    ------
-    InputError
-        If there is no such profile.
+    Returns (S, 4): time, displacement, velocity, acceleration at 1 kHz.
+    Raises InputError: if there is no such profile.
     """
     if name not in SHIPPED:
         raise InputError(f"no profile {name!r}", expected=" or ".join(SHIPPED))

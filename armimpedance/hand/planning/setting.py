@@ -75,18 +75,8 @@ def follow(
 ) -> FloatArray:
     """Actual displacement of the hand for a command along each axis.
 
-    Parameters
-    ----------
-    servo : Servo
-    parameters : (3, d, d)
-        M (with handle), B, K.
-    course : (3, ..., S)
-        Commanded displacement, velocity, acceleration, from rest.
-    sample_rate_hz : float
-
-    Returns
-    -------
-    (..., d, d, S) : commanded axis, actual axis, time.
+    `parameters` (3, d, d): M (with handle), B, K.
+    `course` (3, ..., S): commanded displacement, velocity, acceleration, from rest.
     """
     from scipy.linalg import expm
 
@@ -133,10 +123,7 @@ def follow(
 def rounding_covariance(displacement: FloatArray, step: float) -> FloatArray:
     """Covariance (..., S, S) of the error of displacements (..., S) from rest at 0.
 
-    Parameters
-    ----------
-    displacement : (..., S)
-    step : float
+    `displacement` (..., S).
     """
     between = _products(displacement[..., :, None] - displacement[..., None, :], step)
     to_rest = _products(displacement, step)

@@ -24,12 +24,8 @@ LEAST_SHARE: Final = 0.1
 class Commands(FrozenRecord):
     """Instruments at every sample.
 
-    Attributes
-    ----------
-    values : (N, c)
-    told : bool
-        Whether they are the robot's; else the measured motion stands for them.
-    warnings : tuple of str
+    `values` (N, c).
+    `told`: whether they are the robot's; else the measured motion stands for them.
     """
 
     values: Annotated[FloatArray, "N c"]
@@ -40,10 +36,7 @@ class Commands(FrozenRecord):
 def commands_of(recording: Recording) -> Commands:
     """The commands of a recording.
 
-    Raises
-    ------
-    InputError
-        There are none, and the robot did not impose the position.
+    Raises InputError: there are none, and the robot did not impose the position.
     """
     d = recording.axes
     names = [f"command_{axis}" for axis in AXES[:d]]
@@ -81,16 +74,8 @@ def _chosen(recording: Recording, family: list[str], moving: list[str]) -> Comma
 def check_follows(trial: FloatArray, shares: FloatArray) -> None:
     """Refuse trials whose motion their commands do not explain.
 
-    Parameters
-    ----------
-    trial : (T,)
-        Numbers.
-    shares : (T,)
-        Part of each trial's motion that is explained.
-
-    Raises
-    ------
-    InputError
+    `trial` (T,): numbers.
+    `shares` (T,): part of each trial's motion that is explained.
     """
     wrong = shares < LEAST_SHARE
     if not wrong.any():
@@ -116,10 +101,7 @@ COMMANDED: Final = (
 def check_joints(recording: Recording) -> tuple[str, ...]:
     """Refuse a recording of joints that does not say enough; what is to be warned of.
 
-    Raises
-    ------
-    InputError
-        Angles in degrees, or a recording that does not say which torque it holds.
+    Raises InputError: angles in degrees, or a recording that does not say which torque it holds.
     """
     if recording.kind != "joint":
         return ()

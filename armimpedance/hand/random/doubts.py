@@ -24,14 +24,9 @@ LINES_EACH: Final = 8
 class Misfit(NamedTuple):
     """What is left.
 
-    Attributes
-    ----------
-    p : float
-        Probability of as much where the model is right.
-    share : float
-        Its size beside the force that the model explains, over the band.
-    hz : float
-        Where it is largest beside the noise.
+    `p`: probability of as much where the model is right.
+    `share`: its size beside the force that the model explains, over the band.
+    `hz`: where it is largest beside the noise.
     """
 
     p: float
@@ -42,13 +37,8 @@ class Misfit(NamedTuple):
 def misfit_of(lines: Lines, explained: Complex, left: Complex, weight: Complex) -> Misfit:
     """Regress the residual on the explained motion, window by window.
 
-    Parameters
-    ----------
-    lines : Lines
-    explained, left : (L, d) complex
-        Motion, and residual of the model.
-    weight : (L, d, d) complex
-        Inverse of the noise's spectrum.
+    `explained`, `left` (L, d) complex: motion, and residual of the model.
+    `weight` (L, d, d) complex: inverse of the noise's spectrum.
     """
     d, f = lines.axes, lines.frequency_hz
     width = max(WIDTH_HZ, LINES_EACH * d / lines.per_hz)
@@ -93,10 +83,7 @@ WIDE: Final = 0.5
 def refuse_impossible(answer: Averaged, d: int) -> None:
     """Refuse an inertia that no limb has.
 
-    Raises
-    ------
-    EstimationError
-        It is not positive definite beyond its interval.
+    Raises EstimationError: it is not positive definite beyond its interval.
     """
     q = d * d
     M, C = answer.values[:q].reshape(d, d), answer.covariance[:q, :q]

@@ -43,13 +43,9 @@ NOISE_LINES: Final = 8
 class RandomEquations:
     """``A theta = b`` of one delay; theta are the rows of [M B K R], then T.
 
-    Attributes
-    ----------
-    A : (p, p)
-        Instruments times regressors.
-    b : (p,)
-    meat : (p, p)
-        Instruments times instruments: the covariance of the equations.
+    `b` (p,).
+    `A` (p, p): instruments times regressors.
+    `meat` (p, p): instruments times instruments: the covariance of the equations.
     """
 
     A: FloatArray
@@ -62,13 +58,7 @@ def equations_at(
 ) -> RandomEquations:
     """The equations with a reflex of one delay, or without.
 
-    Parameters
-    ----------
-    lines : Lines
-    explained : Explained
-    weight : (L, d, d) complex
-        Inverse of the noise's spectrum.
-    delay_s : float or None
+    `weight` (L, d, d) complex: inverse of the noise's spectrum.
     """
     kernel = None if delay_s is None else np.exp(-lines.s * delay_s)
     return with_kernel(lines, explained, weight, kernel)
@@ -161,15 +151,8 @@ def allow_for_inner(
 ) -> ImpedanceEstimate:
     """The estimate with an inner mode taken off, as likely as it is, and in its intervals.
 
-    Parameters
-    ----------
-    one : ImpedanceEstimate
-        Of second order.
-    lines : Lines
-    explained : Explained
-    weight : (L, d, d) complex
-        Inverse of the noise's spectrum.
-    elbow : {"free", None}
+    `one`: of second order.
+    `weight` (L, d, d) complex: inverse of the noise's spectrum.
     """
     d = one.k
     scale = float(np.trace(one.stiffness)) / d
@@ -247,18 +230,12 @@ UNLIKELY: Final = 1e-5
 class Averaged(FrozenRecord):
     """Mean over models; q = d^2.
 
-    Attributes
-    ----------
-    values, covariance : (4 q + 1,), (4 q + 1, 4 q + 1)
-        M, B, K, R row by row, then the lag T (s). R and T are zero in models without them.
-    with_reflex : (4 q + 1,)
-        The mean over models with a reflex alone.
-    reflex_covariance : (4 q + 1, 4 q + 1)
-    delay_s : (n,)
-        Those that were tried.
-    delay_weight : (n,)
-        Their probability, given a reflex.
-    reflex_probability, lag_probability : float
+    `reflex_covariance` (4 q + 1, 4 q + 1).
+    `values`, `covariance` (4 q + 1,), (4 q + 1, 4 q + 1): M, B, K, R row by row, then the lag T
+    (s). R and T are zero in models without them.
+    `with_reflex` (4 q + 1,): the mean over models with a reflex alone.
+    `delay_s` (n,): those that were tried.
+    `delay_weight` (n,): their probability, given a reflex.
     """
 
     values: Annotated[FloatArray, "p"]
@@ -301,14 +278,10 @@ def averaged(
 ) -> Averaged:
     """Average over no reflex and reflexes of all delays, with and without a lag.
 
-    Parameters
-    ----------
-    equations : callable
-        Delay (s) or None -> `RandomEquations`.
-    stiffness : (d, d)
-        About K: what a reflex is proportional to.
-    lag_seen : bool
-        Whether a lag was found and taken off: what is left of it is then asked in all models.
+    `equations`: delay (s) or None -> `RandomEquations`.
+    `stiffness` (d, d): about K: what a reflex is proportional to.
+    `lag_seen`: whether a lag was found and taken off: what is left of it is then asked in all
+    models.
     """
     models = _models(equations(None), _Priors(stiffness, reflex=False, lag_seen=lag_seen))
     coarse = np.arange(EARLIEST_S, LATEST_S + COARSE_S / 2, COARSE_S)

@@ -178,10 +178,7 @@ def _in_turns(lines: Lines, explained: Explained) -> _Solved:
 def _first(lines: Lines, explained: Explained, weight: Complex) -> FloatArray:
     """Rows of [M B K], and no lag, by equal weights.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The equations are singular.
+    Raises NotIdentifiableError: the equations are singular.
     """
     plain = equations_at(lines, explained, weight, None)
     A, b = plain.A[:-1, :-1], plain.b[:-1]

@@ -46,21 +46,13 @@ _STEP: Final = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
 class Lines(FrozenRecord):
     """L lines of all pieces of a group of trials, in the order of their frequency; d axes.
 
-    Attributes
-    ----------
-    frequency_hz : (L,)
-    trial : (L,) int
-        Number of the trial that a line is of.
-    motion : (3, L, d) complex
-        Displacement, velocity, acceleration.
-    force : (L, d) complex
-        By the limb on the device.
-    command : (L, c) complex
-        What stands for the robot's commands.
-    per_hz : float
-        Lines in one Hz: the length of all pieces, s.
-    widening : float
-        Variance of an estimate over that of one from independent lines: what tapers cost.
+    `frequency_hz` (L,).
+    `trial` (L,) int: number of the trial that a line is of.
+    `motion` (3, L, d) complex: displacement, velocity, acceleration.
+    `force` (L, d) complex: by the limb on the device.
+    `command` (L, c) complex: what stands for the robot's commands.
+    `per_hz`: lines in one Hz: the length of all pieces, s.
+    `widening`: variance of an estimate over that of one from independent lines: what tapers cost.
     """
 
     frequency_hz: Annotated[FloatArray, "L"]
@@ -84,10 +76,7 @@ class Lines(FrozenRecord):
     def within(self, band_hz: tuple[float, float]) -> Lines:
         """The lines inside a band.
 
-        Raises
-        ------
-        InputError
-            The band is empty or holds too few lines.
+        Raises InputError: the band is empty or holds too few lines.
         """
         low, high = band_hz
         if not 0 < low < high:
@@ -231,12 +220,8 @@ HIGHEST_LEVERAGE: Final = 0.9
 class Explained:
     """What the commands say of each line.
 
-    Attributes
-    ----------
-    motion, force : (L, d) complex
-        Each line from the others.
-    coefficients : int
-        Of each command's response.
+    `motion`, `force` (L, d) complex: each line from the others.
+    `coefficients`: of each command's response.
     """
 
     motion: Complex
@@ -247,10 +232,7 @@ class Explained:
 def explained_by(lines: Lines) -> Explained:
     """Regress motion and force on the commands, line by line left out.
 
-    Parameters
-    ----------
-    lines : Lines
-        Of the band.
+    `lines`: of the band.
     """
     basis = _basis(lines)
     c, L = lines.command.shape[1], len(basis)

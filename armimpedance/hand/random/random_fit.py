@@ -30,19 +30,13 @@ _ORDER: Final = 3
 class ResponseMatrix(FrozenRecord):
     """Impedance at f frequencies.
 
-    Attributes
-    ----------
-    frequency_hz : (f,)
-    impedance : (f, d, d) complex
-        Force of the hand against its motion, N/m or N m/rad.
-    sd : (f, d, d)
-        Standard error of real and imaginary part.
-    multiple : (f, d)
-        Coherence of each force with the motion of all axes, 0..1.
-    partial : (f, d, d)
-        Coherence of force i with motion j once the other motions are taken out of both.
-    model : (f, d, d) complex
-        What M, B, K and the reflex make of it.
+    `frequency_hz` (f,).
+    `impedance` (f, d, d) complex: force of the hand against its motion, N/m or N m/rad.
+    `sd` (f, d, d): standard error of real and imaginary part.
+    `multiple` (f, d): coherence of each force with the motion of all axes, 0..1.
+    `partial` (f, d, d): coherence of force i with motion j once the other motions are taken out of
+    both.
+    `model` (f, d, d) complex: what M, B, K and the reflex make of it.
     """
 
     frequency_hz: Annotated[FloatArray, "f"]
@@ -58,18 +52,8 @@ def response_matrix(
 ) -> ResponseMatrix:
     """The frequency response matrix over the lines' band.
 
-    Parameters
-    ----------
-    lines : Lines
-    explained : (L, d) complex
-        The motion that the commands explain.
-    matrices : (4, d, d)
-        M, B, K and the reflex of the model that it is held against.
-    delay_s : float
-
-    Returns
-    -------
-    ResponseMatrix
+    `explained` (L, d) complex: the motion that the commands explain.
+    `matrices` (4, d, d): M, B, K and the reflex of the model that it is held against.
     """
     f, d = lines.frequency_hz, lines.axes
     side = max(SIDE_HZ, LINES_EACH * _ORDER * d / lines.per_hz / 2)
@@ -128,16 +112,10 @@ def _unexplained(X: Complex, F: Complex) -> FloatArray:
 class ReflexPart(FrozenRecord):
     """What the record says of a delayed answer.
 
-    Attributes
-    ----------
-    probability : float
-        Of a reflex at all.
-    matrix, sd : (d, d)
-        R with its standard error, as it is if there is one, N/m or N m/rad.
-    delay_s, delay_sd_s : float
-        The same of its delay.
-    share : float
-        Its size along K, parts of K.
+    `probability`: of a reflex at all.
+    `matrix`, `sd` (d, d): R with its standard error, as it is if there is one, N/m or N m/rad.
+    `delay_s`, `delay_sd_s`: the same of its delay.
+    `share`: its size along K, parts of K.
     """
 
     probability: float
@@ -163,17 +141,11 @@ class ReflexPart(FrozenRecord):
 class RandomFit(FrozenRecord):
     """One group of trials.
 
-    Attributes
-    ----------
-    estimate : ImpedanceEstimate
-        M, B and K without the reflex.
-    reflex : ReflexPart
-    lag_s, lag_probability : float
-        By how much the force is recorded later than the motion, and whether it is at all.
-    band_hz : (float, float)
-        What was fitted.
-    response : ResponseMatrix
-        The same without a model.
+    `estimate`: M, B and K without the reflex.
+    `lag_s`, `lag_probability`: by how much the force is recorded later than the motion, and whether
+    it is at all.
+    `band_hz` (,): what was fitted.
+    `response`: the same without a model.
     """
 
     estimate: ImpedanceEstimate

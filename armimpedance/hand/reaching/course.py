@@ -40,10 +40,8 @@ class ArmGeometry(FrozenRecord):
 def geometry_of(recording: Recording) -> ArmGeometry:
     """The arm of a recording.
 
-    Raises
-    ------
-    InputError
-        The recording lacks a length or the shoulder's place, or is not of a hand in a plane.
+    Raises InputError: the recording lacks a length or the shoulder's place, or is not of a hand in
+    a plane.
     """
     who, shoulder = recording.subject, recording.shoulder_m
     if recording.kind != "hand" or recording.axes != 2:
@@ -127,20 +125,12 @@ CHANNELS: Final = {
 class Courses(FrozenRecord):
     """All channels of all trials, smoothed.
 
-    Attributes
-    ----------
-    sample_rate_hz : float
-    channels : (N, 22)
-        Hand from the shoulder (m), its velocity and acceleration, the limb's own force (N), joint
-        angles (rad), rates and accelerations, the rows of ``Y`` (`arm.inertial_rows`), and the
-        torque ``J^T F`` of the hand's force.
-    offsets : (T + 1,) int
-    start_s : (T,)
-        Time of each trial's first sample on its own clock.
-    trial : (T,) int
-    arm : TwoLinkArm
-        Lengths of the arm.
-    shoulder_m : (2,)
+    `offsets` (T + 1,) int, `trial` (T,) int, `shoulder_m` (2,).
+    `channels` (N, 22): hand from the shoulder (m), its velocity and acceleration, the limb's own
+    force (N), joint angles (rad), rates and accelerations, the rows of ``Y`` (`arm.inertial_rows`),
+    and the torque ``J^T F`` of the hand's force.
+    `start_s` (T,): time of each trial's first sample on its own clock.
+    `arm`: lengths of the arm.
     """
 
     sample_rate_hz: float
@@ -166,11 +156,8 @@ def channel(name: str) -> slice:
 def courses_of(recording: Recording) -> Courses:
     """The courses of all trials of a recording.
 
-    Raises
-    ------
-    InputError
-        The arm's lengths or the shoulder's place are not known, a hand is out of the arm's reach,
-        a trial is shorter than three samples, or the sample rate is below 200 Hz.
+    Raises InputError: the arm's lengths or the shoulder's place are not known, a hand is out of the
+    arm's reach, a trial is shorter than three samples, or the sample rate is below 200 Hz.
     """
     geometry = geometry_of(recording)
     rate = recording.sample_rate_hz

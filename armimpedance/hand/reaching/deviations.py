@@ -111,19 +111,9 @@ def regress(
 ) -> PhaseFit:
     """Least squares over all samples and trials, or with instruments; errors by trial.
 
-    Parameters
-    ----------
-    deviations : Deviations
-    instruments : Deviations, optional
-        In the place of the regressors.
-    without_inertia : bool
-        M is 0: the force is free of it.
-    provenance : tuple of str
-
-    Raises
-    ------
-    NotIdentifiableError
-        The motion does not tell M, B and K apart.
+    `instruments`: in the place of the regressors.
+    `without_inertia`: M is 0: the force is free of it.
+    Raises NotIdentifiableError: the motion does not tell M, B and K apart.
     """
     first = 4 if without_inertia else 0
     X = _regressors(deviations)[..., first:]

@@ -51,17 +51,11 @@ N_UNKNOWN: Final = 31
 class ReachEquations(FrozenRecord):
     """Projected equations of n trials, R rows each: ``y + X theta = w``.
 
-    Attributes
-    ----------
-    X : (n, R, 31)
-    y : (n, R)
-    instruments : (n, d)
-        Orthonormal.
-    pushed : (n,) bool
-    nuisance : (n, g)
-        Orthonormal: the two groups' means and the history, which stand in none of the others.
-    moving : float
-        0 of an arm at rest, whose impedance does not change, to 1.
+    `X` (n, R, 31), `y` (n, R), `pushed` (n,) bool.
+    `instruments` (n, d): orthonormal.
+    `nuisance` (n, g): orthonormal: the two groups' means and the history, which stand in none of
+    the others.
+    `moving`: 0 of an arm at rest, whose impedance does not change, to 1.
     """
 
     X: Annotated[FloatArray, "n R p"]
@@ -126,13 +120,9 @@ def regressors(
 ) -> FloatArray:
     """What the unknowns multiply, (n, S, 2, 31).
 
-    Parameters
-    ----------
-    lag_s : (S,)
-    inertial : (n, S, 2, 3)
-        Rows ``Y``.
-    angle, rate, late : (n, S, 2)
-        Angles, their rates, and the angles `REFLEX_S` ago.
+    `lag_s` (S,).
+    `inertial` (n, S, 2, 3): rows ``Y``.
+    `angle`, `rate`, `late` (n, S, 2): angles, their rates, and the angles `REFLEX_S` ago.
     """
     change = ((lag_s - lag_s[len(lag_s) // 2]) / CHANGE_S)[:, None]
     parts = [

@@ -38,12 +38,8 @@ _STEP_RAD = 1e-4
 class Instant(FrozenRecord):
     """One instant of the undisturbed reach.
 
-    Attributes
-    ----------
-    angle, rate, acceleration : (2,)
-        rad, rad/s, rad/s^2.
-    hand, velocity, force : (2,)
-        From the shoulder, m; m/s; by the limb on what it holds, N.
+    `angle`, `rate`, `acceleration` (2,): rad, rad/s, rad/s^2.
+    `hand`, `velocity`, `force` (2,): from the shoulder, m; m/s; by the limb on what it holds, N.
     """
 
     angle: Annotated[FloatArray, "2"]
@@ -58,10 +54,7 @@ class Instant(FrozenRecord):
 class HandPlace:
     """The same instant of n free reaches.
 
-    Attributes
-    ----------
-    states : tuple of (n, 2)
-        What an `Instant` holds.
+    `states` tuple of (n, 2): what an `Instant` holds.
     """
 
     states: tuple[FloatArray, ...]
@@ -182,20 +175,10 @@ def turning(arm: TwoLinkArm, at: Instant) -> FloatArray:
 class PhaseFit(FrozenRecord):
     """M, B and K at one level in the middle of a window.
 
-    Attributes
-    ----------
-    level : {"hand", "joint"}
-    values : (12,)
-        M, B, K row by row; the limb's own.
-    covariance : (12, 12)
-    dof : float
-    condition : float
-        Of the scaled normal equations.
-    rank : int
-    explained : float
-        Share of the mean response to the pushes that the model describes.
-    warnings : tuple of str
-    provenance : tuple of str
+    `covariance` (12, 12).
+    `values` (12,): M, B, K row by row; the limb's own.
+    `condition`: of the scaled normal equations.
+    `explained`: share of the mean response to the pushes that the model describes.
     """
 
     level: Level
@@ -217,17 +200,10 @@ FitPhase = Callable[[PhaseWindows, Level, Known | None], PhaseFit]
 class ReachMethod:
     """An estimator of a moving hand's impedance.
 
-    Attributes
-    ----------
-    assumes : str
-        What must hold for it to be right, in one sentence.
-    reference : str
-    fit : callable
-        `FitPhase`.
-    levels : tuple of str
-        At which levels it gives M, B and K.
-    throughout : bool
-        Whether it takes pushes that go on throughout the reach.
+    `assumes`: what must hold for it to be right, in one sentence.
+    `fit`: `FitPhase`.
+    `levels`: at which levels it gives M, B and K.
+    `throughout`: whether it takes pushes that go on throughout the reach.
     """
 
     assumes: str
@@ -323,12 +299,7 @@ def doubts_of(
 ) -> DoubtedPhase:
     """Ask both questions.
 
-    Parameters
-    ----------
-    equations : ReachEquations
-    solution : PhaseSolution
-        With the inertia as it is known, if it is.
-    known : Known or None
+    `solution`: with the inertia as it is known, if it is.
     """
     warnings: list[str] = []
     provenance = ["inertia fitted to the pushes" if known is None else "inertia as told"]

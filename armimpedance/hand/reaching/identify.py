@@ -113,10 +113,7 @@ def _check_throughout(name: str, method: ReachMethod, session: Session) -> None:
 def check_inertia(fit: PhaseFit, phase: str) -> None:
     """Refuse an inertia that is clearly negative.
 
-    Raises
-    ------
-    EstimationError
-        Its diagonal lies below zero by more than chance.
+    Raises EstimationError: its diagonal lies below zero by more than chance.
     """
     diagonal = [0, 3]
     if (fit.values[diagonal] < -4 * np.sqrt(np.diag(fit.covariance)[diagonal])).any():

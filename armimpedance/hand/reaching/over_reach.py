@@ -64,14 +64,9 @@ _ELEMENTS: Final = 8
 class ReachCourse(FrozenRecord):
     """Unknowns over the reach.
 
-    Attributes
-    ----------
-    time_s : (G,)
-        From the onset of the first phase's pushes.
-    theta : (G, 11)
-        phi, K and B of the joints, in the order of `equation`.
-    covariance : (G, 11, 11)
-    dof : float
+    `covariance` (G, 11, 11).
+    `time_s` (G,): from the onset of the first phase's pushes.
+    `theta` (G, 11): phi, K and B of the joints, in the order of `equation`.
     """
 
     time_s: Annotated[FloatArray, "G"]
@@ -90,19 +85,12 @@ def course_over(
 ) -> ReachCourse:
     """The course at times, from the phases' solutions.
 
-    Parameters
-    ----------
-    solutions : sequence of n PhaseSolution
-    without : sequence of g sequences of n PhaseEvidence
-        Of the same phases, a group of trials left out in turn: weights that come from few trials
-        err too, and the intervals grow by what the groups show beyond the scatter of scores.
-    at_s : (n,)
-        Middle of each phase's window.
-    moving : float
-        As `Equations.moving`: an arm at rest has one K.
-    time_s : (G,)
-    known : Known, optional
-        The inertia as it was known before.
+    `time_s` (G,).
+    `without`: of the same phases, a group of trials left out in turn: weights that come from few
+    trials err too, and the intervals grow by what the groups show beyond the scatter of scores.
+    `at_s` (n,): middle of each phase's window.
+    `moving`: as `Equations.moving`: an arm at rest has one K.
+    `known`: the inertia as it was known before.
     """
     basis = _Basis(float(at_s.min()), float(at_s.max()))
     maps = [_to_phase(basis, t) for t in at_s.tolist()]

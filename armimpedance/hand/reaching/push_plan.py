@@ -41,13 +41,9 @@ STEP_S: Final = 0.001
 class PushShape:
     """A push along its direction, of size 1.
 
-    Attributes
-    ----------
-    name : str
-    kind : {"force", "displacement"}
-        Half-sine forces of alternating sign, or a displacement that goes out, holds and comes back.
-    parts_s : tuple of float
-        How long each part lasts.
+    `kind`: half-sine forces of alternating sign, or a displacement that goes out, holds and comes
+    back.
+    `parts_s`: how long each part lasts.
     """
 
     name: str
@@ -94,12 +90,8 @@ SHAPES: Final = (
 class PushResponse:
     """What pushes of one shape and of the largest allowed size do to a hand.
 
-    Attributes
-    ----------
-    displacement, velocity, acceleration : (n, S, 2)
-        Of n directions.
-    force_n, displacement_m : float
-        The largest that the limb gives, and goes, in any direction.
+    `displacement`, `velocity`, `acceleration` (n, S, 2): of n directions.
+    `force_n`, `displacement_m`: the largest that the limb gives, and goes, in any direction.
     """
 
     displacement: FloatArray
@@ -118,15 +110,9 @@ def respond_to(
 ) -> PushResponse:
     """The answer of a hand with constant M, B, K (3, 2, 2) to pushes all around.
 
-    Parameters
-    ----------
-    shape : PushShape
-    hand : (3, 2, 2)
-    robot_kg : float
-        What a pushed hand carries.
-    limits : (largest push in N, largest displacement in m)
-    lag_s : (S,)
-        When the answer is wanted.
+    `hand` (3, 2, 2), `limits` (largest push in N, largest displacement in m).
+    `robot_kg`: what a pushed hand carries.
+    `lag_s` (S,): when the answer is wanted.
     """
     fine = np.arange(0.0, lag_s[-1] + STEP_S / 2, STEP_S)
     angle = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
@@ -187,16 +173,10 @@ EFFICIENCY: Final = 0.8
 class PlannedPush:
     """One shape at its largest allowed size.
 
-    Attributes
-    ----------
-    shape : PushShape
-    force_n, displacement_m : float
-        Largest force and displacement of the hand.
-    k_percent : float
-        The error of K that `TRIALS` trials stay below in 95 of 100 experiments, in percent of the
-        hand's K (Frobenius norms).
-    trials : int
-        For the wanted error; a multiple of the directions.
+    `force_n`, `displacement_m`: largest force and displacement of the hand.
+    `k_percent`: the error of K that `TRIALS` trials stay below in 95 of 100 experiments, in percent
+    of the hand's K (Frobenius norms).
+    `trials`: for the wanted error; a multiple of the directions.
     """
 
     shape: PushShape
@@ -210,13 +190,7 @@ class PlannedPush:
 class MovementPlan(FrozenRecord):
     """What a pilot says of pushes at one phase, the best first.
 
-    Attributes
-    ----------
-    condition, phase : str
-    wanted_percent : float
-    stiffness : (2, 2)
-        The hand's K as the pilot shows it.
-    pushes : tuple of PlannedPush
+    `stiffness` (2, 2): the hand's K as the pilot shows it.
     """
 
     condition: str

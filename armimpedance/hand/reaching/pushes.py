@@ -30,18 +30,11 @@ USUAL_PUSH_S: Final = 0.12
 class Pushes(FrozenRecord):
     """The trials' pushes.
 
-    Attributes
-    ----------
-    phase : tuple of T str
-        "" where nobody pushed.
-    direction : (T, 2)
-        Unit vectors; 0 where nobody pushed.
-    onset_s : (T,)
-        0 where nobody pushed.
-    duration_s : float
-        Of the longest push.
-    command : (N, 2) or None
-        What the robot was told at each sample, where it pushed throughout.
+    `phase`: "" where nobody pushed.
+    `direction` (T, 2): unit vectors; 0 where nobody pushed.
+    `onset_s` (T,): 0 where nobody pushed.
+    `duration_s`: of the longest push.
+    `command` (N, 2) or None: what the robot was told at each sample, where it pushed throughout.
     """
 
     phase: tuple[str, ...]
@@ -73,11 +66,8 @@ class Pushes(FrozenRecord):
 def pushes_of(recording: Recording) -> Pushes:
     """What the trial table says of the pushes.
 
-    Raises
-    ------
-    InputError
-        A column is missing, a pushed trial lacks its direction or onset, an onset lies outside of
-        its trial, or no trial was pushed.
+    Raises InputError: a column is missing, a pushed trial lacks its direction or onset, an onset
+    lies outside of its trial, or no trial was pushed.
     """
     table = recording.trials
     command = _command(recording)

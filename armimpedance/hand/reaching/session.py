@@ -38,10 +38,8 @@ def check_labels(every: Sequence[PhaseWindows], phase: str) -> None:
     much of it a trial shows is 1 but for noise. It is 0 of a reach that nobody pushed, and less of
     one that was pushed elsewhere. Of pushes throughout, all windows are judged together.
 
-    Raises
-    ------
-    InputError
-        Trials of other labels, by their numbers; commands that the hand does not follow.
+    Raises InputError: trials of other labels, by their numbers; commands that the hand does not
+    follow.
     """
     if not any(windows.direction.any() for windows in every):
         _check_commands(every, phase)
@@ -77,10 +75,8 @@ def check_labels(every: Sequence[PhaseWindows], phase: str) -> None:
 def _check_commands(every: Sequence[PhaseWindows], phase: str) -> None:
     """Refuse commands that the hand does not follow.
 
-    Raises
-    ------
-    InputError
-        There are few reaches, or commands explain no more of the motion than chance would.
+    Raises InputError: there are few reaches, or commands explain no more of the motion than chance
+    would.
     """
     from scipy.stats import f
 
@@ -137,17 +133,10 @@ def known_inertia(estimates: Sequence[ImpedanceEstimate], arm: TwoLinkArm) -> Kn
 
     ``M_e = J^-T M_j(q) J^-1`` is linear in them; least squares weighted by the estimates' errors.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        Of the hand, in postures whose joint angles or whose place is known.
-    arm : TwoLinkArm
-        Its lengths.
-
-    Raises
-    ------
-    InputError
-        An estimate is not of a hand in a plane, or says neither joint angles nor place.
+    `estimates`: of the hand, in postures whose joint angles or whose place is known.
+    `arm`: its lengths.
+    Raises InputError: an estimate is not of a hand in a plane, or says neither joint angles nor
+    place.
     """
     if not estimates:
         raise InputError("no estimate of the inertia", expected="one posture or more")
@@ -198,13 +187,8 @@ class Phase(NamedTuple):
 class Session:
     """All that is asked of a recording.
 
-    Attributes
-    ----------
-    courses : Courses
-    pushes : Pushes
-    known : Known or None
-        The inertia as it was told.
-    groups : tuple of (condition, its trials, phase)
+    `groups` tuple of (condition, its trials, phase).
+    `known`: the inertia as it was told.
     """
 
     courses: Courses
@@ -215,10 +199,7 @@ class Session:
     def phases(self, window_s: float | None, progress: Progress | None) -> Iterator[Phase]:
         """Cut and check one phase after another; `progress` is told when the next is asked for.
 
-        Raises
-        ------
-        InputError
-            A phase lacks trials, or its labels are not those of its pushes.
+        Raises InputError: a phase lacks trials, or its labels are not those of its pushes.
         """
         for done, (condition, rows, phase) in enumerate(self.groups, 1):
             cut = tuple(windows_of(self.courses, self.pushes, rows, phase, window_s))
@@ -235,10 +216,8 @@ def session_of(
 ) -> Session:
     """Read what is needed.
 
-    Raises
-    ------
-    InputError
-        The recording lacks something (see `course`, `pushes`), or a phase is not there.
+    Raises InputError: the recording lacks something (see `course`, `pushes`), or a phase is not
+    there.
     """
     pushes = pushes_of(recording)
     wanted = _phases(pushes, phases)

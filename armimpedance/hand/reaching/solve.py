@@ -74,12 +74,8 @@ class Known(FrozenRecord):
 class PhaseEvidence(FrozenRecord):
     """What the pushes of one phase say, without what is known before.
 
-    Attributes
-    ----------
-    theta : (31,)
-        The unknowns, with what is known before.
-    information, score : (31, 31), (31,)
-        ``information theta = score`` without it.
+    `theta` (31,): the unknowns, with what is known before.
+    `information`, `score` (31, 31), (31,): ``information theta = score`` without it.
     """
 
     theta: Annotated[FloatArray, "p"]
@@ -91,21 +87,12 @@ class PhaseEvidence(FrozenRecord):
 class PhaseSolution(FrozenRecord):
     """Unknowns of one phase.
 
-    Attributes
-    ----------
-    theta : (31,)
-    covariance : (31, 31)
-        From the scatter of trials (jackknife).
-    dof : float
-    residual : (n, R)
-        ``y + X theta``.
-    weight : (R, R)
-        Inverse covariance of a trial's rows.
-    condition : float
-        Of the scaled normal equations.
-    evidence : PhaseEvidence
-    scatter : (31, 31)
-        Covariance of the evidence's score, from the scatter of trials.
+    `theta` (31,).
+    `covariance` (31, 31): from the scatter of trials (jackknife).
+    `residual` (n, R): ``y + X theta``.
+    `weight` (R, R): inverse covariance of a trial's rows.
+    `condition`: of the scaled normal equations.
+    `scatter` (31, 31): covariance of the evidence's score, from the scatter of trials.
     """
 
     theta: Annotated[FloatArray, "p"]
@@ -121,10 +108,7 @@ class PhaseSolution(FrozenRecord):
 def solve(equations: ReachEquations, known: Known | None = None) -> PhaseSolution:
     """Solve the equations of one phase.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The pushes do not tell the unknowns.
+    Raises NotIdentifiableError: the pushes do not tell the unknowns.
     """
     W, P, ZW = _weighted(equations, known)
     evidence, A = _evidence(equations, ZW, P, known)
@@ -147,10 +131,7 @@ def solve(equations: ReachEquations, known: Known | None = None) -> PhaseSolutio
 def evidence_of(equations: ReachEquations, known: Known | None = None) -> PhaseEvidence:
     """What `solve` finds, without its error.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The pushes do not tell the unknowns.
+    Raises NotIdentifiableError: the pushes do not tell the unknowns.
     """
     _, P, ZW = _weighted(equations, known)
     return _evidence(equations, ZW, P, known)[0]

@@ -42,29 +42,16 @@ LEAST_PUSHED: Final = 8
 class PhaseWindows(FrozenRecord):
     """Windows of n trials, the pushed ones first.
 
-    Attributes
-    ----------
-    lag_s : (S,)
-        Time from the onset.
-    channels : (n, L, c)
-        As in `Courses`, over the window and `LATEST_S` before it.
-    history : (n, H)
-        Angles, rates and torques before the onset, each kind in units of its spread; none where
-        pushes go on throughout.
-    direction : (n, 2)
-        Unit vectors of the pushes, 0 of free reaches.
-    instruments : (n, d)
-        What decides the response to the pushes: their direction, or what the robot was told in
-        each `BIN_S` since `BEFORE_S` before the window.
-    pushed : (n,) bool
-    trial : (n,) int
-    onset : (n,) int
-        Sample of the recording at which the window begins.
-    arm : TwoLinkArm
-    shoulder_m : (2,)
-    after_s : float
-        How long after the push's onset the window begins.
-    notes : tuple of str
+    `pushed` (n,) bool, `trial` (n,) int, `shoulder_m` (2,).
+    `lag_s` (S,): time from the onset.
+    `channels` (n, L, c): as in `Courses`, over the window and `LATEST_S` before it.
+    `history` (n, H): angles, rates and torques before the onset, each kind in units of its spread;
+    none where pushes go on throughout.
+    `direction` (n, 2): unit vectors of the pushes, 0 of free reaches.
+    `instruments` (n, d): what decides the response to the pushes: their direction, or what the
+    robot was told in each `BIN_S` since `BEFORE_S` before the window.
+    `onset` (n,) int: sample of the recording at which the window begins.
+    `after_s`: how long after the push's onset the window begins.
     """
 
     lag_s: Annotated[FloatArray, "S"]
@@ -134,23 +121,11 @@ def cut_phase(
 
     A free reach is aligned where it has travelled as far as the pushed ones at their onset.
 
-    Parameters
-    ----------
-    courses : Courses
-    pushes : Pushes
-    rows : (R,) int
-        Trials of one condition.
-    phase : str
-    window_s : float, optional
-        Default: until .1 s after the push, at most .3 s.
-    after_s : float
-        How long after the onset the window begins, of pushes throughout.
-
-    Raises
-    ------
-    InputError
-        There are too few free or pushed trials, all pushes lie along one line, or the windows do
-        not fit into the records.
+    `rows` (R,) int: trials of one condition.
+    `window_s`: default: until .1 s after the push, at most .3 s.
+    `after_s`: how long after the onset the window begins, of pushes throughout.
+    Raises InputError: there are too few free or pushed trials, all pushes lie along one line, or
+    the windows do not fit into the records.
     """
     of_phase = pushes.rows(phase)[rows]
     free = ~pushes.pushed[rows]

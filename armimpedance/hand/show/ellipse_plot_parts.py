@@ -39,19 +39,10 @@ def default_scale(
 
     With all centres in one place a tenth of the axes' unit stands for the distance.
 
-    Parameters
-    ----------
-    matrices : sequence of (2, 2)
-        The matrices whose ellipses are drawn.
-    centres : (n, 2)
-        The centres of the ellipses, in the unit of the axes.
-    one_place : float
-        Centres closer than this are one place, whatever the spread of all.
-
-    Returns
-    -------
-    float
-        The scale, in units of the axes per unit of the matrix.
+    `matrices` sequence of (2, 2): the matrices whose ellipses are drawn.
+    `centres` (n, 2): the centres of the ellipses, in the unit of the axes.
+    `one_place`: centres closer than this are one place, whatever the spread of all.
+    Returns the scale, in units of the axes per unit of the matrix.
     """
     largest = _largest(matrices)
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)

@@ -43,17 +43,9 @@ _DISTANCE: Final = 5.0
 def plot_ellipsoids(estimates: Sequence[ImpedanceEstimate], which: Which = "stiffness") -> Figure:
     """Draw the ellipsoids of estimates in space about one centre.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        Of three axes; what is not positive definite is left out and named in the legend.
-    which : {"stiffness", "viscosity", "inertia"}
-        Whose ellipsoid is drawn.
-
-    Returns
-    -------
-    Figure
-        Three views with 95 % bands, and a perspective drawing with the principal axes.
+    `estimates`: of three axes; what is not positive definite is left out and named in the legend.
+    `which`: whose ellipsoid is drawn.
+    Returns three views with 95 % bands, and a perspective drawing with the principal axes.
     """
     symbol = MATRICES[which][0]
     unit = UNITS[estimates[0].level][symbol]

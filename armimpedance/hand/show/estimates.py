@@ -246,21 +246,10 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[ImpedanceEstimate]):
     ) -> ImpedanceEstimate | Estimates | LabelledEstimate:
         """Look up estimates by position or by name.
 
-        Parameters
-        ----------
-        which : int, slice, str or tuple
-            A position from 0 or a slice gives plain records. A text is the value of one of the
-            group's columns, a tuple holds the values of all of them in their order. Where several
-            methods estimated one group, the method's name comes last.
-
-        Returns
-        -------
-        ImpedanceEstimate, Estimates or LabelledEstimate
-
-        Raises
-        ------
-        InputError
-            No group has this name, or several have; the message lists the names.
+        `which`: a position from 0 or a slice gives plain records. A text is the value of one of the
+        group's columns, a tuple holds the values of all of them in their order. Where several
+        methods estimated one group, the method's name comes last.
+        Raises InputError: no group has this name, or several have; the message lists the names.
         """
         if isinstance(which, slice):
             return Estimates(self.estimates[which], self.subject, self.gravity_m_s2)

@@ -17,18 +17,11 @@ def outline_radius(
 ) -> tuple[FloatArray, FloatArray]:
     """Distance of a force ellipse's outline from its centre, and its standard error.
 
-    Parameters
-    ----------
-    matrix : (2, 2)
-        Its symmetric part A is positive definite; the outline is the locus of ``A u``, |u| = 1.
-    covariance : (4, 4)
-        Of the matrix, row by row.
-    angle_rad : (n,)
-        Directions from the centre.
-
-    Returns
-    -------
-    radius, sd : (n,)
+    `matrix` (2, 2): its symmetric part A is positive definite; the outline is the locus of ``A u``,
+    |u| = 1.
+    `covariance` (4, 4): of the matrix, row by row.
+    `angle_rad` (n,): directions from the centre.
+    Returns `radius`, `sd` (n,).
     """
     a = np.asarray(matrix, dtype=float)
     inverse = np.linalg.inv((a + a.T) / 2)

@@ -24,15 +24,8 @@ from armimpedance.show.files import in_one_cell
 def condition_of(estimate: ImpedanceEstimate) -> str:
     """The group in words: the condition alone, or all columns by name.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        The estimate of the group.
-
-    Returns
-    -------
-    str
-        The name of the group.
+    `estimate`: the estimate of the group.
+    Returns the name of the group.
     """
     return group_name(estimate.keys)
 
@@ -44,15 +37,8 @@ def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:
     there is neither a shoulder in the hand's frame nor an arm posture beside the position. An
     estimate that was mapped from the hand carries the joint angles that it was mapped with.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        The estimate of a group.
-
-    Returns
-    -------
-    bool
-        True where the device turned joints, False where the hand was moved.
+    `estimate`: the estimate of a group.
+    Returns True where the device turned joints, False where the hand was moved.
     """
     mapped = estimate.joint_angles is not None or estimate.shoulder_m is not None
     return estimate.level == "joint" and not mapped
@@ -61,15 +47,8 @@ def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:
 def half_widths(estimate: ImpedanceEstimate) -> FloatArray:
     """Half-widths of the 95 % intervals of M, B, K, (3, k, k).
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        The estimate of a group, with k axes.
-
-    Returns
-    -------
-    (3, k, k) ndarray
-        The half-widths, in the units of the matrices.
+    `estimate`: the estimate of a group, with k axes.
+    Returns (3, k, k) ndarray: the half-widths, in the units of the matrices.
     """
     return t_factor(estimate.dof) * estimate.sd
 
@@ -77,17 +56,9 @@ def half_widths(estimate: ImpedanceEstimate) -> FloatArray:
 def antisymmetric(estimate: ImpedanceEstimate, symbol: str) -> tuple[float, float]:
     """Antisymmetric part ``(A_12 - A_21) / 2`` of a 2 x 2 matrix and its standard error.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        The estimate that holds the matrix; it has two axes.
-    symbol : {"M", "B", "K"}
-        Which matrix.
-
-    Returns
-    -------
-    value, sd : float
-        The antisymmetric part and its standard error, in the unit of the matrix.
+    `estimate`: the estimate that holds the matrix; it has two axes.
+    `symbol`: which matrix.
+    Returns `value`, `sd`: the antisymmetric part and its standard error, in the unit of the matrix.
     """
     part, row = antisymmetric_part(estimate), "MBK".index(symbol)
     return float(part.value[row, 0]), float(part.sd[row, 0])
@@ -125,19 +96,10 @@ def ellipse_values(
 ) -> dict[str, tuple[float, float, float]]:
     """Size, orientation_deg and shape as (value, low, high) at 95 %; empty: no ellipse.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        The estimate whose ellipse is told.
-    field : {"inertia", "viscosity", "stiffness"}
-        Which matrix.
-    with_handle : bool
-        The inertia is taken as measured, with the mass between sensor and hand.
-
-    Returns
-    -------
-    dict
-        Under each of the three names its value and its lower and upper 95 % limit.
+    `estimate`: the estimate whose ellipse is told.
+    `field`: which matrix.
+    `with_handle`: the inertia is taken as measured, with the mass between sensor and hand.
+    Returns under each of the three names its value and its lower and upper 95 % limit.
     """
     ellipse = ellipse_of(estimate, field, with_handle=with_handle)
     return {} if ellipse is None else limits_of(ellipse)
@@ -197,10 +159,7 @@ def is_result_column(name: str) -> bool:
 def require_results(estimates: Sized, path: str | os.PathLike[str]) -> None:
     """Refuse to write a file without rows.
 
-    Raises
-    ------
-    InputError
-        There are none.
+    Raises InputError: there are none.
     """
     if not len(estimates):
         raise InputError("no results to write", file=path, expected="at least one estimate")
@@ -209,15 +168,8 @@ def require_results(estimates: Sized, path: str | os.PathLike[str]) -> None:
 def check_group_columns(names: Iterable[str]) -> None:
     """Refuse group columns whose names RESULTS.csv needs for itself.
 
-    Parameters
-    ----------
-    names : iterable of str
-        The names of the group columns.
-
-    Raises
-    ------
-    InputError
-        Naming the column.
+    `names`: the names of the group columns.
+    Raises InputError: naming the column.
     """
     for name in names:
         if is_result_column(str(name)) or not str(name):

@@ -63,19 +63,8 @@ def write_results(estimates: Sequence[ImpedanceEstimate], path: str | os.PathLik
 def results_content(estimates: Sequence[ImpedanceEstimate]) -> Content:
     """What a file holds of estimates, whatever its format.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        Of one, two and three axes, also mixed.
-
-    Returns
-    -------
-    Content
-
-    Raises
-    ------
-    InputError
-        A group's column is named like a column of the results.
+    `estimates`: of one, two and three axes, also mixed.
+    Raises InputError: a group's column is named like a column of the results.
     """
     columns, rows = result_rows(estimates)
     groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
@@ -118,19 +107,7 @@ def result_rows(
     `force_i_N` for all others (`quantities.is_recording_of_joints`). Line breaks inside a text
     become spaces: a row is a line.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-
-    Returns
-    -------
-    columns : list of str
-    rows : list of mappings from a column's name to a number or a text
-
-    Raises
-    ------
-    InputError
-        A group's column is named like a column of the results.
+    Raises InputError: a group's column is named like a column of the results.
     """
     rows = [row_blocks(e) for e in estimates]
     # Most axes first: its columns hold those of all others in the right order.

@@ -32,20 +32,9 @@ from armimpedance.hand.show.quantities import (
 def result_objects(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any]]:
     """One mapping per estimate, with nested lists of plain numbers.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        The estimates, one for each group.
-
-    Returns
-    -------
-    list of dict
-        The mappings, in the order of the estimates.
-
-    Raises
-    ------
-    InputError
-        A group's column is named like a column of the results.
+    `estimates`: the estimates, one for each group.
+    Returns the mappings, in the order of the estimates.
+    Raises InputError: a group's column is named like a column of the results.
     """
     return [_as_object(estimate) for estimate in estimates]
 
@@ -127,14 +116,7 @@ def _list(array: FloatArray | None) -> Any:
 def result_structs(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any]]:
     """One mapping a group: `stiffness`, `stiffness_lower`, ..., `covariance`, `keys`, `units`.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-
-    Returns
-    -------
-    list of mappings
-        Of plain values, arrays and, where texts are listed, tuples.
+    Returns of plain values, arrays and, where texts are listed, tuples.
     """
     return [_struct(estimate) for estimate in estimates]
 

@@ -37,15 +37,8 @@ _WIDTH = 100
 def estimate_text(estimate: ImpedanceEstimate) -> str:
     """The matrices with their 95 % half-widths, their parts and ellipses, quality and warnings.
 
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
-        The estimate to describe.
-
-    Returns
-    -------
-    str
-        Blocks of text, separated by empty lines.
+    `estimate`: the estimate to describe.
+    Returns blocks of text, separated by empty lines.
     """
     blocks = [_head(estimate)]
     half = half_widths(estimate)
@@ -157,15 +150,8 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
     Estimates of different levels or numbers of axes come in parts of their own. Warnings are
     numbered and stand at the end.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        The estimates, one row each.
-
-    Returns
-    -------
-    str
-        The tables, then the numbered warnings.
+    `estimates`: the estimates, one row each.
+    Returns the tables, then the numbered warnings.
     """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     parts: dict[tuple[str, int], list[ImpedanceEstimate]] = {}

@@ -87,16 +87,9 @@ class _Inertia:
 def check_limb(recording: Recording) -> tuple[Finding, ...]:
     """Units, reach, sign and axes, from a quick fit of every condition.
 
-    Parameters
-    ----------
-    recording : Recording
-        With disturbances that return.
-
-    Returns
-    -------
-    tuple of Finding
-        "units", "reach", "force sign" (only where it is wrong) and "axes"; empty where no condition
-        can be fitted, which an estimate will say better.
+    `recording`: with disturbances that return.
+    Returns "units", "reach", "force sign" (only where it is wrong) and "axes"; empty where no
+    condition can be fitted, which an estimate will say better.
     """
     if recording.perturbation != "returning":
         return ()
@@ -318,14 +311,7 @@ def check_driven(recording: Recording) -> list[Finding]:
 
     Only `estimate` fits so: `elbow` weighs by noise, and finds what was imposed.
 
-    Parameters
-    ----------
-    recording : Recording
-
-    Returns
-    -------
-    list of Finding
-        Empty where the perturbation is not stochastic.
+    Returns empty where the perturbation is not stochastic.
     """
     if recording.perturbation != "stochastic":
         return []

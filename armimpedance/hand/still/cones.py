@@ -35,12 +35,8 @@ _TOLERANCE = 1e-13
 class NearestMatrices:
     """Result of `nearest_semidefinite`.
 
-    Attributes
-    ----------
-    u : (c s,)
-        s numbers of each of the c matrices: (m, x, y), or the value of a 1 x 1 matrix.
-    places : tuple of {"inside", "surface", "apex"}
-        Place of each matrix: positive definite, singular, or zero.
+    `u` (c s,): s numbers of each of the c matrices: (m, x, y), or the value of a 1 x 1 matrix.
+    `places`: place of each matrix: positive definite, singular, or zero.
     """
 
     u: FloatArray
@@ -54,19 +50,10 @@ def nearest_semidefinite(metric: FloatArray, centre: FloatArray, size: int) -> N
     then violate is imposed too. With one cone imposed that is exact in closed form, with several
     they are projected onto in turn.
 
-    Parameters
-    ----------
-    metric : (c s, c s)
-        Q, symmetric positive definite; s = 3 for size 2, 1 for size 1.
-    centre : (c s,)
-    size : {1, 2}
-
-    Raises
-    ------
-    InputError
-        Another size, or a metric that is not positive definite.
-    EstimationError
-        The projections in turn do not settle.
+    `centre` (c s,).
+    `metric` (c s, c s): Q, symmetric positive definite; s = 3 for size 2, 1 for size 1.
+    Raises InputError: another size, or a metric that is not positive definite.
+    Raises EstimationError: the projections in turn do not settle.
     """
     if size not in (1, 2):
         raise InputError(f"matrices of size {size}", expected="1 or 2 for the closed form")
@@ -121,11 +108,8 @@ def _project_all(metric: FloatArray, centre: FloatArray, s: int) -> tuple[FloatA
 def project_on_cone(metric: FloatArray, centre: FloatArray) -> tuple[FloatArray, Place]:
     """The point of one cone nearest to `centre` (3,) or (1,), and where it lies.
 
-    Parameters
-    ----------
-    metric : (3, 3) or (1, 1)
-        Symmetric positive definite.
-    centre : (3,) or (1,)
+    `centre` (3,) or (1,).
+    `metric` (3, 3) or (1, 1): symmetric positive definite.
     """
     if _inside(centre):
         return centre.copy(), "inside"

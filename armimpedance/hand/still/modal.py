@@ -25,17 +25,11 @@ from armimpedance.numerics.signals import Modes, delayed, spline_modes
 class ModalEquation(FrozenRecord):
     """``M x'' + B x' + K x (+ R x_delayed) = -f`` of T trials in n modes.
 
-    Attributes
-    ----------
-    modes : Modes
-    lag_s : (S,)
-        Times of the window's samples, which the modes cover, from the onset, s.
-    motion : (T, r, d, n)
-        x'', x', x of each axis, measured from where the hand rested before the onset; r > 3 where
-        delayed x follow.
-    force : (T, d, n)
-        -f, f being the force less its mean over all trials before the onset.
-    disturbance : (T,) int or None
+    `disturbance` (T,) int or None.
+    `lag_s` (S,): times of the window's samples, which the modes cover, from the onset, s.
+    `motion` (T, r, d, n): x'', x', x of each axis, measured from where the hand rested before the
+    onset; r > 3 where delayed x follow.
+    `force` (T, d, n): -f, f being the force less its mean over all trials before the onset.
     """
 
     modes: Modes
@@ -135,16 +129,10 @@ def weighted_equations(
     Row (i, n) of W has x_k^(m) of mode n in the column of the parameter (m, i, k), row i column k
     of the matrix m.
 
-    Parameters
-    ----------
-    equation : ModalEquation
-    weight : (d n, d n)
-        V, symmetric.
-    kind : {"hand", "joint"}
-    instruments : (T, r d, n), optional
-        Instruments that take the regressors' place in Z; default: the regressors themselves.
-    excess : (r d^2, r d^2), optional
-        Taken off every A_t: what noise in the regressors adds to it.
+    `weight` (d n, d n): V, symmetric.
+    `instruments` (T, r d, n): instruments that take the regressors' place in Z; default: the
+    regressors themselves.
+    `excess` (r d^2, r d^2): taken off every A_t: what noise in the regressors adds to it.
     """
     d, n, T, r = equation.axes, equation.modes.count, equation.trials, equation.matrices
     X = equation.regressors

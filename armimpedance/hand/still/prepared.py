@@ -116,11 +116,8 @@ def to_fit_order(parameters: FloatArray, d: int) -> FloatArray:
 class Chart(FrozenRecord):
     """``theta (n,) = origin (n,) + basis (n, r) u (r,)``.
 
-    Attributes
-    ----------
-    origin : (n,)
-    basis : (n, r)
-        Columns that span the free directions; they are linearly independent.
+    `origin` (n,).
+    `basis` (n, r): columns that span the free directions; they are linearly independent.
     """
 
     origin: Annotated[FloatArray, "n"]
@@ -147,22 +144,15 @@ class Chart(FrozenRecord):
 class Prepared:
     """The impedance equation of one group of trials, ready to solve.
 
-    Attributes
-    ----------
-    factors : TrialFactors
-        Triangular factors of ``[W y]`` per trial. Condition, rank and multiple correlation are
-        judged on them; least squares is solved on them where there are no `equations`.
-    equations : TrialEquations, optional
-        Equations of an estimator that is not plain least squares, for the same clusters. Their
-        parameters are M, B, K row by row (`core.conventions.parameter_names`).
-    notes : tuple of str
-        For the provenance: how it was done.
-    warnings : tuple of str
-        For the user.
-    bound : (3 d^2, 3 d^2) array, optional
-        Cramer-Rao bound of M, B, K row by row, where the method finds it on its way.
-    chart : Chart, optional
-        Chart of the equations' parameters, where a constraint ties them.
+    `factors`: triangular factors of ``[W y]`` per trial. Condition, rank and multiple correlation
+    are judged on them; least squares is solved on them where there are no `equations`.
+    `equations`: equations of an estimator that is not plain least squares, for the same clusters.
+    Their parameters are M, B, K row by row (`core.conventions.parameter_names`).
+    `notes`: for the provenance: how it was done.
+    `warnings`: for the user.
+    `bound` (3 d^2, 3 d^2): Cramer-Rao bound of M, B, K row by row, where the method finds it on its
+    way.
+    `chart`: chart of the equations' parameters, where a constraint ties them.
     """
 
     factors: TrialFactors
@@ -190,15 +180,9 @@ class Prepared:
 class Method:
     """An estimator; its name is that of its file in `methods`.
 
-    Attributes
-    ----------
-    assumes : str
-        Condition under which the estimate is right, in one sentence.
-    reference : str
-    prepare : function
-        Function that turns the raw windows of one group into the equations to solve.
-    differs : str
-        Likely cause if this method alone disagrees with the default, in one clause.
+    `assumes`: condition under which the estimate is right, in one sentence.
+    `prepare`: function that turns the raw windows of one group into the equations to solve.
+    `differs`: likely cause if this method alone disagrees with the default, in one clause.
     """
 
     assumes: str

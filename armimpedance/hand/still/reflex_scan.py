@@ -35,19 +35,12 @@ REFERENCE_S = 0.060
 class DelayScan:
     """What T trials say about R (q = d^2 elements) at D delays.
 
-    Attributes
-    ----------
-    delay_s : (D,)
-    without : (3 q,)
-        M, B, K of the model without R, row by row.
-    score : (T, D, q)
-        Efficient scores of R where R = 0.
-    information : (D, q, D, q)
-        ``information[i, :, j, :] @ r`` is what a reflex r of delay j adds to the scores' sum at i.
-    equation : ModalEquation
-        Equation with a regressor for each delay.
-    weight : (d n, d n)
-    kind : {"hand", "joint"}
+    `delay_s` (D,), `weight` (d n, d n).
+    `without` (3 q,): M, B, K of the model without R, row by row.
+    `score` (T, D, q): efficient scores of R where R = 0.
+    `information` (D, q, D, q): ``information[i, :, j, :] @ r`` is what a reflex r of delay j adds
+    to the scores' sum at i.
+    `equation`: equation with a regressor for each delay.
     """
 
     delay_s: FloatArray
@@ -117,13 +110,9 @@ class DelayScan:
 class DelayFits:
     """Stiffness at D delays.
 
-    Attributes
-    ----------
-    delay_s : (D,)
-    found : (D, 3 q)
-        K of the model without R, then K and R of the model with it, row by row.
-    moved : (D, T, 3 q)
-        How far each trial moved them (jackknife).
+    `delay_s` (D,).
+    `found` (D, 3 q): K of the model without R, then K and R of the model with it, row by row.
+    `moved` (D, T, 3 q): how far each trial moved them (jackknife).
     """
 
     delay_s: FloatArray
@@ -139,10 +128,7 @@ class DelayFits:
 def scan_delays(window: Window, kind: Kind, delay_s: FloatArray) -> DelayScan:
     """Scores and information at these delays.
 
-    Raises
-    ------
-    NotIdentifiableError
-        If the motion does not determine M, B and K.
+    Raises NotIdentifiableError: if the motion does not determine M, B and K.
     """
     reference = float(delay_s[np.argmin(np.abs(delay_s - REFERENCE_S))])
     fitted = weighted_fit(window, kind, delay_s=reference)
@@ -245,13 +231,9 @@ _LARGEST_SHARE = 4.0
 class Evidence:
     """Evidence for a reflex at D delays.
 
-    Attributes
-    ----------
-    log_ratio : (D,)
-        Log of the likelihood of the best reflex at each delay, penalised by what is expected,
-        over that of none.
-    p_value : float
-        How often flipped trials give as much evidence over all delays.
+    `log_ratio` (D,): log of the likelihood of the best reflex at each delay, penalised by what is
+    expected, over that of none.
+    `p_value`: how often flipped trials give as much evidence over all delays.
     """
 
     log_ratio: FloatArray

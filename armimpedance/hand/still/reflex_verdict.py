@@ -43,19 +43,12 @@ EARLY_SD = 0.15
 class WindowEnds(FrozenRecord):
     """Stiffness from windows that end earlier and earlier.
 
-    Attributes
-    ----------
-    end_s : (E,)
-        After the onset.
-    stiffness : (E, d, d)
-    covariance : (E, d^2, d^2)
-        Clustered by trial.
-    early : int
-        Number of the earliest end with a usable K.
-    change_covariance : (E, d^2, d^2)
-        Covariance of the change since the early end. Both fits use the same trials, so that
-        their noise cancels.
-    dof : float
+    `stiffness` (E, d, d).
+    `end_s` (E,): after the onset.
+    `covariance` (E, d^2, d^2): clustered by trial.
+    `early`: number of the earliest end with a usable K.
+    `change_covariance` (E, d^2, d^2): covariance of the change since the early end. Both fits use
+    the same trials, so that their noise cancels.
     """
 
     end_s: Annotated[FloatArray, "e"]
@@ -86,10 +79,7 @@ class WindowEnds(FrozenRecord):
 def window_ends(window: Window, kind: Kind) -> WindowEnds:
     """Fits up to 30 ms after the onset and to later and later ends.
 
-    Raises
-    ------
-    InputError
-        If the window is too short for any.
+    Raises InputError: if the window is too short for any.
     """
     ends, found, moved = [], [], []
     d, q = window.axes, window.axes**2
@@ -187,12 +177,7 @@ TELLING_S = 0.050
 
 @dataclass(frozen=True)
 class Share:
-    """A part of the intrinsic stiffness (0.25 is 25 %) with its 95 % interval.
-
-    Attributes
-    ----------
-    value, low, high : float
-    """
+    """A part of the intrinsic stiffness (0.25 is 25 %) with its 95 % interval."""
 
     value: float
     low: float
@@ -203,13 +188,9 @@ class Share:
 class DelayProfile:
     """What every delay says, D delays.
 
-    Attributes
-    ----------
-    delay_s : (D,)
-    log_ratio : (D,)
-        Log-likelihood ratio of a reflex at this delay against none.
-    weight : (D,)
-        Weight of each delay in the mean over delays.
+    `delay_s` (D,).
+    `log_ratio` (D,): log-likelihood ratio of a reflex at this delay against none.
+    `weight` (D,): weight of each delay in the mean over delays.
     """
 
     delay_s: FloatArray

@@ -35,10 +35,8 @@ from armimpedance.numerics.signals import mean_activation
 def require_identifiable(factors: TrialFactors) -> None:
     """Refuse what no method can solve.
 
-    Raises
-    ------
-    NotIdentifiableError
-        No movement, movement along one direction only, or columns that depend on each other.
+    Raises NotIdentifiableError: no movement, movement along one direction only, or columns that
+    depend on each other.
     """
     try:
         pool(factors)
@@ -128,30 +126,15 @@ def to_estimate(
 ) -> ImpedanceEstimate:
     """Solve one group and subtract the handle.
 
-    Parameters
-    ----------
-    factors : TrialFactors
-        Triangular factors of the impedance equation; clusters are trials, or blocks of one trial.
-    group : Group
-    method : str
-        Name of the method that is written into the result.
-    covariance : {"cr3", "replicates", "cr1", "bootstrap"}
-    strata : (T,) int, optional
-        Disturbance of each cluster; "replicates" needs it.
-    coherence : float, optional
-    equations : TrialEquations, optional
-        Solved instead of least squares on the factors, which then only judge.
-    chart : Chart, optional
-        Chart of the equations' parameters: what a constraint leaves free.
-    seed : int
-        Seed of the bootstrap.
-
-    Raises
-    ------
-    NotIdentifiableError
-        If the motion does not determine all parameters.
-    InputError
-        "replicates" without the disturbance of every trial.
+    `factors`: triangular factors of the impedance equation; clusters are trials, or blocks of one
+    trial.
+    `method`: name of the method that is written into the result.
+    `strata` (T,) int: disturbance of each cluster; "replicates" needs it.
+    `equations`: solved instead of least squares on the factors, which then only judge.
+    `chart`: chart of the equations' parameters: what a constraint leaves free.
+    `seed`: seed of the bootstrap.
+    Raises NotIdentifiableError: if the motion does not determine all parameters.
+    Raises InputError: "replicates" without the disturbance of every trial.
     """
     d = len(factors.outputs)
     names, units = fit_names(group.kind, d)

@@ -50,17 +50,10 @@ _ROUNDING = 1e-9
 class MethodResult:
     """One method on one group.
 
-    Attributes
-    ----------
-    method : str
-    estimate : ImpedanceEstimate or None
-        None where the method cannot run on these trials.
-    reason : str
-        Why it cannot.
-    seconds : float
-        Time to prepare, to solve, and to leave out every trial once, s.
-    shift : (T, 3 d^2) or None
-        How far each trial moves M, B, K row by row.
+    `estimate`: None where the method cannot run on these trials.
+    `reason`: why it cannot.
+    `seconds`: time to prepare, to solve, and to leave out every trial once, s.
+    `shift` (T, 3 d^2) or None: how far each trial moves M, B, K row by row.
     """
 
     method: str
@@ -74,16 +67,10 @@ class MethodResult:
 class Disagreement:
     """How far a method lies from the reference, symmetric parts of M, B and K.
 
-    Attributes
-    ----------
-    method, reference : str
-    percent : (3,)
-        Frobenius norm of the difference over that of the reference's matrix.
-    standard_errors : (3,)
-        The same norm over its root mean square by chance, from the covariance of the difference;
-        nan where the two do not share their clusters.
-    sentences : tuple of str
-        Differences that are too large for chance, in words; empty if there are none.
+    `percent` (3,): frobenius norm of the difference over that of the reference's matrix.
+    `standard_errors` (3,): the same norm over its root mean square by chance, from the covariance
+    of the difference; nan where the two do not share their clusters.
+    `sentences`: differences that are too large for chance, in words; empty if there are none.
     """
 
     method: str
@@ -97,13 +84,8 @@ class Disagreement:
 class SideBySide:
     """All methods on one group of trials, in the order of the table of methods.
 
-    Attributes
-    ----------
-    keys : mapping
-        The group's columns.
-    results : tuple of MethodResult
-    disagreements : tuple of Disagreement
-        One for each method that ran, the reference aside.
+    `keys`: the group's columns.
+    `disagreements`: one for each method that ran, the reference aside.
     """
 
     keys: Mapping[str, Any]
@@ -202,10 +184,7 @@ def _one_group(window: Window, group: Group, options: Options) -> SideBySide:
 def compare_methods(window: Window, group: Group, options: Options) -> SideBySide:
     """Every method on the raw windows of one group.
 
-    Raises
-    ------
-    ArmImpedanceError
-        If no method can run: why the reference cannot.
+    Raises ArmImpedanceError: if no method can run: why the reference cannot.
     """
     results = tuple(_run(method, window, group, options) for method in METHODS)
     reference = next(r for r in results if r.method == options.method)

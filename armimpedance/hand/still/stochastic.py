@@ -41,20 +41,11 @@ def estimate_stochastic(
 
     Intervals are clustered by blocks of one second, so that one long trial is enough.
 
-    Parameters
-    ----------
-    recording : Recording
-        One group's trials, each at least 4 s and two periods of the band's lower edge long.
-    group : Group
-    band_hz : (low, high)
-    covariance : {"cr3", "cr1"}
-
-    Raises
-    ------
-    InputError
-        If the band does not fit the sample rate or a trial is too short.
-    NotIdentifiableError
-        If the motion does not determine all parameters.
+    `band_hz` (low, high).
+    `recording`: one group's trials, each at least 4 s and two periods of the band's lower edge
+    long.
+    Raises InputError: if the band does not fit the sample rate or a trial is too short.
+    Raises NotIdentifiableError: if the motion does not determine all parameters.
     """
     # only the factors of a stretch are kept: a record may last for hours
     parts = [
@@ -88,22 +79,10 @@ def stochastic_response(
 ) -> Response:
     """Blocks of one second of all trials, band-passed as the fit takes them.
 
-    Parameters
-    ----------
-    recording : Recording
-        Trials of a stochastic perturbation, as `estimate_stochastic` takes them.
-    band_hz : (low, high)
-        The fitted band.
-
-    Returns
-    -------
-    Response
-        Its trials are the blocks.
-
-    Raises
-    ------
-    InputError
-        If the band does not fit the sample rate or a trial is too short.
+    `recording`: trials of a stochastic perturbation, as `estimate_stochastic` takes them.
+    `band_hz` (low, high): the fitted band.
+    Returns its trials are the blocks.
+    Raises InputError: if the band does not fit the sample rate or a trial is too short.
     """
     parts = list(_responses(recording, band_hz))
     names = ("displacement", "velocity", "acceleration", "force", "trial", "usable")

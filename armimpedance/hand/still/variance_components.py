@@ -38,25 +38,15 @@ def fit_components(
 ) -> FloatArray:
     """Sizes S_j (J, d, d) of the components.
 
-    Parameters
-    ----------
-    moment : (d n, d n)
-        Mean of ``r r^T`` over trials, axis by axis: rows ``[axis 1, modes], [axis 2, modes] ...``.
-    shapes : (J, n, n)
-        C_j, positive semidefinite; together with `fixed` they must make Sigma regular.
-    fixed : (d n, d n)
-        F.
-    isotropic : (J,) bool
-        Components whose S_j is a multiple of the identity.
-    start : (J, d, d), optional
-        Default: those of noise that is alike in all axes.
-    steps : int
-        Iterations; their number is fixed so that the same data give the same bits.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together.
+    `moment` (d n, d n): mean of ``r r^T`` over trials, axis by axis: rows ``[axis 1, modes], [axis
+    2, modes] ...``.
+    `shapes` (J, n, n): C_j, positive semidefinite; together with `fixed` they must make Sigma
+    regular.
+    `fixed` (d n, d n): F.
+    `isotropic` (J,) bool: components whose S_j is a multiple of the identity.
+    `start` (J, d, d): default: those of noise that is alike in all axes.
+    `steps`: iterations; their number is fixed so that the same data give the same bits.
+    Raises InputError: shapes that do not belong together.
     """
     J, n, _ = shapes.shape
     d = len(moment) // n
@@ -222,14 +212,7 @@ def is_silent(window: Window) -> bool:
     Weights from residuals would then follow what the model leaves unexplained, such as the
     curvature of the limb's law, as if it were noise.
 
-    Parameters
-    ----------
-    window : Window
-
-    Returns
-    -------
-    bool
-        True where the force of every trial stays put before the onset.
+    Returns True where the force of every trial stays put before the onset.
     """
     rest = window.lag_s <= 0
     if rest.sum() < 3:

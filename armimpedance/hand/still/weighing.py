@@ -48,20 +48,12 @@ _ISOTROPIC = np.array([False, False, False, False, False, *(True for _ in TREMOR
 class NoiseModel(FrozenRecord):
     """Covariance of the noise in the rows of a `ModalEquation`.
 
-    Attributes
-    ----------
-    shapes : (J, n, n)
-        Components of the force over modes, in the order of `NAMES`.
-    sizes : (J, d, d)
-        Covariance of the components over axes, N^2.
-    floor : (d n, d n)
-        Keeps the covariance regular where there is no noise.
-    position : (d, 3 n, 3 n)
-        Covariance, for each axis, of the position's noise in x'', x', x.
-    sensor_variance : float
-        Variance of single readings of the position, m^2 (rad^2).
-    sensor_step : float
-        Step of the grid on which the readings lie; 0: there is none.
+    `shapes` (J, n, n): components of the force over modes, in the order of `NAMES`.
+    `sizes` (J, d, d): covariance of the components over axes, N^2.
+    `floor` (d n, d n): keeps the covariance regular where there is no noise.
+    `position` (d, 3 n, 3 n): covariance, for each axis, of the position's noise in x'', x', x.
+    `sensor_variance`: variance of single readings of the position, m^2 (rad^2).
+    `sensor_step`: step of the grid on which the readings lie; 0: there is none.
     """
 
     shapes: Annotated[FloatArray, "j n n"]

@@ -44,19 +44,12 @@ _GRID: Final = 4096
 class NoiseShift(FrozenRecord):
     """What noise of the coordinates has done to an estimate.
 
-    Attributes
-    ----------
-    shift : (b,)
-        To be taken off.
-    covariance : (b, b)
-        Covariance of the shift, from a finite number of draws.
-    level : float
-        Median sd of the angles' noise, rad.
-    share : float
-        Part of the variance of an acceleration that is noise, of the noisiest coordinate that
-        carries some of the mass.
-    noisiest : str
-        That coordinate.
+    `shift` (b,): to be taken off.
+    `covariance` (b, b): covariance of the shift, from a finite number of draws.
+    `level`: median sd of the angles' noise, rad.
+    `share`: part of the variance of an acceleration that is noise, of the noisiest coordinate that
+    carries some of the mass.
+    `noisiest`: that coordinate.
     """
 
     shift: Annotated[FloatArray, "b"]
@@ -119,10 +112,8 @@ def can_tell_noise(recording: MotionRecording, choice: RowChoice) -> bool:
 def coordinate_noise(recording: MotionRecording, cutoff_hz: float) -> FloatArray:
     """Noise (N, n) of every sample, of the size that white noise has over the whole band.
 
-    Parameters
-    ----------
-    cutoff_hz : float
-        Cut-off of the filter that the motion goes through; above `_ABOVE` times that is noise.
+    `cutoff_hz`: cut-off of the filter that the motion goes through; above `_ABOVE` times that is
+    noise.
     """
     edge, rate = _ABOVE * cutoff_hz, recording.sample_rate_hz
     left = np.empty_like(recording.coordinates)
@@ -145,20 +136,12 @@ def noise_shift(
 ) -> NoiseShift:
     """How far the noise that is in a recording has moved its estimate.
 
-    Parameters
-    ----------
-    recording : MotionRecording
-        The trials that were fitted.
-    choice : RowChoice
-        With a cut-off.
-    estimate : function
-        From a recording to base parameters (b,).
-    once : (b,)
-        The recording's own.
-    draws : int
-        Two or more.
-    progress : function, optional
-        Called with how many draws are done, of how many.
+    `recording`: the trials that were fitted.
+    `choice`: with a cut-off.
+    `estimate`: from a recording to base parameters (b,).
+    `once` (b,): the recording's own.
+    `draws`: two or more.
+    `progress`: called with how many draws are done, of how many.
     """
     parts = coordinate_noise(recording, float(choice.cutoff_hz or 0.0))
     twice = []

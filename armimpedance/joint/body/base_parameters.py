@@ -34,19 +34,11 @@ _ROUNDING = 1e-9
 class BaseParameters(FrozenRecord):
     """``b = mapping @ phi``, with names and texts.
 
-    Attributes
-    ----------
-    names : tuple of b str
-        Each one's leading inertial parameter or joint term.
-    units : tuple of b str
-    expressions : tuple of b str
-        ``m_thigh_right + 0.31 m_shank_right``.
-    leading : (b,) int
-        The columns J.
-    mapping : (b, p)
-        1 at the leading column.
-    null_space : (p, p - b)
-        ``mapping @ null_space = 0``: what no such motion can show.
+    `names`: each one's leading inertial parameter or joint term.
+    `expressions`: ``m_thigh_right + 0.31 m_shank_right``.
+    `leading` (b,) int: the columns J.
+    `mapping` (b, p): 1 at the leading column.
+    `null_space` (p, p - b): ``mapping @ null_space = 0``: what no such motion can show.
     """
 
     names: Annotated[tuple[str, ...], "b"]

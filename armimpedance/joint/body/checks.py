@@ -28,19 +28,11 @@ _LOOSER: Final = 2.0
 def check_body(recording: MotionRecording, *, weight_tolerance: float = WEIGHT_TOLERANCE) -> None:
     """Refuse a recording of a body in which something is missing or in another unit or frame.
 
-    Parameters
-    ----------
-    recording : MotionRecording
-        Of a skeleton with a fixed root only the coordinates are checked.
-    weight_tolerance : float
-        The mean vertical force may differ from the weight by this part.
-
-    Raises
-    ------
-    InputError
-        Coordinates in mm or degrees, no motion, too few samples, no plates, a plate that is
-        missing, forces with the other sign or along another axis, moments in Nmm or about another
-        point.
+    `recording`: of a skeleton with a fixed root only the coordinates are checked.
+    `weight_tolerance`: the mean vertical force may differ from the weight by this part.
+    Raises InputError: coordinates in mm or degrees, no motion, too few samples, no plates, a plate
+    that is missing, forces with the other sign or along another axis, moments in Nmm or about
+    another point.
     """
     _check_coordinates(recording)
     if not recording.skeleton.floating:

@@ -47,18 +47,12 @@ _LONGEST: Final = 1e3
 class ConsistentFit(FrozenRecord):
     """Physically consistent parameters of every segment.
 
-    Attributes
-    ----------
-    phi : (p,)
-        Inertial parameters, then joint terms.
-    base : (b,)
-        The base parameters in it.
-    covariance : (p, p) or None
-        Covariance of phi, from the curvature of data and prior together (Laplace); None without a
-        prior, where the data alone leave some directions open.
-    smallest_eigenvalue : (s,)
-        Smallest eigenvalue of each segment's pseudo-inertia, in units of the prior's; positive.
-    gamma : float
+    `phi` (p,): inertial parameters, then joint terms.
+    `base` (b,): the base parameters in it.
+    `covariance` (p, p) or None: covariance of phi, from the curvature of data and prior together
+    (Laplace); None without a prior, where the data alone leave some directions open.
+    `smallest_eigenvalue` (s,): smallest eigenvalue of each segment's pseudo-inertia, in units of
+    the prior's; positive.
     """
 
     phi: Annotated[FloatArray, "p"]
@@ -80,28 +74,18 @@ def fit_consistent(
 ) -> ConsistentFit:
     """Physically consistent fit, with a prior of a relative sd or with none.
 
-    Parameters
-    ----------
-    weights : (R,)
-        Per row: one over the residual level, so that data and prior are in the same units.
-    prior : (p_i,)
-        Inertial parameters of all segments, positive definite. Without `prior_sd` they only choose
-        among what the motion cannot show.
-    prior_sd : float, optional
-        How well the prior's masses are trusted, relative: .3 for 30 %. A second moment of mass
-        along one direction has sqrt(2) times that, as a mass has in this divergence.
-    inflation : float
-        How many times larger than for independent samples the variance of an estimate is.
-    about : (b,), optional
-        Base parameters that stand for those of least squares, where these are known to be biased.
-
-    Raises
-    ------
-    InputError
-        A prior that no distribution of mass has, another number of parameters, or an sd or an
-        inflation that is not positive.
-    EstimationError
-        The iteration does not settle.
+    `weights` (R,): per row: one over the residual level, so that data and prior are in the same
+    units.
+    `prior` (p_i,): inertial parameters of all segments, positive definite. Without `prior_sd` they
+    only choose among what the motion cannot show.
+    `prior_sd`: how well the prior's masses are trusted, relative: .3 for 30 %. A second moment of
+    mass along one direction has sqrt(2) times that, as a mass has in this divergence.
+    `inflation`: how many times larger than for independent samples the variance of an estimate is.
+    `about` (b,): base parameters that stand for those of least squares, where these are known to be
+    biased.
+    Raises InputError: a prior that no distribution of mass has, another number of parameters, or an
+    sd or an inflation that is not positive.
+    Raises EstimationError: the iteration does not settle.
     """
     if np.shape(prior) != (equations.n_inertial,):
         raise InputError(f"a prior of {np.size(prior)}", expected=f"{equations.n_inertial} numbers")
@@ -291,15 +275,9 @@ _WIDEST: Final = 10.0
 class Trust:
     """The relative sd of a prior that was told, and what the data say of it.
 
-    Attributes
-    ----------
-    told : float
-    likely : float
-        The one that makes the data most likely.
-    against : float
-        Twice the log-likelihood by which it beats what was told; 0 where it is smaller.
-    informed : float
-        How many parameters tell it.
+    `likely`: the one that makes the data most likely.
+    `against`: twice the log-likelihood by which it beats what was told; 0 where it is smaller.
+    `informed`: how many parameters tell it.
     """
 
     told: float
@@ -339,19 +317,10 @@ def trust_in_prior(
 ) -> Trust:
     """Hold the sd that a prior was told against base parameters that do not know of it.
 
-    Parameters
-    ----------
-    base : BaseParameters
-    prior : (p_i,)
-        Inertial parameters of all segments.
-    values, covariance : (b,), (b, b)
-        Base parameters of least squares and the covariance of their errors.
-    told : float
-        Relative sd of the prior's masses.
-
-    Returns
-    -------
-    Trust
+    `prior` (p_i,): inertial parameters of all segments.
+    `values`, `covariance` (b,), (b, b): base parameters of least squares and the covariance of
+    their errors.
+    `told`: relative sd of the prior's masses.
     """
     p = len(prior)
     # what belongs to joint terms too has no prior
@@ -383,10 +352,7 @@ def unit_covariance(prior: FloatArray) -> FloatArray:
     The inverse curvature of the divergence, of which a mass that is e times too large takes
     ``e^2 / 2``, with the weight ``1 / 4`` that `consistent.fit_consistent` gives it.
 
-    Raises
-    ------
-    InputError
-        A prior that is no rigid body's.
+    Raises InputError: a prior that is no rigid body's.
     """
     P = pseudo_inertias(prior)
     try:

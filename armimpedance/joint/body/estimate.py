@@ -35,12 +35,8 @@ _ROUNDS = 2
 class BaseFit(FrozenRecord):
     """Least-squares base parameters.
 
-    Attributes
-    ----------
-    fit : Fit
-        Classical covariance; rows weighted.
-    weights : (R,)
-        Weight of each row.
+    `fit`: classical covariance; rows weighted.
+    `weights` (R,): weight of each row.
     """
 
     fit: Fit
@@ -120,15 +116,8 @@ def clustered_covariance(
     ``s_g = W_g^T e_g`` of G blocks: neighbouring samples and the six components of a wrench may be
     correlated, blocks not. Goes over the samples once more.
 
-    Parameters
-    ----------
-    trials : tuple of int, optional
-        Those that were fitted; all by default.
-
-    Raises
-    ------
-    InputError
-        Fewer than two blocks.
+    `trials`: those that were fitted; all by default.
+    Raises InputError: fewer than two blocks.
     """
     rows, scores = 0, []
     size = max(round(block_s * recording.sample_rate_hz), 1)
@@ -191,22 +180,12 @@ class BodySolution:
 class WeightedSolution:
     """What a method that improves on least squares is given.
 
-    Attributes
-    ----------
-    equations : BodyEquations
-        Equations of the motions that are fitted.
-    base : BaseParameters
-    least : BaseFit
-        The least squares as they are.
-    solution : BodySolution
-        The same without the bias from noise of the angles.
-    inflation : float
-        Median ratio of robust to classical variance.
-    noise : NoiseShift or None
-    prior : Skeleton
-        Masses and inertias that are expected.
-    prior_sd : float
-        How well they are trusted, relative.
+    `equations`: equations of the motions that are fitted.
+    `least`: the least squares as they are.
+    `solution`: the same without the bias from noise of the angles.
+    `inflation`: median ratio of robust to classical variance.
+    `prior`: masses and inertias that are expected.
+    `prior_sd`: how well they are trusted, relative.
     """
 
     equations: BodyEquations
@@ -222,12 +201,8 @@ class WeightedSolution:
 def consistent_solution(given: WeightedSolution) -> BodySolution:
     """Physically consistent parameters; the least-squares fit says how far to trust them.
 
-    Raises
-    ------
-    InputError
-        No prior mass of a segment.
-    EstimationError
-        The iteration does not settle.
+    Raises InputError: no prior mass of a segment.
+    Raises EstimationError: the iteration does not settle.
     """
     better = _fitted(given, None)
     return replace(given.solution, values=better.base, phi=better.phi)
@@ -238,12 +213,8 @@ def prior_solution(given: WeightedSolution) -> BodySolution:
 
     The prior is held against the least squares first, and trusted no further than they bear out.
 
-    Raises
-    ------
-    InputError
-        No prior mass of a segment.
-    EstimationError
-        The iteration does not settle.
+    Raises InputError: no prior mass of a segment.
+    Raises EstimationError: the iteration does not settle.
     """
     base, least, inflation = given.base, given.least.fit, max(given.inflation, 1.0)
     unsure = np.zeros((base.rank, base.rank))

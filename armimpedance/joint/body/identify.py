@@ -157,10 +157,7 @@ def _draws(
 ) -> int:
     """How often noise is added.
 
-    Raises
-    ------
-    InputError
-        A number that shows no spread, or any where it would have no effect.
+    Raises InputError: a number that shows no spread, or any where it would have no effect.
     """
     usable = method.weighting != "none" and can_tell_noise(recording, choice)
     if asked is None:

@@ -66,22 +66,9 @@ def plates_findings(
     moment, one that is turned by psi about the vertical ``psi z x F``. All are coefficients beside
     the regressor, fitted together; their covariance is clustered by blocks of time.
 
-    Parameters
-    ----------
-    recording : MotionRecording
-    choice : RowChoice
-    base : BaseParameters
-    solved : BaseFit
-    trials : tuple of int
-        Those that were fitted.
-    block_s : float
-        Blocks of time, longer than the residuals' memory.
-    noise_share : float or None
-        Part of an acceleration that is noise of the angles, where it is known.
-
-    Returns
-    -------
-    tuple of Finding
+    `trials`: those that were fitted.
+    `block_s`: blocks of time, longer than the residuals' memory.
+    `noise_share`: part of an acceleration that is noise of the angles, where it is known.
     """
     size = max(round(block_s * recording.sample_rate_hz), 1)
     AA, Ae, WA, We = [], [], [], []

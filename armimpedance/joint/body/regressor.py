@@ -48,10 +48,7 @@ def _turn_rates(q: FloatArray) -> FloatArray:
 def root_wrench(generalised: FloatArray, q: FloatArray) -> FloatArray:
     """The root's six generalised forces (S, 6, ...) as a wrench in its own frame.
 
-    Raises
-    ------
-    InputError
-        The root is pitched by 90 degrees, where its turns lose a direction.
+    Raises InputError: the root is pitched by 90 degrees, where its turns lose a direction.
     """
     if (np.abs(np.cos(q[:, 4])) < _LEAST_COSINE).any():
         sample = int(np.abs(np.cos(q[:, 4])).argmin())
@@ -73,17 +70,9 @@ def regressor(
 ) -> FloatArray:
     """Y (S, R, 10 s) of a model from `limb.arm.skeleton_model`, for a floating or a fixed root.
 
-    Parameters
-    ----------
-    model : pinocchio.Model
-    q, qd, qdd : (S, n)
-    rows : (R,) int, optional
-        Which of the n rows; all by default. All of a floating root's six or none.
-
-    Raises
-    ------
-    InputError
-        A part of the root's rows is asked for, or the root is pitched by 90 degrees.
+    `q`, `qd`, `qdd` (S, n).
+    `rows` (R,) int: which of the n rows; all by default. All of a floating root's six or none.
+    Raises InputError: a part of the root's rows is asked for, or the root is pitched by 90 degrees.
     """
     n, floating = model.nv, is_floating(model)
     chosen = np.arange(n) if rows is None else np.asarray(rows, dtype=np.int64)
@@ -166,10 +155,7 @@ def _of(segment: Segment) -> FloatArray:
 def with_inertial_parameters(skeleton: Skeleton, phi: FloatArray) -> Skeleton:
     """The skeleton with masses, centres and inertias from parameters (10 s, or more).
 
-    Raises
-    ------
-    InputError
-        A mass that is not positive, or fewer parameters.
+    Raises InputError: a mass that is not positive, or fewer parameters.
     """
     moving = moving_segments(skeleton)
     if np.size(phi) < 10 * len(moving):
@@ -243,13 +229,8 @@ UNITS_OF_TERMS: Final = {
 class JointTerm:
     """One further column.
 
-    Attributes
-    ----------
-    kind : {"stiffness", "quadratic", "viscosity", "friction", "inertia", "offset"}
-    coordinate : str
-        The hinge on whose row it stands.
-    rest_rad : float
-        q_r, for stiffness and the quadratic term. An offset beside the stiffness frees it.
+    `coordinate`: the hinge on whose row it stands.
+    `rest_rad`: q_r, for stiffness and the quadratic term. An offset beside the stiffness frees it.
     """
 
     kind: TermKind
@@ -278,10 +259,7 @@ def passive_terms(
 ) -> tuple[JointTerm, ...]:
     """``k, h, f`` and, if asked, K of passive joints with known rest angles.
 
-    Raises
-    ------
-    InputError
-        Not one rest angle per joint.
+    Raises InputError: not one rest angle per joint.
     """
     if len(coordinates) != len(rest_rad):
         raise InputError(f"{len(rest_rad)} rest angles for {len(coordinates)} joints")
@@ -310,12 +288,9 @@ def term_columns(
 ) -> FloatArray:
     """Values (S, t) of the columns, each through the same zero-phase filter once.
 
-    Parameters
-    ----------
-    raw : (S, n)
-        Coordinates as recorded: a function of them that is not linear is filtered afterwards.
-    motion : three (S, n)
-        Coordinates after the filter, and their derivatives.
+    `raw` (S, n): coordinates as recorded: a function of them that is not linear is filtered
+    afterwards.
+    `motion` three (S, n): coordinates after the filter, and their derivatives.
     """
     q, qd, qdd = motion
     columns = np.empty((len(q), len(terms)))

@@ -70,10 +70,7 @@ def contact_torques(
 ) -> FloatArray:
     """Generalised forces ``sum_k J_k^T F_k`` (S, n) of wrenches (S, K, 6) about the world's origin.
 
-    Parameters
-    ----------
-    standing : K names
-        The segment that stands on each plate.
+    `standing`: the segment that stands on each plate.
     """
     data, result = model.createData(), np.zeros(q.shape)
     felt = np.array([_carriers(skeleton, name) for name in standing], dtype=float)
@@ -102,10 +99,7 @@ def standing_segments(
 
     Judged over the samples of a trial in which the plate bears a load.
 
-    Raises
-    ------
-    InputError
-        Two segments are about equally near: it has to be told.
+    Raises InputError: two segments are about equally near: it has to be told.
     """
     skeleton = recording.skeleton
     parents = {s.parent for s in skeleton.segments}
@@ -297,11 +291,7 @@ class RowChoice:
 class TrialRows:
     """Rows of one trial: S samples, R rows each, p columns.
 
-    Attributes
-    ----------
-    condition : str
-    W : (S, R, p)
-    w : (S, R)
+    `W` (S, R, p), `w` (S, R).
     """
 
     condition: str

@@ -29,11 +29,8 @@ SNR_SLACK_DB: Final = 0.5
 def check_samples(samples: JointSamples) -> None:
     """Refuse what no method can use.
 
-    Raises
-    ------
-    InputError
-        A trial that is too short, a constant channel, a stuck or a clipped sensor, angles that
-        cannot be radians.
+    Raises InputError: a trial that is too short, a constant channel, a stuck or a clipped sensor,
+    angles that cannot be radians.
     """
     rate = samples.sample_rate_hz
     seconds = np.diff(samples.offsets) / rate
@@ -67,10 +64,7 @@ def _check_radians(angle: FloatArray, trial: str) -> None:
 def check_snr(snr: ChannelSnr, lowest_db: float, method: str) -> None:
     """Refuse a channel whose signal to noise is below a method's limit.
 
-    Raises
-    ------
-    InputError
-        Which channel, how many dB, what the limit is and what would help.
+    Raises InputError: which channel, how many dB, what the limit is and what would help.
     """
     for name, level in (("torque", snr.torque_db), ("angle", snr.angle_db)):
         if level is None or level >= lowest_db - SNR_SLACK_DB:
@@ -145,15 +139,10 @@ SEGMENT_S: Final = 1.0
 class ChannelSpectrum(FrozenRecord):
     """Averaged power spectrum of one channel, over all trials.
 
-    Attributes
-    ----------
-    frequency_hz : (f,)
-    density : (f,)
-        One-sided, unit^2/Hz.
-    variance : float
-        Variance of the channel about each trial's mean.
-    floor : float or None
-        Density of the white floor; None where none is seen.
+    `frequency_hz` (f,).
+    `density` (f,): one-sided, unit^2/Hz.
+    `variance`: variance of the channel about each trial's mean.
+    `floor`: density of the white floor; None where none is seen.
     """
 
     frequency_hz: Annotated[FloatArray, "f"]
@@ -179,12 +168,7 @@ class ChannelSpectrum(FrozenRecord):
 
 @dataclass(frozen=True)
 class Spectra:
-    """The spectra of both channels.
-
-    Attributes
-    ----------
-    torque, angle : ChannelSpectrum
-    """
+    """The spectra of both channels."""
 
     torque: ChannelSpectrum
     angle: ChannelSpectrum
@@ -198,10 +182,7 @@ class Spectra:
 def spectra_of(samples: JointSamples) -> Spectra:
     """Spectra of torque and angle with their floors.
 
-    Parameters
-    ----------
-    samples : JointSamples
-        As recorded; filtered samples show no floor.
+    `samples`: as recorded; filtered samples show no floor.
     """
     channels = (samples.torque, samples.angle)
     return Spectra(*(channel_spectrum(samples, channel) for channel in channels))

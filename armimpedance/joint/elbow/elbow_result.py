@@ -26,12 +26,7 @@ _MOST_WARNINGS: Final = 5
 
 @dataclass(frozen=True)
 class ChannelSnr:
-    """Signal to noise of the raw channels, dB of power over the whole band; None = cannot be told.
-
-    Attributes
-    ----------
-    torque_db, angle_db : float or None
-    """
+    """Signal to noise of the raw channels, dB of power over the whole band; None: not known."""
 
     torque_db: float | None
     angle_db: float | None
@@ -41,14 +36,9 @@ class ChannelSnr:
 class Whiteness:
     """Are the residuals white? What a model left behind shows here, and what a filter put in.
 
-    Attributes
-    ----------
-    statistic, p : float
-        Statistic of Ljung and Box over `lags` lags, and the probability of one as large from white
-        residuals.
-    lags : int
-    largest_correlation : float
-        The largest autocorrelation at any lag but zero.
+    `statistic`, `p`: statistic of Ljung and Box over `lags` lags, and the probability of one as
+    large from white residuals.
+    `largest_correlation`: the largest autocorrelation at any lag but zero.
     """
 
     statistic: float
@@ -126,10 +116,7 @@ class ElbowFit(FrozenRecord):
     def __getitem__(self, name: str) -> NamedParameter:
         """I, B or K with the joint that it is of.
 
-        Raises
-        ------
-        InputError
-            There is no parameter of this name.
+        Raises InputError: there is no parameter of this name.
         """
         return replace(self.parameters[name], joint=self.joint)
 
@@ -219,16 +206,9 @@ class ReflexCourse(FrozenRecord):
     The gain stands behind the low-pass: torque ``G(t) LP[v(t - delay)]``, v the velocity or one
     side of it.
 
-    Attributes
-    ----------
-    G, sd_G : (L,)
-        N m s/rad.
-    delay_s, sd_delay_s : float
-    cutoff_hz, sd_cutoff_hz : float
-        Of a low-pass whose poles are all alike.
-    order : int
-    side : {"both", "positive", "negative"}
-        Which velocities are answered.
+    `G`, `sd_G` (L,): N m s/rad.
+    `cutoff_hz`, `sd_cutoff_hz`: of a low-pass whose poles are all alike.
+    `side`: which velocities are answered.
     """
 
     G: Annotated[FloatArray, "l"]

@@ -22,14 +22,9 @@ SEGMENT_S: Final = 4.0
 class FrequencyResponse(FrozenRecord):
     """Angle over torque at each of f frequencies.
 
-    Attributes
-    ----------
-    frequency_hz : (f,)
-    compliance : (f,) complex
-        rad/N m.
-    coherence : (f,)
-        0..1, of torque and angle.
-    segments : int
+    `frequency_hz` (f,).
+    `compliance` (f,) complex: rad/N m.
+    `coherence` (f,): 0..1, of torque and angle.
     """
 
     frequency_hz: Annotated[FloatArray, "f"]
@@ -45,22 +40,10 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
     recording has it (no voluntary torque is in it), the angle where that is told to be imposed,
     else the torque itself. Frequencies at which the reference holds nothing are left out.
 
-    Parameters
-    ----------
-    samples : JointSamples
-        Torque and angle as recorded.
-    segment_s : float
-        Length of a segment, s.
-
-    Returns
-    -------
-    FrequencyResponse
-        The compliance, rad/N m, and the coherence at each frequency, Hz.
-
-    Raises
-    ------
-    InputError
-        No trial holds a segment.
+    `samples`: torque and angle as recorded.
+    `segment_s`: length of a segment, s.
+    Returns the compliance, rad/N m, and the coherence at each frequency, Hz.
+    Raises InputError: no trial holds a segment.
     """
     length = round(segment_s * samples.sample_rate_hz)
     reference = _reference(samples)
@@ -91,17 +74,9 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
 def model_compliance(frequency_hz: FloatArray, parameters: FloatArray) -> np.ndarray:
     """``1 / (I s^2 + B s + K)`` at ``s = 2 pi i f``; parameters I, B, K.
 
-    Parameters
-    ----------
-    frequency_hz : (f,)
-        Frequencies, Hz.
-    parameters : (3,)
-        Inertia I, kg m^2; viscosity B, N m s/rad; stiffness K, N m/rad.
-
-    Returns
-    -------
-    (f,) complex ndarray
-        The compliance at each frequency, rad/N m.
+    `frequency_hz` (f,): frequencies, Hz.
+    `parameters` (3,): inertia I, kg m^2; viscosity B, N m s/rad; stiffness K, N m/rad.
+    Returns (f,) complex ndarray: the compliance at each frequency, rad/N m.
     """
     s = 2j * np.pi * np.asarray(frequency_hz)
     inertia, viscosity, stiffness = parameters

@@ -45,16 +45,8 @@ from armimpedance.numerics.regression import Parameters, t_factor
 def hull(own: Parameters, others: Sequence[Parameters], centre: FloatArray) -> Parameters:
     """Parameters at `centre` whose 95 % intervals hold those of `own` and of the others.
 
-    Parameters
-    ----------
-    own : Parameters
-        Its correlations and degrees of freedom are kept.
-    others : sequence of Parameters
-    centre : (p,)
-
-    Returns
-    -------
-    Parameters
+    `centre` (p,).
+    `own`: its correlations and degrees of freedom are kept.
     """
     limits = np.array([p.interval() for p in (own, *others)])
     low, high = limits[..., 0].min(axis=0), limits[..., 1].max(axis=0)
@@ -116,13 +108,8 @@ _SAY: Final = (
 class Way:
     """I, B, K with one instrument.
 
-    Attributes
-    ----------
-    estimate : Estimate
-    alone : Parameters
-        Of the method by itself, before it was compared with other ways.
-    floors, band : Band
-        Weighed by the sensors' noise alone, and as used.
+    `alone`: of the method by itself, before it was compared with other ways.
+    `floors`, `band`: weighed by the sensors' noise alone, and as used.
     """
 
     estimate: Estimate
@@ -135,23 +122,15 @@ class Way:
 class Answer:
     """What was imposed, and I, B, K accordingly.
 
-    Attributes
-    ----------
-    ways : tuple of Way
-        One, or those among which the record does not choose, the likeliest first.
-    kept : tuple of str
-        What may have been imposed: the ways' instruments, then "both"; empty where it was told,
-        recorded, or does not matter.
-    other : Parameters or None
-        Of a device of finite impedance, where it is kept; else of the angle as instrument, where
-        that does not matter; where something was told, of what is likelier, but not surely.
-    nats : float
-        By how much more likely the best must be.
-    lead : float
-        By how much more likely it is than the next; where something was told that the record
-        contradicts, than that.
-    otherwise : float or None
-        K with the other instrument, where something was told and this is not alike.
+    `ways`: one, or those among which the record does not choose, the likeliest first.
+    `kept`: what may have been imposed: the ways' instruments, then "both"; empty where it was told,
+    recorded, or does not matter.
+    `other`: of a device of finite impedance, where it is kept; else of the angle as instrument,
+    where that does not matter; where something was told, of what is likelier, but not surely.
+    `nats`: by how much more likely the best must be.
+    `lead`: by how much more likely it is than the next; where something was told that the record
+    contradicts, than that.
+    `otherwise`: K with the other instrument, where something was told and this is not alike.
     """
 
     ways: tuple[Way, ...]
@@ -169,10 +148,7 @@ class Answer:
     def parameters(self, found: Sequence[Parameters]) -> Parameters:
         """I, B, K over all that was kept.
 
-        Parameters
-        ----------
-        found : sequence of Parameters
-            One of each way, after all that is known of it.
+        `found`: one of each way, after all that is known of it.
         """
         if not self.kept:
             if self.other is None:
@@ -240,19 +216,8 @@ class Answer:
 def answered(prepared: PreparedSamples, method: ElbowMethod) -> Answer:
     """I, B, K by a method, with the instrument that the experiment asks for.
 
-    Parameters
-    ----------
-    prepared : PreparedSamples
-    method : ElbowMethod
-
-    Returns
-    -------
-    Answer
-
-    Raises
-    ------
-    InputError, NotIdentifiableError, EstimationError
-        As of the method; where the record is asked, neither of the two ways gives a joint.
+    Raises InputError, NotIdentifiableError, EstimationError: as of the method; where the record is
+    asked, neither of the two ways gives a joint.
     """
     source = source_of(prepared.source)
     if source is None:

@@ -53,14 +53,9 @@ _LEAST: Final = 1e-12
 class RigFit:
     """One experiment at its most likely.
 
-    Attributes
-    ----------
-    nats : float
-        ``-l``; less is more likely.
-    values : (3,)
-        I, B, K of the limb.
-    covariance : (3, 3)
-        Inverse of Fisher's information, `SLACK` times.
+    `nats`: ``-l``; less is more likely.
+    `values` (3,): I, B, K of the limb.
+    `covariance` (3, 3): inverse of Fisher's information, `SLACK` times.
     """
 
     nats: float
@@ -102,13 +97,9 @@ class _Lines:
 def most_likely(floors: Band, rig: Rig, *starts: FloatArray) -> RigFit:
     """Fit one experiment to a band whose sensors' floors are known.
 
-    Parameters
-    ----------
-    floors : Band
-    rig : {"torque", "angle", "both"}
-        What was imposed; "both": neither, the device's impedance is fitted along.
-    starts : one or several (3,), with "both" (6,)
-        I, B, K of the limb, and of the device, to start from.
+    `rig`: what was imposed; "both": neither, the device's impedance is fitted along.
+    `starts` one or several (3,), with "both" (6,): I, B, K of the limb, and of the device, to start
+    from.
     """
     lines = _lines(floors, rig)
     return min((_search(lines, np.log(start)) for start in starts), key=lambda fit: fit.nats)
@@ -309,16 +300,7 @@ LEAST: Final = 0.1
 
 
 def with_usable_command(prepared: PreparedSamples) -> PreparedSamples:
-    """The same, without a command that the joint does not follow; a note says so.
-
-    Parameters
-    ----------
-    prepared : PreparedSamples
-
-    Returns
-    -------
-    PreparedSamples
-    """
+    """The same, without a command that the joint does not follow; a note says so."""
     samples = prepared.source
     if samples.command is None:
         return prepared

@@ -36,16 +36,10 @@ UNITS = {
 class Terms:
     """Which terms are fitted.
 
-    Attributes
-    ----------
-    rest_angle : float or "free"
-        q_r in rad where it is known.
-    quadratic : bool
-        Whether ``K (q - q_r)^2`` is fitted too.
-    friction : bool
-        Whether ``f sign(qd)`` is fitted; False: the joint is known to have no dry friction.
-    cubic : bool
-        Whether ``C (q - q_r)^3`` is fitted too: only the columns, to see whether it is there.
+    `rest_angle`: q_r in rad where it is known.
+    `quadratic`: whether ``K (q - q_r)^2`` is fitted too.
+    `friction`: whether ``f sign(qd)`` is fitted; False: the joint is known to have no dry friction.
+    `cubic`: whether ``C (q - q_r)^3`` is fitted too: only the columns, to see whether it is there.
     """
 
     rest_angle: RestAngle
@@ -110,10 +104,7 @@ class Terms:
     def parameters(self, fit: Fit) -> Parameters:
         """k, h [, f] [, q_r] [, K] with their covariance, from the columns' fit.
 
-        Raises
-        ------
-        EstimationError
-            No angle at which the elastic torque vanishes.
+        Raises EstimationError: no angle at which the elastic torque vanishes.
         """
         return fit.transform(self._from_columns(), self.names, tuple(UNITS[n] for n in self.names))
 
@@ -142,14 +133,9 @@ _END_PERIODS: Final = 1.5
 class Equations(FrozenRecord):
     """Rows of one joint, trial by trial.
 
-    Attributes
-    ----------
-    columns : tuple of p str
-    column_units : tuple of p str
-        Units of the columns' parameters.
-    W : tuple of T arrays (S_t, p)
-    Y : tuple of T arrays (S_t, 1)
-        N m.
+    `W` tuple of T (S_t, p).
+    `column_units`: units of the columns' parameters.
+    `Y` tuple of T (S_t, 1): N m.
     """
 
     columns: Annotated[tuple[str, ...], "p"]
@@ -172,19 +158,10 @@ class Equations(FrozenRecord):
     def fit(self, covariance: CovarianceKind = "classical", nuisance_per_trial: int = 0) -> Fit:
         """Least squares over all trials.
 
-        Parameters
-        ----------
-        covariance : {"classical", "cr1", "cr3"}
-            Clustered ones take a trial as one observation.
-        nuisance_per_trial : int
-            Parameters that were projected out of each trial's rows.
-
-        Raises
-        ------
-        NotIdentifiableError
-            W loses rank; names the parameters.
-        InputError
-            No more rows than parameters.
+        `covariance`: clustered ones take a trial as one observation.
+        `nuisance_per_trial`: parameters that were projected out of each trial's rows.
+        Raises NotIdentifiableError: W loses rank; names the parameters.
+        Raises InputError: no more rows than parameters.
         """
         factors = ragged_factors(
             self.W,
@@ -229,10 +206,7 @@ def parallel_equations(samples: PassiveSamples, terms: Terms) -> Equations:
 def inner(trial: slice, samples: PassiveSamples) -> slice:
     """The samples of a trial less `_END_PERIODS` periods of the cut-off at both ends.
 
-    Raises
-    ------
-    InputError
-        Nothing is left.
+    Raises InputError: nothing is left.
     """
     if samples.cutoff_hz is None:
         return trial
@@ -248,12 +222,9 @@ def inner(trial: slice, samples: PassiveSamples) -> slice:
 def check_excitation(samples: PassiveSamples, terms: Terms) -> None:
     """Refuse motion of a single joint that cannot show its parameters.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The joint stands still, or moves one way only with a free rest angle.
-    InputError
-        Fewer rows than three times the parameters.
+    Raises NotIdentifiableError: the joint stands still, or moves one way only with a free rest
+    angle.
+    Raises InputError: fewer rows than three times the parameters.
     """
     name, q, qd = samples.joints[0], samples.q[:, 0], samples.qd[:, 0]
     if len(q) < 3 * len(terms.columns):

@@ -48,15 +48,10 @@ _COARSER: Final = 1.4
 class TrialSpline:
     """One trial's measured angle and torque, and the spline's design matrices.
 
-    Attributes
-    ----------
-    q, torque : (S,)
-    B, B1 : sparse (S, c)
-        Design matrices of the angle and of its derivative.
-    knots : (c + 6,)
-        Seconds from the trial's first sample.
-    qd_sd : float
-        Standard error of the spline's velocity, rad/s.
+    `q`, `torque` (S,).
+    `B`, `B1` sparse (S, c): design matrices of the angle and of its derivative.
+    `knots` (c + 6,): seconds from the trial's first sample.
+    `qd_sd`: standard error of the spline's velocity, rad/s.
     """
 
     q: FloatArray
@@ -85,12 +80,8 @@ class TrialSpline:
 def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
     """Fit motion and torque of a single joint together.
 
-    Raises
-    ------
-    EstimationError
-        Spline and parameters do not settle.
-    InputError
-        The torque was not measured.
+    Raises EstimationError: spline and parameters do not settle.
+    Raises InputError: the torque was not measured.
     """
     trials = [trial_spline(samples, s) for s in samples.slices()]
     curves = [_least_squares(t.B, t.q) for t in trials]
@@ -118,10 +109,7 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
 def trial_spline(samples: PassiveSamples, part: slice) -> TrialSpline:
     """A trial of a single joint, with knots for what the samples' filter lets through.
 
-    Raises
-    ------
-    InputError
-        The torque was not measured.
+    Raises InputError: the torque was not measured.
     """
     if samples.measured_torque is None:
         raise InputError("no measured torque", expected="samples of a joint recording")

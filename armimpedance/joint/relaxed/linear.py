@@ -47,12 +47,8 @@ _MOST: Final = 40
 class TwoFits:
     """One estimate with two covariances.
 
-    Attributes
-    ----------
-    classical : Fit
-        Fit with the source's covariance (10), for independent residuals.
-    robust : Fit
-        Fit with a covariance for autocorrelated residuals; intervals are made of it.
+    `classical`: fit with the source's covariance (10), for independent residuals.
+    `robust`: fit with a covariance for autocorrelated residuals; intervals are made of it.
     """
 
     classical: Fit
@@ -79,20 +75,10 @@ def solve_linear(
 ) -> TwoFits:
     """Least squares with both covariances.
 
-    Parameters
-    ----------
-    equations : Equations
-    sample_rate_hz : float
-    cutoff_hz : float, optional
-        Of the low-pass that every column and Y went through; residuals then forget within pieces
-        of some periods.
-
-    Raises
-    ------
-    NotIdentifiableError
-        W loses rank; names the parameters.
-    InputError
-        No more rows than parameters.
+    `cutoff_hz`: of the low-pass that every column and Y went through; residuals then forget within
+    pieces of some periods.
+    Raises NotIdentifiableError: W loses rank; names the parameters.
+    Raises InputError: no more rows than parameters.
     """
     classical = equations.fit()
     E = [y - classical.predict(w) for w, y in zip(equations.W, equations.Y, strict=True)]
@@ -108,22 +94,9 @@ def solve_linear(
 def with_pieces(fit: Fit, equations: Equations, piece_rows: float) -> Fit:
     """The same fit with the jackknife's covariance (CR3) of pieces of its trials.
 
-    Parameters
-    ----------
-    fit : Fit
-        The fit of `equations`.
-    equations : Equations
-    piece_rows : float
-        Longest piece; shorter where that makes fewer than `_FEWEST_PIECES`.
-
-    Returns
-    -------
-    Fit
-
-    Raises
-    ------
-    NotIdentifiableError
-        One piece alone informs a parameter.
+    `fit`: the fit of `equations`.
+    `piece_rows`: longest piece; shorter where that makes fewer than `_FEWEST_PIECES`.
+    Raises NotIdentifiableError: one piece alone informs a parameter.
     """
     longest = min(piece_rows, equations.n_rows / _FEWEST_PIECES)
     pieces = [max(int(np.ceil(len(w) / longest)), 1) for w in equations.W]
@@ -140,14 +113,9 @@ def with_long_run(
 ) -> Fit:
     """The same fit with the covariance of autocorrelated residuals.
 
-    Parameters
-    ----------
-    fit : Fit
-        A fit of one output.
-    W : sequence of (S_t, p)
-    E : sequence of (S_t, 1)
-        Residuals, trials one after another in time.
-    sample_rate_hz : float
+    `W` sequence of (S_t, p).
+    `fit`: a fit of one output.
+    `E` sequence of (S_t, 1): residuals, trials one after another in time.
     """
     rows, residual = np.concatenate(W), np.concatenate(E)
     count = number_of_cosines(len(rows), sample_rate_hz)
@@ -190,18 +158,9 @@ def free_rest_angle(
 ) -> FreeRestAngle | None:
     """Fit the rest angle too, to the equations of one that is stated.
 
-    Parameters
-    ----------
-    equations : Equations
-        Equations of a single joint, by these terms.
-    terms : Terms
-        Terms of the model, with a stated rest angle.
-    sample_rate_hz : float
-
-    Returns
-    -------
-    FreeRestAngle or None
-        None where the motion does not show it.
+    `equations`: equations of a single joint, by these terms.
+    `terms`: terms of the model, with a stated rest angle.
+    Returns None where the motion does not show it.
     """
     try:
         fits = solve_linear(_with_offset(equations), sample_rate_hz)

@@ -171,10 +171,7 @@ class PassiveFit(FrozenRecord):
 def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
     """One summary of all joints: rows added up, the worst condition, r2 and vaf of all torques.
 
-    Raises
-    ------
-    InputError
-        No joints, or joints fitted by different methods.
+    Raises InputError: no joints, or joints fitted by different methods.
     """
     if len({f.method for f in fits}) != 1:
         raise InputError("no joints, or joints of different methods", expected="one method")
@@ -287,10 +284,7 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
     def __getitem__(self, which: Any) -> Any:
         """One fit by its number from 0 or its joint's name; a slice gives a tuple.
 
-        Raises
-        ------
-        InputError
-            No joint of this name was fitted.
+        Raises InputError: no joint of this name was fitted.
         """
         return self.fits[self.samples.joint(which) if isinstance(which, str) else which]
 

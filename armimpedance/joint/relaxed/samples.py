@@ -43,10 +43,8 @@ _ANGLES: Final = 2 * np.pi * np.arange(5) / 5
 class HingeDynamics:
     """Coefficients of H_j, per trial, on a grid of ``2 SUBSTEPS`` points per sample.
 
-    Attributes
-    ----------
-    coefficients : tuple of T arrays (2 SUBSTEPS (S_t - 1) + 1, 7)
-        I (kg m^2), B (N m s/rad), then g in N m: 1, cos q, sin q, cos 2q, sin 2q.
+    `coefficients` tuple of T (2 SUBSTEPS (S_t - 1) + 1, 7): I (kg m^2), B (N m s/rad), then g in N
+    m: 1, cos q, sin q, cos 2q, sin 2q.
     """
 
     coefficients: tuple[FloatArray, ...]
@@ -72,12 +70,8 @@ def hinge_coefficients(
 ) -> FloatArray:
     """Coefficients (N, 7) of H_joint from the motion (N, n) of all coordinates.
 
-    Parameters
-    ----------
-    model : pinocchio.Model
-    joint : int
-        Number of the coordinate that is free; its own motion is not used.
-    q, qd, qdd : (N, n)
+    `q`, `qd`, `qdd` (N, n).
+    `joint`: number of the coordinate that is free; its own motion is not used.
     """
     import pinocchio as pin
 
@@ -248,13 +242,9 @@ def as_still_as_shown(
 
     Motion of less than about three quarters of its noise counts as none.
 
-    Parameters
-    ----------
-    coordinates : (S, n)
-    sample_rate_hz : float
-    cutoff_hz : float or None
-        Of the zero-phase second-order Butterworth low-pass; None: the coordinates have no noise
-        and stay as they are.
+    `coordinates` (S, n).
+    `cutoff_hz`: of the zero-phase second-order Butterworth low-pass; None: the coordinates have no
+    noise and stay as they are.
     """
     if cutoff_hz is None:
         return coordinates

@@ -21,12 +21,8 @@ from armimpedance.core.arrays import BoolArray, FloatArray
 class StateSteps:
     """The steps from one sample to the next, and which samples were measured.
 
-    Attributes
-    ----------
-    transition : (S - 1, T, 2, 2)
-    push : (S - 1, T, 2)
-        What a unit of w does in a step.
-    seen : (S, T) bool
+    `transition` (S - 1, T, 2, 2), `seen` (S, T) bool.
+    `push` (S - 1, T, 2): what a unit of w does in a step.
     """
 
     transition: FloatArray
@@ -52,19 +48,10 @@ class StateSteps:
     ) -> tuple[FloatArray, FloatArray]:
         """White rows (V, T, S, m) and the logarithms (V,) of the determinants they lost.
 
-        Parameters
-        ----------
-        measured : (S, T, m)
-        inputs : (S - 1, T, 2, m)
-        start : (T, 2, m)
-            The first states.
-        ratios : (V,)
-            Variances of w over that of n.
-
-        Returns
-        -------
-        (rows, logarithms)
-            Rows of samples that were not measured are zero.
+        `measured` (S, T, m), `inputs` (S - 1, T, 2, m).
+        `start` (T, 2, m): the first states.
+        `ratios` (V,): variances of w over that of n.
+        Returns (rows, logarithms): rows of samples that were not measured are zero.
         """
         S, T, m = measured.shape
         first = self.spread(ratios)[..., 0]
@@ -86,13 +73,8 @@ class StateSteps:
     ) -> FloatArray:
         """The states (S, T, 2) that all measurements together make likeliest.
 
-        Parameters
-        ----------
-        measured : (S, T)
-        inputs : (S - 1, T, 2)
-        start : (T, 2)
-            The first state.
-        ratio : float
+        `measured` (S, T), `inputs` (S - 1, T, 2).
+        `start` (T, 2): the first state.
         """
         S, T = measured.shape
         P = self.spread(np.array([ratio]))[:, 0]

@@ -32,16 +32,9 @@ def simulate_swings(
 ) -> FloatArray:
     """Angles and velocities (S, 2, B) of B swings.
 
-    Parameters
-    ----------
-    coefficients : (2 SUBSTEPS (S - 1) + 1, 7, B)
-        Coefficients of the hinge, as in `HingeDynamics`.
-    parameters : (p, B)
-        Parameters of the columns of `terms`.
-    start : (2, B)
-        Angle and velocity at the first sample.
-    terms : Terms
-    sample_rate_hz : float
+    `coefficients` (2 SUBSTEPS (S - 1) + 1, 7, B): coefficients of the hinge, as in `HingeDynamics`.
+    `parameters` (p, B): parameters of the columns of `terms`.
+    `start` (2, B): angle and velocity at the first sample.
     """
     step = 1 / (SUBSTEPS * sample_rate_hz)
     points = (len(coefficients) - 1) // 2
@@ -161,14 +154,9 @@ _STILL_ENOUGH: Final = 0.5
 class Swings:
     """The hinge from sample to sample; T trials of at most S samples.
 
-    Attributes
-    ----------
-    coefficients : (2 SUBSTEPS + 1, 7, (S - 1) T)
-        Of every step from one sample to the next, sample by sample.
-    measured : (S, T)
-    seen : (S, T) bool
-    terms : Terms
-    sample_rate_hz : float
+    `measured` (S, T), `seen` (S, T) bool.
+    `coefficients` (2 SUBSTEPS + 1, 7, (S - 1) T): of every step from one sample to the next, sample
+    by sample.
     """
 
     coefficients: FloatArray
@@ -212,12 +200,9 @@ class SwingSolution(NamedTuple):
 def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
     """Fit the swing of a single joint whose hinge dynamics are known.
 
-    Raises
-    ------
-    EstimationError
-        The simulated swing does not settle on the measured one.
-    NotIdentifiableError, InputError
-        The same cases as in `solve_linear`, which finds the `parallel` start.
+    Raises EstimationError: the simulated swing does not settle on the measured one.
+    Raises NotIdentifiableError, InputError: the same cases as in `solve_linear`, which finds the
+    `parallel` start.
     """
     fit, _ = settled(samples, terms)
     return TwoFits(fit, fit)
@@ -226,10 +211,7 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
 def settled(samples: PassiveSamples, terms: Terms) -> SwingSolution:
     """The fit, and the likeliest states.
 
-    Raises
-    ------
-    EstimationError, NotIdentifiableError, InputError
-        As `solve_swing`.
+    Raises EstimationError, NotIdentifiableError, InputError: as `solve_swing`.
     """
     fit = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
     swings = swings_of(samples, terms)

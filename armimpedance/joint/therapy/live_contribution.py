@@ -46,19 +46,11 @@ from armimpedance.numerics.signals import LastRows
 def next_time(last_s: float | None, stamp_s: float | None, step_s: float) -> float:
     """The time of the next sample, from the last one's and what the sample itself says.
 
-    Parameters
-    ----------
-    last_s : float or None
-        None before the first sample.
-    stamp_s : float or None
-        None where the samples bear no time: they are then `step_s` apart from 0 on.
-    step_s : float
-        The time between samples.
-
-    Raises
-    ------
-    InputError
-        A time stamp that is not finite, is repeated, or does not follow: samples are missing.
+    `last_s`: None before the first sample.
+    `stamp_s`: None where the samples bear no time: they are then `step_s` apart from 0 on.
+    `step_s`: the time between samples.
+    Raises InputError: a time stamp that is not finite, is repeated, or does not follow: samples are
+    missing.
     """
     if stamp_s is None:
         return 0.0 if last_s is None else last_s + step_s
@@ -85,12 +77,8 @@ def next_time(last_s: float | None, stamp_s: float | None, step_s: float) -> flo
 class Reading:
     """A value in per cent that can be told or not.
 
-    Attributes
-    ----------
-    percent, sd : float
-        The value and its standard error; NaN where there is no denominator.
-    valid : bool
-        Whether it can be told.
+    `percent`, `sd`: the value and its standard error; NaN where there is no denominator.
+    `valid`: whether it can be told.
     """
 
     percent: float
@@ -102,22 +90,14 @@ class Reading:
 class LiveSample:
     """What is known of the sample half a kernel ago; per cent as in `Contribution`.
 
-    Attributes
-    ----------
-    time_s : float
-        Time of that sample.
-    q_rad, user_Nm, arm_Nm : float
-        Angle of the moving axis, and torques about it.
-    counts : bool
-        Whether the axis moves.
-    of_sample : Reading
-        (3).
-    in_movement : bool
-        Whether it lies in the movement; before a movement the movement's values are NaN.
-    ratio, projection, share : Reading
-        Of the movement so far. The share, beside the robot's inertia, is what a display shows.
-    running : Reading
-        The projection in the running window.
+    `time_s`: time of that sample.
+    `q_rad`, `user_Nm`, `arm_Nm`: angle of the moving axis, and torques about it.
+    `counts`: whether the axis moves.
+    `of_sample`: (3).
+    `in_movement`: whether it lies in the movement; before a movement the movement's values are NaN.
+    `ratio`, `projection`, `share`: of the movement so far. The share, beside the robot's inertia,
+    is what a display shows.
+    `running`: the projection in the running window.
     """
 
     time_s: float
@@ -141,23 +121,12 @@ SAMPLE, MOVEMENT, WINDOW, EVERYTHING = range(4)
 class LiveContribution:
     """The contribution about one axis, sample by sample.
 
-    Parameters
-    ----------
-    robot : TherapyRobot
-        Identified; it is adjusted to the arm's length here.
-    arm : PassiveArm
-    axis : int
-        The moving axis, column of `update`'s angles, from 0.
-    sample_rate_hz : float
-    window_s : float
-        Length of the running view's window, s.
-    unrepeatable : bool
-        Go on where the passive repetitions of this axis did not agree.
-
-    Raises
-    ------
-    InputError
-        No such axis, rate or window; a robot or an axis of the arm that was not calibrated.
+    `robot`: identified; it is adjusted to the arm's length here.
+    `axis`: the moving axis, column of `update`'s angles, from 0.
+    `window_s`: length of the running view's window, s.
+    `unrepeatable`: go on where the passive repetitions of this axis did not agree.
+    Raises InputError: no such axis, rate or window; a robot or an axis of the arm that was not
+    calibrated.
     """
 
     def __init__(
@@ -223,15 +192,9 @@ class LiveContribution:
     def start(self, movement: str = "", *, trial: str = "live", condition: str = "") -> None:
         """A movement begins with the next sample that `update` gets.
 
-        Parameters
-        ----------
-        movement : str
-            As the arm's references call it; else there is no comparison by (19).
-
-        Raises
-        ------
-        InputError
-            The movement before has not been stopped, or has not come out of the kernel yet.
+        `movement`: as the arm's references call it; else there is no comparison by (19).
+        Raises InputError: the movement before has not been stopped, or has not come out of the
+        kernel yet.
         """
         if self._first is not None and not self.complete:
             raise InputError(
@@ -245,10 +208,7 @@ class LiveContribution:
     def stop(self) -> None:
         """The movement ends with the last sample that `update` got.
 
-        Raises
-        ------
-        InputError
-            There is none, or it has no sample yet.
+        Raises InputError: there is none, or it has no sample yet.
         """
         if self._first is None or self._last is not None or self._count == self._first:
             raise InputError("no movement to stop", expected="start(), then samples, then stop()")
@@ -259,26 +219,13 @@ class LiveContribution:
     ) -> LiveSample | None:
         """Take one sample; give the result of the one half a kernel ago.
 
-        Parameters
-        ----------
-        q : (n,)
-            Angles of all axes, rad.
-        motor : (n,)
-            Motor torques of all axes, N m, positive where they accelerate their axis.
-        time_s : float, optional
-            Its time stamp; without one, samples are taken to follow each other at their rate.
-
-        Returns
-        -------
-        LiveSample or None
-            None until the kernel is full.
-
-        Raises
-        ------
-        InputError
-            Angles or torques that are no numbers or not one for each axis, a time stamp that is
-            repeated, or does not follow: samples are missing. The sample is not taken; `reset`
-            begins anew.
+        `q` (n,): angles of all axes, rad.
+        `motor` (n,): motor torques of all axes, N m, positive where they accelerate their axis.
+        `time_s`: its time stamp; without one, samples are taken to follow each other at their rate.
+        Returns None until the kernel is full.
+        Raises InputError: angles or torques that are no numbers or not one for each axis, a time
+        stamp that is repeated, or does not follow: samples are missing. The sample is not taken;
+        `reset` begins anew.
         """
         self._take(q, motor, time_s)
         if self._count < 2 * self._half + 1:
@@ -299,11 +246,8 @@ class LiveContribution:
     def movement(self) -> Contribution:
         """The result of the movement as far as it has come out of the kernel.
 
-        Raises
-        ------
-        InputError
-            No sample of it yet, no motor torque, an axis on which the arm is no load, or that has
-            not moved.
+        Raises InputError: no sample of it yet, no motor torque, an axis on which the arm is no
+        load, or that has not moved.
         """
         if not self._sums[EVERYTHING, ONE, ONE] > 0:
             raise InputError("no sample of a movement yet", expected="start(), then samples")

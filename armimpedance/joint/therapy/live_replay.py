@@ -34,20 +34,13 @@ _METRICS: Final = ("ratio", "projection", "share", "reference")
 class LiveReport:
     """How a recording went through the live form.
 
-    Attributes
-    ----------
-    n_updates : int
-    delay_s : float
-        After a sample, until its result is there.
-    median_s, p99_s, longest_s : float
-        Time of one update.
-    largest_difference : float
-        From the same recording's results in one piece, in points or N m, or as a fraction of values
-        above 1: of torques and of every value that is flagged valid, with its standard error.
-    flags_differ : int
-        Validity flags that came out differently.
-    movements : tuple of Contribution
-        As the live form gave them.
+    `delay_s`: after a sample, until its result is there.
+    `median_s`, `p99_s`, `longest_s`: time of one update.
+    `largest_difference`: from the same recording's results in one piece, in points or N m, or as a
+    fraction of values above 1: of torques and of every value that is flagged valid, with its
+    standard error.
+    `flags_differ`: validity flags that came out differently.
+    `movements`: as the live form gave them.
     """
 
     n_updates: int

@@ -34,15 +34,9 @@ Place = tuple[str, str, str]
 class Claim(NamedTuple):
     """What a method says of one quantity.
 
-    Attributes
-    ----------
-    value : float
-        NaN or infinite: nothing was said.
-    low, high : float
-        The 95 % interval; NaN where there is none.
-    warned : bool
-    time_s : float
-        That the record took; NaN where it was not told.
+    `value`: NaN or infinite: nothing was said.
+    `low`, `high`: the 95 % interval; NaN where there is none.
+    `time_s`: that the record took; NaN where it was not told.
     """
 
     value: float
@@ -65,19 +59,11 @@ class Claim(NamedTuple):
 def read_submission(file: Path, asked: Collection[AskedQuantity]) -> dict[Place, Claim]:
     """The claims in a CSV with the columns task, record, quantity, value and perhaps more.
 
-    Parameters
-    ----------
-    file : Path
-        Optional columns: low, high (both or none), unit, warned (0 or 1), time_s. Rows in any
-        order; those that are missing are missing.
-    asked : collection of Asked
-        What the benchmark asks for.
-
-    Raises
-    ------
-    InputError
-        A column, task, record, quantity or unit that is not asked for, a row that stands twice, a
-        cell that is no number, limits the wrong way round: with row and column.
+    `file`: optional columns: low, high (both or none), unit, warned (0 or 1), time_s. Rows in any
+    order; those that are missing are missing.
+    `asked`: what the benchmark asks for.
+    Raises InputError: a column, task, record, quantity or unit that is not asked for, a row that
+    stands twice, a cell that is no number, limits the wrong way round: with row and column.
     """
     units = {(a.task, a.record, a.quantity): a.unit for a in asked}
     claims: dict[Place, Claim] = {}
@@ -189,29 +175,20 @@ UNSAID: Final = 2.0
 class Score:
     """How one group of quantities of one task and half was answered.
 
-    Attributes
-    ----------
-    task, half, group : str
-    asked, answered : int
-        Rows; NaN and infinite values are not answers.
-    bias, random, total : float or None
-        Root mean squares over the answered rows: of each quantity's mean error, of what is left,
-        of both, ``total^2 = bias^2 + random^2``. None where nothing was answered.
-    intervals : int
-        Answered rows with an interval.
-    coverage, width : float or None
-        Share of them that holds the truth; their median width. None where there is none.
-    interval_score : float
-        Mean over all rows asked of ``(u - l) + 2/alpha (l - x)+ + 2/alpha (x - u)+`` (Gneiting and
-        Raftery 2007, doi:10.1198/016214506000001437); a value without an interval counts as one of
-        no width, no value as `UNSAID`. Smaller is better, and no width can win it.
-    silently_wrong : float
-        Share of all rows asked with an error beyond 10 %, the truth outside the interval (or no
-        interval), and no warning.
-    warned : float
-        Share of the answered rows.
-    time_s : float or None
-        Median over records.
+    `asked`, `answered`: rows; NaN and infinite values are not answers.
+    `bias`, `random`, `total`: root mean squares over the answered rows: of each quantity's mean
+    error, of what is left, of both, ``total^2 = bias^2 + random^2``. None where nothing was
+    answered.
+    `intervals`: answered rows with an interval.
+    `coverage`, `width`: share of them that holds the truth; their median width. None where there is
+    none.
+    `interval_score`: mean over all rows asked of ``(u - l) + 2/alpha (l - x)+ + 2/alpha (x - u)+``
+    (Gneiting and Raftery 2007, doi:10.1198/016214506000001437); a value without an interval counts
+    as one of no width, no value as `UNSAID`. Smaller is better, and no width can win it.
+    `silently_wrong`: share of all rows asked with an error beyond 10 %, the truth outside the
+    interval (or no interval), and no warning.
+    `warned`: share of the answered rows.
+    `time_s`: median over records.
     """
 
     task: str
@@ -236,16 +213,8 @@ def score(truth: Iterable[KnownTruth], claims: Mapping[Place, Claim]) -> list[Sc
 
     A task of which nothing is claimed has no score.
 
-    Parameters
-    ----------
-    truth : iterable of KnownTruth
-    claims : mapping
-        (task, record, quantity) -> Claim.
-
-    Returns
-    -------
-    list of Score
-        In the order of the truths.
+    `claims`: (task, record, quantity) -> Claim.
+    Returns in the order of the truths.
     """
     attempted = {place[0] for place in claims}
     groups: dict[tuple[str, Half, str], list[KnownTruth]] = defaultdict(list)

@@ -52,10 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _sealed_truth(benchmark: BenchmarkFolder, file: Path) -> list[KnownTruth]:
     """As it was kept beside the key or made again, and shown to be the one that was fixed.
 
-    Raises
-    ------
-    InputError
-        Another key, or a truth whose hash is another.
+    Raises InputError: another key, or a truth whose hash is another.
     """
     from armimpedance.lab.benchmark import Key, kept_truth
     from armimpedance.lab.benchmark_command.task import truth_of

@@ -27,17 +27,11 @@ def _nothing(_folder: Path) -> None:
 class Made:
     """One record of a task.
 
-    Attributes
-    ----------
-    groups : tuple of AskedGroup
-        What is asked, with its truth.
-    recordings : callable
-        -> name of the folder -> recording; simulated only when they are asked for.
-    beside : callable
-        Writes further files into the record's folder.
-    body_told : bool
-        Whether the recordings tell the person's mass and height: where the limb's inertia is asked
-        they would give the answer, to the last digit; of a person they do not.
+    `groups`: what is asked, with its truth.
+    `recordings`: -> name of the folder -> recording; simulated only when they are asked for.
+    `beside`: writes further files into the record's folder.
+    `body_told`: whether the recordings tell the person's mass and height: where the limb's inertia
+    is asked they would give the answer, to the last digit; of a person they do not.
     """
 
     groups: tuple[AskedGroup, ...]
@@ -50,17 +44,11 @@ class Made:
 class Task:
     """A task.
 
-    Attributes
-    ----------
-    line : str
-        What it is, in one sentence.
-    asks : str
-        What is asked, and what may be known, for its README.
-    draw : callable
-        A seed -> Made. Everything that is true of a record hangs on its seed: subjects that are
-        built in would be known to everybody.
-    share : callable
-        Writes into the task's folder what is the same for all records.
+    `line`: what it is, in one sentence.
+    `asks`: what is asked, and what may be known, for its README.
+    `draw`: a seed -> Made. Everything that is true of a record hangs on its seed: subjects that are
+    built in would be known to everybody.
+    `share`: writes into the task's folder what is the same for all records.
     """
 
     line: str
@@ -127,10 +115,7 @@ def drawn_person(rng: np.random.Generator) -> SimulatedSubject:
 def pushed(rig: Callable[[np.random.Generator], dict[str, Any]]) -> Callable[[int], Made]:
     """What draws a record of pushes.
 
-    Parameters
-    ----------
-    rig : callable
-        A generator -> fields of the simulator's rig.
+    `rig`: a generator -> fields of the simulator's rig.
     """
 
     def draw(seed: int) -> Made:

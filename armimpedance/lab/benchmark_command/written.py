@@ -153,16 +153,9 @@ def _write_datasheet(top: Path, tasks: Sequence[str]) -> None:
 class Wanted:
     """What is to be made.
 
-    Attributes
-    ----------
-    tasks : tuple of str
-    count : int
-        Records of each half.
-    key : Key or None
-        None: a public half alone.
-    table : {"parquet", "csv"}
-    workers : int
-        Processes.
+    `count`: records of each half.
+    `key`: None: a public half alone.
+    `workers`: processes.
     """
 
     tasks: tuple[str, ...]

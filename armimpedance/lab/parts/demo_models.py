@@ -45,18 +45,12 @@ _LEGEND = (
 class DemoModel:
     """A model and how it compares with the simulated truth.
 
-    Attributes
-    ----------
-    name, line : str
-        File name without ending, and what it is.
-    model : FittedModel or None
-        None where these conditions do not determine it.
-    problem : str
-        Why not.
-    estimates_percent, model_percent : float
-        Median error of the estimates and of the model, % of the true K_j.
-    interval_percent : float
-        Median half-width of the model's 95 % intervals, % of the true K_j.
+    `name`, `line`: file name without ending, and what it is.
+    `model`: None where these conditions do not determine it.
+    `problem`: why not.
+    `estimates_percent`, `model_percent`: median error of the estimates and of the model, % of the
+    true K_j.
+    `interval_percent`: median half-width of the model's 95 % intervals, % of the true K_j.
     """
 
     name: str

@@ -26,16 +26,10 @@ Holds = Literal["hand", "joint", "markers", "motion"]
 class LabForm:
     """Files as a laboratory has them.
 
-    Attributes
-    ----------
-    line : str
-        What the help says of it.
-    holds : tuple of str
-        Kinds of recordings that such files can hold.
-    names : tuple of str
-        What is written into the folder, the file or folder to read first.
-    write : callable
-        Writes a recording into an empty folder.
+    `line`: what the help says of it.
+    `holds`: kinds of recordings that such files can hold.
+    `names`: what is written into the folder, the file or folder to read first.
+    `write`: writes a recording into an empty folder.
     """
 
     line: str
@@ -51,10 +45,7 @@ FORMS: Final = MethodTable[LabForm]("armimpedance.lab.lab_forms", "FORM", "form"
 def form_for(name: str, recording: AnyRecording) -> LabForm:
     """The form of this name.
 
-    Raises
-    ------
-    InputError
-        There is none, or it cannot hold such a recording.
+    Raises InputError: there is none, or it cannot hold such a recording.
     """
     form = FORMS.named(name)
     kind = holds_of(recording)
@@ -100,12 +91,7 @@ class Truth(Protocol):
 class Simulated:
     """What a rig gives.
 
-    Attributes
-    ----------
-    recording : Recording, MarkerRecording or MotionRecording
-    truth : Truth
-    beside : mapping str -> callable
-        Further files of the folder: name -> what writes it to a path.
+    `beside`: further files of the folder: name -> what writes it to a path.
     """
 
     recording: AnyRecording
@@ -121,20 +107,12 @@ Simulate = Callable[[Any, argparse.Namespace, Progress], Simulated]
 class SimulatedRig:
     """A simulated experiment: one subcommand of `armimpedance simulate`.
 
-    Attributes
-    ----------
-    name, line : str
-        The subcommand and its line in the overview.
-    options : str
-        An example's options.
-    simulate : callable
-        The rig's name, the options and a callback for the progress -> `Simulated`.
-    add_options : callable or None
-        Adds the options that this rig has beside those of all.
-    subjects : str
-        How the help lists its subjects; "" where there is none to choose.
-    noise : tuple of str
-        Names of its levels of noise, the default first.
+    `name`, `line`: the subcommand and its line in the overview.
+    `options`: an example's options.
+    `simulate`: the rig's name, the options and a callback for the progress -> `Simulated`.
+    `add_options`: adds the options that this rig has beside those of all.
+    `subjects`: how the help lists its subjects; "" where there is none to choose.
+    `noise`: names of its levels of noise, the default first.
     """
 
     name: str
@@ -204,17 +182,8 @@ def run(rig: SimulatedRig, arguments: argparse.Namespace) -> int:
 def write_as(name: str, made: Simulated, folder: Path) -> Path:
     """Write a laboratory's own files and their truth, all or none; the file to read.
 
-    Parameters
-    ----------
-    name : str
-        Of the form.
-    made : Simulated
-    folder : Path
-
-    Raises
-    ------
-    InputError
-        Such files cannot hold the recording, or the folder holds something else.
+    `name`: of the form.
+    Raises InputError: such files cannot hold the recording, or the folder holds something else.
     """
     from armimpedance.core.outputs import staged_folder
 

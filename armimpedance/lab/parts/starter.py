@@ -32,24 +32,14 @@ class NotebookCell:
 class Starter:
     """An example folder.
 
-    Attributes
-    ----------
-    line : str
-        What the help says of it.
-    title : str
-        Of its README.
-    about : str
-        What the data are.
-    data : tuple of str
-        Files and folders that `write` makes.
-    write : callable
-        Writes the data and their truth into an empty folder.
-    commands : tuple of (str, str)
-        What a command does, and the command.
-    cells : tuple of NotebookCell
-        The same in Python.
-    own : str
-        What to change for one's own files.
+    `line`: what the help says of it.
+    `title`: of its README.
+    `about`: what the data are.
+    `data`: files and folders that `write` makes.
+    `write`: writes the data and their truth into an empty folder.
+    `commands` tuple of (str, str): what a command does, and the command.
+    `cells`: the same in Python.
+    `own`: what to change for one's own files.
     """
 
     line: str
@@ -93,11 +83,7 @@ STARTERS: Final = MethodTable[Starter]("armimpedance.lab.starters", "STARTER", "
 def write_starter(starter: Starter, folder: Path) -> None:
     """Write the folder of a starter, whole or not at all.
 
-    Parameters
-    ----------
-    starter : Starter
-    folder : Path
-        New, empty, or an earlier starter.
+    `folder`: new, empty, or an earlier starter.
     """
     from armimpedance.core.outputs import staged_folder
 

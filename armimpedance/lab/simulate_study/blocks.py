@@ -29,12 +29,7 @@ from armimpedance.lab.simulate_study.rig import BLOCK, COLUMNS, RIGS, Numbers, R
 class Cell:
     """One combination of settings.
 
-    Attributes
-    ----------
-    rig_name : str
-    chosen : tuple of (name, value)
-        All settings of the rig, in its order.
-    conditions : tuple of str
+    `chosen` tuple of (name, value): all settings of the rig, in its order.
     """
 
     rig_name: str
@@ -93,14 +88,9 @@ _LARGEST_TAIL: Final = 100_000
 class Blocks:
     """The blocks of a study.
 
-    Attributes
-    ----------
-    out : Path
-        The study's folder.
-    seed : int
-    program : str
-        What analysis and simulator were when the study began: a file that changes while it runs
-        shall not part it from its own blocks.
+    `out`: the study's folder.
+    `program`: what analysis and simulator were when the study began: a file that changes while it
+    runs shall not part it from its own blocks.
     """
 
     out: Path

@@ -28,16 +28,9 @@ _KEYS: Final = ("sessions", "seed", "power", "fixed", "grid")
 class Config:
     """A simulated study.
 
-    Attributes
-    ----------
-    sessions : int
-        Of each cell, simulated and estimated.
-    seed : int
-    drawn : int
-        Sessions drawn from the distribution of those estimates; 0: none.
-    power : tuple of (str, str)
-        Conditions between which a change is looked for.
-    cells : tuple of Cell
+    `sessions`: of each cell, simulated and estimated.
+    `drawn`: sessions drawn from the distribution of those estimates; 0: none.
+    `power` tuple of (str, str): conditions between which a change is looked for.
     """
 
     sessions: int
@@ -50,18 +43,7 @@ class Config:
 def read_config(file: Path) -> Config:
     """The study in a file.
 
-    Parameters
-    ----------
-    file : Path
-
-    Returns
-    -------
-    Config
-
-    Raises
-    ------
-    InputError
-        Naming file and field.
+    Raises InputError: naming file and field.
     """
     try:
         return _config(_toml(file))

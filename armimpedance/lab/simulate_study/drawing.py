@@ -69,18 +69,7 @@ class _Condition:
 
 
 def with_drawn(result: Result, config: Config, blocks: Blocks) -> Result:
-    """The same result with drawn sessions, where they are asked for and can be drawn.
-
-    Parameters
-    ----------
-    result : Result
-    config : Config
-    blocks : Blocks
-
-    Returns
-    -------
-    Result
-    """
+    """The same result with drawn sessions, where they are asked for and can be drawn."""
     if not config.drawn:
         return result
     try:
@@ -92,21 +81,8 @@ def with_drawn(result: Result, config: Config, blocks: Blocks) -> Result:
 def drawn_sessions(cell: Cell, config: Config, blocks: Blocks) -> Drawn:
     """Draw sessions of a cell.
 
-    Parameters
-    ----------
-    cell : Cell
-        Whose rig has a shortcut.
-    config : Config
-    blocks : Blocks
-
-    Returns
-    -------
-    Drawn
-
-    Raises
-    ------
-    EstimationError
-        The simulated sessions do not tell the distribution.
+    `cell`: whose rig has a shortcut.
+    Raises EstimationError: the simulated sessions do not tell the distribution.
     """
     known = _known(cell, config, blocks)
     pairs = pairs_of(cell, config)

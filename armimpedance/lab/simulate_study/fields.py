@@ -16,15 +16,9 @@ Settings = Mapping[str, Value]
 class Field:
     """One setting of a rig.
 
-    Attributes
-    ----------
-    name : str
-        With its unit, where it has one.
-    default : Value
-    check : callable
-        Entry of the list in the file -> its value.
-    simulated : bool
-        Whether it changes what is simulated, or only what is estimated from it.
+    `name`: with its unit, where it has one.
+    `check`: entry of the list in the file -> its value.
+    `simulated`: whether it changes what is simulated, or only what is estimated from it.
     """
 
     name: str

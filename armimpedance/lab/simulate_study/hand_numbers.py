@@ -108,16 +108,9 @@ _LOW: Final = tuple(zip(*np.tril_indices(4), strict=True))
 def values_of(extras: FloatArray, truth: FloatArray, bound: FloatArray) -> FloatArray:
     """Numbers (n, 21, 7) of sessions.
 
-    Parameters
-    ----------
-    extras : (n, 44)
-        As `hand_numbers.numbers_of` has them.
-    truth, bound : (21,)
-
-    Returns
-    -------
-    (n, 21, 7)
-        nan where a matrix has no ellipse.
+    `truth`, `bound` (21,).
+    `extras` (n, 44): as `hand_numbers.numbers_of` has them.
+    Returns (n, 21, 7): nan where a matrix has no ellipse.
     """
     # each number's column lies in one piece, which is what the arithmetic runs along
     values = np.empty((len(QUANTITIES), len(COLUMNS), len(extras)))

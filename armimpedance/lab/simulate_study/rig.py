@@ -30,12 +30,8 @@ Kind = Literal["difference", "ratio", "share", "axis"]
 class StudyQuantity(NamedTuple):
     """What is estimated.
 
-    Attributes
-    ----------
-    name, unit : str
-    kind : {"difference", "ratio", "share", "axis"}
-        How two conditions are compared: a share is a ratio with limits of its own, an axis an
-        angle that half a turn leaves as it is.
+    `kind`: how two conditions are compared: a share is a ratio with limits of its own, an axis an
+    angle that half a turn leaves as it is.
     """
 
     name: str
@@ -47,11 +43,7 @@ class StudyQuantity(NamedTuple):
 class Seeds:
     """Random numbers of a simulated experiment: they hang on the study's seed and on what is asked.
 
-    Attributes
-    ----------
-    seed : int
-    part : int
-        Told by the settings that are simulated; not by those that only estimate.
+    `part`: told by the settings that are simulated; not by those that only estimate.
     """
 
     seed: int
@@ -70,14 +62,9 @@ class Seeds:
 class Numbers:
     """What the estimates of C conditions and S sessions came to.
 
-    Attributes
-    ----------
-    values : (C, S, quantities, 7)
-        `COLUMNS`, SI; nan where there was no estimate.
-    extras : (C, S, E)
-        What the shortcut draws.
-    problems : mapping
-        Why there was no estimate -> how often.
+    `values` (C, S, quantities, 7): `COLUMNS`, SI; nan where there was no estimate.
+    `extras` (C, S, E): what the shortcut draws.
+    `problems`: why there was no estimate -> how often.
     """
 
     values: FloatArray
@@ -89,10 +76,7 @@ class Numbers:
 class Shortcut:
     """How estimates of a rig are drawn.
 
-    Attributes
-    ----------
-    values : callable
-        Extras (n, E), truth (Q,), bound's sd (Q,) -> numbers (n, Q, 7) as the rig has them.
+    `values`: extras (n, E), truth (Q,), bound's sd (Q,) -> numbers (n, Q, 7) as the rig has them.
     """
 
     values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -102,23 +86,13 @@ class Shortcut:
 class Rig:
     """A simulated experiment and its analysis.
 
-    Attributes
-    ----------
-    line : str
-        What it is.
-    fields : tuple of Field
-        What can be set in a grid.
-    quantities : tuple of StudyQuantity
-    extras : int
-        Numbers of a session and condition that its shortcut draws.
-    conditions : callable
-        Settings -> names of the conditions; refuses settings that do not go together.
-    simulate : callable
-        Settings, seeds, sessions -> whatever `estimate` takes.
-    estimate : callable
-        Settings, what was simulated -> Numbers.
-    shortcut : callable or None
-        -> how estimates are drawn without a simulation.
+    `line`: what it is.
+    `fields`: what can be set in a grid.
+    `extras`: numbers of a session and condition that its shortcut draws.
+    `conditions`: settings -> names of the conditions; refuses settings that do not go together.
+    `simulate`: settings, seeds, sessions -> whatever `estimate` takes.
+    `estimate`: settings, what was simulated -> Numbers.
+    `shortcut`: -> how estimates are drawn without a simulation.
     """
 
     line: str
@@ -157,15 +131,7 @@ def numbers_of(
 ) -> Numbers:
     """Every session of one condition; what fails is nan, and its reason counted.
 
-    Parameters
-    ----------
-    fits : iterable of callable
-        One for each session.
-    sessions, quantities : int
-
-    Returns
-    -------
-    Numbers
+    `fits`: one for each session.
     """
     values = np.full((1, sessions, quantities, len(COLUMNS)), np.nan)
     extras = np.full((1, sessions, extras_of(quantities)), np.nan)

@@ -79,14 +79,7 @@ class Sums:
 def sums_of(values: FloatArray, quantities: tuple[StudyQuantity, ...]) -> Sums:
     """Sums over sessions.
 
-    Parameters
-    ----------
-    values : (n, Q, 7)
-    quantities : tuple of Q StudyQuantity
-
-    Returns
-    -------
-    Sums
+    `values` (n, Q, 7).
     """
     there = np.isfinite(values[..., ESTIMATE])
     truth = values[..., TRUTH]
@@ -133,14 +126,8 @@ def half_turn(angle: FloatArray) -> FloatArray:
 def wilson(held: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
     """95 % limits of a share after Wilson.
 
-    Parameters
-    ----------
-    held, n : (Q,)
-        How many of how many.
-
-    Returns
-    -------
-    low, high : (Q,)
+    `held`, `n` (Q,): how many of how many.
+    Returns `low`, `high` (Q,).
     """
     share = held / n
     middle = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)
@@ -183,14 +170,7 @@ def change_sums(
 ) -> ChangeSums:
     """Sums over sessions.
 
-    Parameters
-    ----------
-    first, second : (n, Q, 7)
-    quantities : tuple of Q StudyQuantity
-
-    Returns
-    -------
-    ChangeSums
+    `first`, `second` (n, Q, 7).
     """
     # what has no ellipse is nan all through, and a shape next to nothing has no logarithm
     with np.errstate(all="ignore"):

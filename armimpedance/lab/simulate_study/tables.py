@@ -34,14 +34,7 @@ Columns = Mapping[str, FloatArray]
 
 
 def write_tables(results: Sequence[Result], config: Config, blocks: Blocks) -> None:
-    """Write all tables of a study into its folder.
-
-    Parameters
-    ----------
-    results : sequence of Result
-    config : Config
-    blocks : Blocks
-    """
+    """Write all tables of a study into its folder."""
     settings = list(dict.fromkeys(name for cell in config.cells for name in cell.shown))
     head = ["cell", *settings]
     tail = ["quantity", "unit", "source"]
@@ -73,12 +66,8 @@ def _summaries(result: Result, condition: str) -> Iterator[tuple[str, Columns]]:
 def summary(sums: Sums, errors: Columns | None = None) -> Columns:
     """Columns of cells.csv, each (Q,).
 
-    Parameters
-    ----------
-    sums : Sums
-    errors : mapping, optional
-        Standard errors of drawn sessions' bias, rmse and coverage, which the number of sessions
-        does not tell.
+    `errors`: standard errors of drawn sessions' bias, rmse and coverage, which the number of
+    sessions does not tell.
     """
     with np.errstate(all="ignore"):
         low, high = wilson(sums.held, sums.n)
@@ -220,17 +209,7 @@ def differing(cells: Sequence[Cell]) -> list[str]:
 
 
 def printed(results: Sequence[Result], config: Config) -> Iterator[str]:
-    """Lines of a short table: coverage and efficiency of every cell and condition.
-
-    Parameters
-    ----------
-    results : sequence of Result
-    config : Config
-
-    Yields
-    ------
-    str
-    """
+    """Lines of a short table: coverage and efficiency of every cell and condition."""
     lines = list(_lines(results, config))
     yield "lowest and highest coverage (95 % intervals) and power of all; median efficiency"
     yield from lines[:_MOST_LINES]

@@ -20,13 +20,8 @@ from armimpedance.lab.simulate_study.summary import ChangeSums, Sums, change_sum
 class BlockTask:
     """A block of sessions.
 
-    Attributes
-    ----------
-    name : str
-    cells : tuple of Cell
-        All with the same simulated part.
-    block, sessions : int
-        Number of the block, and how many of its sessions are wanted.
+    `cells`: all with the same simulated part.
+    `block`, `sessions`: number of the block, and how many of its sessions are wanted.
     """
 
     name: str
@@ -47,10 +42,7 @@ class EndedBlock:
 class BlockWork:
     """What a worker does; it can be sent to another process or machine.
 
-    Attributes
-    ----------
-    blocks : Blocks
-        In a folder that every worker can reach.
+    `blocks`: in a folder that every worker can reach.
     """
 
     blocks: Blocks
@@ -82,15 +74,7 @@ class BlockWork:
 def tasks_of(config: Config, blocks: Blocks) -> list[BlockTask]:
     """The blocks that are not done yet.
 
-    Parameters
-    ----------
-    config : Config
-    blocks : Blocks
-
-    Returns
-    -------
-    list of BlockTask
-        Those of one simulated part hold only the cells that miss it.
+    Returns those of one simulated part hold only the cells that miss it.
     """
     parts: dict[object, list[Cell]] = {}
     for cell in config.cells:
@@ -115,18 +99,8 @@ def work_off(
 ) -> Iterator[tuple[BlockTask, str]]:
     """Do the tasks.
 
-    Parameters
-    ----------
-    tasks : list of BlockTask
-    blocks : Blocks
-    engine : Engine
-
-    Yields
-    ------
-    BlockTask
-        As it ends, in any order.
-    str
-        Why it failed; empty where it did not.
+    Yields as it ends, in any order.
+    why it failed; empty where it did not.
     """
     by_name = {task.name: task for task in tasks}
     for ended in engine(BlockWork(blocks), tasks):
@@ -142,16 +116,11 @@ Pair = tuple[str, str]
 class Drawn:
     """What the drawn sessions of a cell came to, and how sure that is.
 
-    Attributes
-    ----------
-    sums : mapping
-        Condition -> sums.
-    errors : mapping
-        Condition -> name of a column of cells.csv -> its standard error (Q,).
-    changes : mapping
-        Pair of conditions -> sums.
-    change_errors : mapping
-        Pair of conditions -> name of a column of changes.csv -> its standard error (Q,).
+    `sums`: condition -> sums.
+    `errors`: condition -> name of a column of cells.csv -> its standard error (Q,).
+    `changes`: pair of conditions -> sums.
+    `change_errors`: pair of conditions -> name of a column of changes.csv -> its standard error
+    (Q,).
     """
 
     sums: Mapping[str, Sums]
@@ -164,18 +133,10 @@ class Drawn:
 class Result:
     """What a cell came to.
 
-    Attributes
-    ----------
-    cell : Cell
-    sums : mapping
-        Condition -> sums of the simulated sessions; without those that could not be done.
-    changes : mapping
-        Pair of conditions -> sums.
-    problems : mapping
-        Why there was no estimate -> how often.
-    drawn : Drawn or None
-    undrawn : str
-        Why nothing was drawn, where it was asked for.
+    `sums`: condition -> sums of the simulated sessions; without those that could not be done.
+    `changes`: pair of conditions -> sums.
+    `problems`: why there was no estimate -> how often.
+    `undrawn`: why nothing was drawn, where it was asked for.
     """
 
     cell: Cell
@@ -189,15 +150,7 @@ class Result:
 def results_of(config: Config, blocks: Blocks) -> list[Result]:
     """Read the store and add up.
 
-    Parameters
-    ----------
-    config : Config
-    blocks : Blocks
-
-    Returns
-    -------
-    list of Result
-        One for each cell.
+    Returns one for each cell.
     """
     return [_result(cell, config, blocks) for cell in config.cells]
 

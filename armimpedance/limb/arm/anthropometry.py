@@ -97,10 +97,7 @@ DE_LEVA: Final = {
 def arm_ratios(table: Table = "winter", sex: Sex = "male") -> ArmRatios:
     """The table's rows for the arm; Winter does not distinguish the sexes.
 
-    Raises
-    ------
-    InputError
-        Unknown table or sex.
+    Raises InputError: unknown table or sex.
     """
     if sex not in DE_LEVA:
         raise InputError(f"unknown sex {sex!r} in a table", expected="'male' or 'female'")
@@ -122,23 +119,13 @@ def two_link_arm(
 ) -> TwoLinkArm:
     """A two-link arm from body mass and height; forearm and hand become one link.
 
-    Parameters
-    ----------
-    mass_kg : float
-        Body mass.
-    height_m : float, optional
-        Needed where a length is not given.
-    table : {"winter", "de_leva"}
-    sex : {"male", "female"}
-        Winter does not distinguish.
-    upper_arm_m, forearm_hand_m : float, optional
-        Measured lengths (shoulder to elbow, elbow to the grip's centre); forearm and hand then
-        keep their proportion.
-
-    Raises
-    ------
-    InputError
-        A number is missing, not positive or implausible (mass above 400 kg, height above 3 m).
+    `mass_kg`: body mass.
+    `height_m`: needed where a length is not given.
+    `sex`: Winter does not distinguish.
+    `upper_arm_m`, `forearm_hand_m`: measured lengths (shoulder to elbow, elbow to the grip's
+    centre); forearm and hand then keep their proportion.
+    Raises InputError: a number is missing, not positive or implausible (mass above 400 kg, height
+    above 3 m).
     """
     ratios = arm_ratios(table, sex)
     _require("body mass in kg", mass_kg, 400.0)

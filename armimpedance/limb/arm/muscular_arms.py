@@ -37,11 +37,7 @@ from armimpedance.limb.arm.table_paths_csv import read_moment_arm_table
 class PathTable(FrozenRecord):
     """The muscles of a table ``arm/muscles/NAME.csv``.
 
-    Attributes
-    ----------
-    paths : PolynomialPaths
-    max_tension : (m,)
-        N.
+    `max_tension` (m,): N.
     """
 
     paths: PolynomialPaths
@@ -51,13 +47,8 @@ class PathTable(FrozenRecord):
 def path_table(name: str, angles: tuple[str, ...], box: ArrayLike) -> PathTable:
     """Read a table of the package: a row for each muscle and term.
 
-    Parameters
-    ----------
-    name : str
-    angles : (n,) tuple of str
-        The table has the power of each as ``{angle}_power``.
-    box : (n, 2)
-        Angles that are scaled to -1 and 1, rad.
+    `angles` (n,) tuple of str: the table has the power of each as ``{angle}_power``.
+    `box` (n, 2): angles that are scaled to -1 and 1, rad.
     """
     with (files("armimpedance.limb.arm") / "muscles" / f"{name}.csv").open(
         encoding="utf-8"
@@ -79,16 +70,8 @@ def path_table(name: str, angles: tuple[str, ...], box: ArrayLike) -> PathTable:
 def with_joints_locked(paths: PolynomialPaths, free: int) -> PolynomialPaths:
     """The same muscles over the first joints alone, the others locked at zero angles.
 
-    Parameters
-    ----------
-    paths : PolynomialPaths
-    free : int
-        Number of joints that are left.
-
-    Returns
-    -------
-    PolynomialPaths
-        Without the muscles that span none of them.
+    `free`: number of joints that are left.
+    Returns without the muscles that span none of them.
     """
     middle, half = paths.box.mean(axis=1), np.diff(paths.box, axis=1)[:, 0] / 2
     # a term's locked factors are a number: u^e at the scaled angle u of zero
@@ -270,19 +253,7 @@ def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
 def with_muscles(posture: ArmPosture, arm: MuscularArm) -> ArmPosture:
     """The posture with the arm's moment arms and the curvature of its lengths.
 
-    Parameters
-    ----------
-    posture : ArmPosture
-    arm : MuscularArm
-
-    Returns
-    -------
-    ArmPosture
-
-    Raises
-    ------
-    InputError
-        Another number of joints, or a posture outside of a table.
+    Raises InputError: another number of joints, or a posture outside of a table.
     """
     q = posture.joint_angles
     return replace(

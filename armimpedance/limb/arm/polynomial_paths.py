@@ -41,12 +41,7 @@ class MusclePaths(Protocol):
 
 
 def check_angles(q: ArrayLike, n: int) -> FloatArray:
-    """Joint angles (..., n) as finite numbers.
-
-    Raises
-    ------
-    InputError
-    """
+    """Joint angles (..., n) as finite numbers."""
     angles = np.asarray(q, dtype=float)
     if angles.ndim == 0 or angles.shape[-1] != n:
         raise InputError(f"joint angles of shape {angles.shape}", expected=f"{n} on the last axis")
@@ -190,11 +185,7 @@ def constant_paths(muscles: tuple[str, ...], G: ArrayLike) -> PolynomialPaths:
 class FittedPaths(FrozenRecord):
     """Polynomial paths and how far their moment arms are from the samples.
 
-    Attributes
-    ----------
-    paths : PolynomialPaths
-    rms : (m, n)
-        Root mean square difference of each muscle's arm at each joint, m.
+    `rms` (m, n): root mean square difference of each muscle's arm at each joint, m.
     """
 
     paths: PolynomialPaths
@@ -309,25 +300,13 @@ def paths_of_table(
 ) -> PolynomialPaths:
     """Lengths whose gradients are nearest to tabled moment arms.
 
-    Parameters
-    ----------
-    muscles : (m,) tuple of str
-    q : (m,) sequence of (P, n)
-        Postures of each muscle's rows, rad; the same for all.
-    G : (m,) sequence of (P, n)
-        Moment arms dL/dq there, m.
-
-    Returns
-    -------
-    PolynomialPaths
-        Its box is the range of the postures.
-
-    Raises
-    ------
-    InputError
-        A muscle has other postures than the first one, or moment arms that no such length has.
-    NotIdentifiableError
-        The postures tell not even a constant arm.
+    `muscles` (m,) tuple of str.
+    `q` (m,) sequence of (P, n): postures of each muscle's rows, rad; the same for all.
+    `G` (m,) sequence of (P, n): moment arms dL/dq there, m.
+    Returns its box is the range of the postures.
+    Raises InputError: a muscle has other postures than the first one, or moment arms that no such
+    length has.
+    Raises NotIdentifiableError: the postures tell not even a constant arm.
     """
     for name, own in zip(muscles, q, strict=True):
         if own.shape != q[0].shape or (own != q[0]).any():

@@ -24,14 +24,10 @@ MOVED_BY: Final = {LOCKED_WRIST: (3, 4), FREE_WRIST: (3, 5, 7)}
 class Rod(NamedTuple):
     """A segment that is round about its long axis.
 
-    Attributes
-    ----------
-    length_m : float
-        To the next joint, or to the grip.
-    kg, com_m : float
-        Mass, and its centre from the upper end.
-    across_kgm2, along_kgm2 : float
-        Moments of inertia about the centre, across the long axis and along it.
+    `length_m`: to the next joint, or to the grip.
+    `kg`, `com_m`: mass, and its centre from the upper end.
+    `across_kgm2`, `along_kgm2`: moments of inertia about the centre, across the long axis and along
+    it.
     """
 
     length_m: float

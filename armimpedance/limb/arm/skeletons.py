@@ -73,15 +73,9 @@ def elbow_sites(
 ) -> tuple[MarkerSite, ...]:
     """The eight markers of Venture's Fig. 3 on trunk, right upper arm and right forearm.
 
-    Parameters
-    ----------
-    hip_half_m, shoulder_half_m : float
-        Half of the breadth between the hips and between the shoulders.
-    shoulder_m : float
-        Height of the shoulders above the hips.
-    upper_arm_m : float
-    wrist_m, grip_m : float
-        Distances from the elbow to the wrist and to the grip's centre, m.
+    `hip_half_m`, `shoulder_half_m`: half of the breadth between the hips and between the shoulders.
+    `shoulder_m`: height of the shoulders above the hips.
+    `wrist_m`, `grip_m`: distances from the elbow to the wrist and to the grip's centre, m.
     """
     sites = {
         "acromion_right": ("trunk", (0.0, -shoulder_half_m, shoulder_m + 0.03)),

@@ -29,20 +29,11 @@ _JOINTS: Final = ("shoulder", "elbow")
 class TablePaths(FrozenRecord):
     """m muscles over shoulder and elbow, cubic splines through a table.
 
-    Attributes
-    ----------
-    muscles : (m,) tuple of str
-    shoulder, elbow : (a,), (b,)
-        The grid's angles, increasing, rad.
-    arms : (m, a, b, 2)
-        ``G = dL/dq`` at the grid, m.
-    inconsistency : (m,)
-        How far (rms, m) the arms are from the nearest ones that a length has.
-
-    Raises
-    ------
-    InputError
-        Fewer than 4 angles along a joint, or moment arms that no length has.
+    `muscles` (m,) tuple of str.
+    `shoulder`, `elbow` (a,), (b,): the grid's angles, increasing, rad.
+    `arms` (m, a, b, 2): ``G = dL/dq`` at the grid, m.
+    `inconsistency` (m,): how far (rms, m) the arms are from the nearest ones that a length has.
+    Raises InputError: fewer than 4 angles along a joint, or moment arms that no length has.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -96,10 +87,7 @@ class TablePaths(FrozenRecord):
     def moment_arms(self, q: ArrayLike) -> FloatArray:
         """``G = dL/dq``, m, (..., m, 2).
 
-        Raises
-        ------
-        InputError
-            A posture outside of the table.
+        Raises InputError: a posture outside of the table.
         """
         angles = self._inside(q)
         arms = [[spline.ev(*angles) for spline in pair] for pair in self._splines]
@@ -108,10 +96,7 @@ class TablePaths(FrozenRecord):
     def curvature(self, q: ArrayLike) -> FloatArray:
         """``d2L/dq2``, m, (..., m, 2, 2): the splines' slopes, their symmetric part.
 
-        Raises
-        ------
-        InputError
-            A posture outside of the table.
+        Raises InputError: a posture outside of the table.
         """
         angles = self._inside(q)
         slopes = [

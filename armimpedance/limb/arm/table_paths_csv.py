@@ -71,11 +71,8 @@ class _Table:
 def read_moment_arm_table(path: str | Path) -> MuscularArm:
     """Read a table of moment arms.
 
-    Raises
-    ------
-    InputError
-        File, row and column of what is missing or is not what it should be; or moment arms that
-        no length has.
+    Raises InputError: file, row and column of what is missing or is not what it should be; or
+    moment arms that no length has.
     """
     table = _read(Path(path))
     muscles = tuple(dict.fromkeys(row.muscle for row in table.rows))

@@ -273,23 +273,11 @@ def hand_inertia(J: ArrayLike, M: ArrayLike) -> FloatArray:
 def dynamic_inverse(J: ArrayLike, M: ArrayLike) -> FloatArray:
     """``Jbar = M^-1 J^T Lambda_e``, eq. (20): ``J Jbar = I``.
 
-    Parameters
-    ----------
-    J : (..., d, n)
-        Jacobian of the hand.
-    M : (..., n, n)
-        Inertia of the joints, kg m^2.
-
-    Returns
-    -------
-    (..., n, d)
-
-    Raises
-    ------
-    InputError
-        Shapes do not fit.
-    NotIdentifiableError
-        Singular posture, or fewer joints than hand axes.
+    `J` (..., d, n): Jacobian of the hand.
+    `M` (..., n, n): inertia of the joints, kg m^2.
+    Returns (..., n, d).
+    Raises InputError: shapes do not fit.
+    Raises NotIdentifiableError: singular posture, or fewer joints than hand axes.
     """
     J, M = _checked(J, M)
     # M^-1 (n, n) J^T (n, d) Lambda_e (d, d)
@@ -299,28 +287,13 @@ def dynamic_inverse(J: ArrayLike, M: ArrayLike) -> FloatArray:
 def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> FloatArray:
     """``h_e = Jbar^T h - Lambda_e Jdot qd``, eq. (18).
 
-    Parameters
-    ----------
-    J : (..., d, n)
-        Jacobian of the hand.
-    Jdot_qd : (..., d)
-        ``dJ/dt qd``, m/s^2.
-    M : (..., n, n)
-        Inertia of the joints, kg m^2.
-    h : (..., n)
-        Coriolis and centrifugal torque, N m.
-
-    Returns
-    -------
-    (..., d)
-        Force at the hand, N.
-
-    Raises
-    ------
-    InputError
-        Shapes do not fit.
-    NotIdentifiableError
-        Singular posture, or fewer joints than hand axes.
+    `J` (..., d, n): Jacobian of the hand.
+    `Jdot_qd` (..., d): ``dJ/dt qd``, m/s^2.
+    `M` (..., n, n): inertia of the joints, kg m^2.
+    `h` (..., n): coriolis and centrifugal torque, N m.
+    Returns (..., d): force at the hand, N.
+    Raises InputError: shapes do not fit.
+    Raises NotIdentifiableError: singular posture, or fewer joints than hand axes.
     """
     return hand_gravity(J, M, h) - np.einsum(
         "...ij,...j->...i", hand_inertia(J, M), np.asarray(Jdot_qd, dtype=float)
@@ -330,25 +303,11 @@ def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> F
 def hand_gravity(J: ArrayLike, M: ArrayLike, g: ArrayLike) -> FloatArray:
     """``g_e = Jbar^T g``, eq. (19).
 
-    Parameters
-    ----------
-    J : (..., d, n)
-        Jacobian of the hand.
-    M : (..., n, n)
-        Inertia of the joints, kg m^2.
-    g : (..., n)
-        Gravity torque, N m.
-
-    Returns
-    -------
-    (..., d)
-        Force at the hand, N.
-
-    Raises
-    ------
-    InputError
-        Shapes do not fit.
-    NotIdentifiableError
-        Singular posture, or fewer joints than hand axes.
+    `J` (..., d, n): Jacobian of the hand.
+    `M` (..., n, n): inertia of the joints, kg m^2.
+    `g` (..., n): gravity torque, N m.
+    Returns (..., d): force at the hand, N.
+    Raises InputError: shapes do not fit.
+    Raises NotIdentifiableError: singular posture, or fewer joints than hand axes.
     """
     return np.einsum("...ji,...j->...i", dynamic_inverse(J, M), np.asarray(g, dtype=float))

@@ -27,20 +27,13 @@ _BLOCK_FRAMES: Final = 4096
 class MarkerFit(FrozenRecord):
     """Joint motion, and how well the skeleton follows the markers.
 
-    Attributes
-    ----------
-    motion : MotionRecording
-    names : tuple of P str
-        The markers that were used.
-    residual_rms_m : (P,)
-        Distance of each marker from the skeleton's, over the frames in which it was seen.
-    bridged : (N,) bool
-        Frames in which lost markers left the posture open: what they leave open is on a spline.
-    free : (n,)
-        Share of each coordinate that the natural posture determines, mean of all frames.
-    steps : (N,) int
-        Iterations of each frame.
-    warnings : tuple of str
+    `names`: the markers that were used.
+    `residual_rms_m` (P,): distance of each marker from the skeleton's, over the frames in which it
+    was seen.
+    `bridged` (N,) bool: frames in which lost markers left the posture open: what they leave open is
+    on a spline.
+    `free` (n,): share of each coordinate that the natural posture determines, mean of all frames.
+    `steps` (N,) int: iterations of each frame.
     """
 
     motion: MotionRecording

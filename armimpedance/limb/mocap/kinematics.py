@@ -37,19 +37,11 @@ class Turn:
 class MarkerTree(FrozenRecord):
     """A skeleton as its markers need it.
 
-    Attributes
-    ----------
-    skeleton : Skeleton
-    sites : tuple of P MarkerSite
-        The markers in the order that is wanted.
-    parents : tuple of S int
-        -1 for the root.
-    turns : tuple of S tuples of Turn
-        Angles of each segment, from its parent outwards.
-    segment : (P,) int
-        On which segment each marker sits.
-    moves : (n, P) bool
-        Whether a coordinate moves a marker.
+    `sites`: the markers in the order that is wanted.
+    `parents`: -1 for the root.
+    `turns`: angles of each segment, from its parent outwards.
+    `segment` (P,) int: on which segment each marker sits.
+    `moves` (n, P) bool: whether a coordinate moves a marker.
     """
 
     skeleton: Skeleton
@@ -70,10 +62,7 @@ class MarkerTree(FrozenRecord):
 def marker_tree(skeleton: Skeleton, names: tuple[str, ...] | None = None) -> MarkerTree:
     """The skeleton with these of its markers (all if None), in this order.
 
-    Raises
-    ------
-    KeyError
-        The skeleton has no such marker.
+    Raises KeyError: the skeleton has no such marker.
     """
     by_name = {site.name: site for site in skeleton.markers}
     sites = tuple(by_name[name] for name in names or skeleton.marker_names)
@@ -115,11 +104,9 @@ def marker_places(tree: MarkerTree, q: FloatArray) -> FloatArray:
 def marker_jacobian(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Places of the markers and how the coordinates move them.
 
-    Returns
-    -------
-    places : (N, P, 3)
-    jacobian : (N, 3, P, n)
-        ``d place / d q``; a hinge's column is ``e x (p - c)``, e its axis, c its centre.
+    Returns `places` (N, P, 3).
+    `jacobian` (N, 3, P, n): ``d place / d q``; a hinge's column is ``e x (p - c)``, e its axis, c
+    its centre.
     """
     places, axes, centres = _move(tree, q)
     floating = tree.skeleton.floating

@@ -43,18 +43,12 @@ _BLOCK_SIZE: Final = 2_000_000
 class Postures:
     """Coordinates of every frame.
 
-    Attributes
-    ----------
-    q : (N, n)
-    cost : (N,)
-        Sum of the squared distances of the seen markers, m^2.
-    free : (N, n)
-        Share of each coordinate that the natural posture determines, 0 (markers alone) to 1.
-    steps : (N,) int
-    settled : (N,) bool
-        False: the plain pull's minimum stands, biased by up to ``(w / s)^2``.
-    converged : (N,) bool
-        False: the search came to no end at all.
+    `q` (N, n), `steps` (N,) int.
+    `cost` (N,): sum of the squared distances of the seen markers, m^2.
+    `free` (N, n): share of each coordinate that the natural posture determines, 0 (markers alone)
+    to 1.
+    `settled` (N,) bool: False: the plain pull's minimum stands, biased by up to ``(w / s)^2``.
+    `converged` (N,) bool: False: the search came to no end at all.
     """
 
     q: FloatArray
@@ -76,17 +70,11 @@ def fit_postures(
 ) -> Postures:
     """The least-squares posture of every frame.
 
-    Parameters
-    ----------
-    tree : MarkerTree
-    targets : (N, P, 3)
-        Where the markers were seen; NaN where they were not.
-    start, natural : (N, n)
-        Where the search starts, and what holds where the markers leave freedom.
-    pull_m : float
-        w: what moves the markers by less than this is left to the natural posture, m/rad.
-    progress : function, optional
-        Called with how many frames are done, of how many.
+    `targets` (N, P, 3): where the markers were seen; NaN where they were not.
+    `start`, `natural` (N, n): where the search starts, and what holds where the markers leave
+    freedom.
+    `pull_m`: w: what moves the markers by less than this is left to the natural posture, m/rad.
+    `progress`: called with how many frames are done, of how many.
     """
     n, rows = start.shape[1], targets.shape[1] * 3
     block = max(1, _BLOCK_SIZE // max(1, rows * n))
@@ -210,12 +198,9 @@ def iterated_pull(
 
     Each pass minimises ``|r - J x|^2 + w^2 |x - x_before|^2``, from x = natural - q = `away`.
 
-    Returns
-    -------
-    step : (N, n)
-    free : (N, n)
-        How much of each coordinate is the natural posture's, the diagonal of
-        ``(w^2 (J^T J + w^2)^-1)^PASSES``.
+    Returns `step` (N, n).
+    `free` (N, n): how much of each coordinate is the natural posture's, the diagonal of ``(w^2 (J^T
+    J + w^2)^-1)^PASSES``.
     """
     A = np.linalg.inv(JtJ + pull_m**2 * np.eye(JtJ.shape[1]))
     b = (A @ Jtr[..., None])[..., 0]
@@ -289,10 +274,8 @@ def bridge(
 
     Inside of a trial a cubic spline; at its ends the nearest posture is held.
 
-    Raises
-    ------
-    InputError
-        A run of short frames is longer than `longest_gap_s`, or than half of it at a trial's ends.
+    Raises InputError: a run of short frames is longer than `longest_gap_s`, or than half of it at a
+    trial's ends.
     """
     bridged = q.copy()
     for t in range(markers.n_trials):

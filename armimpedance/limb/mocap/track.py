@@ -69,17 +69,11 @@ def track_postures(
 ) -> Postures:
     """Postures (N, n) of all trials.
 
-    Parameters
-    ----------
-    tree : MarkerTree
-    targets : (N, P, 3)
-        NaN where a marker was not seen.
-    offsets : (T + 1,) int
-    sample_rate_hz : float
-    natural : (n,)
-        The posture that holds where the markers leave freedom; of a floating root nothing is used.
-    progress : function, optional
-        Called with how many frames are done, of how many.
+    `offsets` (T + 1,) int.
+    `targets` (N, P, 3): NaN where a marker was not seen.
+    `natural` (n,): the posture that holds where the markers leave freedom; of a floating root
+    nothing is used.
+    `progress`: called with how many frames are done, of how many.
     """
     step = max(1, round(ANCHOR_S * sample_rate_hz))
     start = np.empty((len(targets), len(natural)))

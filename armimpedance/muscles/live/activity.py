@@ -23,15 +23,9 @@ AGREEING: Final = 20
 class Tick:
     """When a sample is.
 
-    Attributes
-    ----------
-    time_s : float
-    step_s : float
-        Since the sample before; the nominal step at the first one.
-    gap : bool
-        Samples are missing before it.
-    anew : bool
-        The first one, or the sender has begun anew.
+    `step_s`: since the sample before; the nominal step at the first one.
+    `gap`: samples are missing before it.
+    `anew`: the first one, or the sender has begun anew.
     """
 
     time_s: float
@@ -43,10 +37,7 @@ class Tick:
 class StreamClock:
     """Gives each sample its time, or refuses it.
 
-    Parameters
-    ----------
-    rate_hz : float
-        Nominal rate of the samples.
+    `rate_hz`: nominal rate of the samples.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -58,15 +49,9 @@ class StreamClock:
     def next(self, stamp_s: float | None) -> Tick:
         """The time of the next sample.
 
-        Parameters
-        ----------
-        stamp_s : float or None
-            None where samples bear no time: they are then a nominal step apart from 0 on.
-
-        Raises
-        ------
-        InputError
-            A stamp that is not finite, repeated, earlier than the last, or far ahead.
+        `stamp_s`: None where samples bear no time: they are then a nominal step apart from 0 on.
+        Raises InputError: a stamp that is not finite, repeated, earlier than the last, or far
+        ahead.
         """
         last = self._last
         if stamp_s is None:
@@ -136,10 +121,7 @@ class Channels(Protocol):
 class HeldActivity:
     """The last good activation of each muscle, with the error that grows while it is lost.
 
-    Parameters
-    ----------
-    highest : (m,)
-        Range of each activation in the model.
+    `highest` (m,): range of each activation in the model.
     """
 
     def __init__(self, highest: FloatArray) -> None:
@@ -157,12 +139,8 @@ class HeldActivity:
     ) -> tuple[FloatArray, FloatArray]:
         """Activation (m,), each 0..1, and its standard error, for a sample `step_s` after the last.
 
-        Parameters
-        ----------
-        activation, sd : (m,)
-            Of any value where `lost`.
-        lost : (m,) bool
-        step_s : float
+        `lost` (m,) bool.
+        `activation`, `sd` (m,): of any value where `lost`.
         """
         if not lost.any():
             self._good, self._sd = activation.clip(0.0, 1.0), sd
@@ -177,11 +155,8 @@ class HeldActivity:
 class ActivationChannels:
     """Samples that hold activations.
 
-    Parameters
-    ----------
-    muscles : (m,) tuple of str
-    highest : (m,)
-        Range of each activation in the model.
+    `muscles` (m,) tuple of str.
+    `highest` (m,): range of each activation in the model.
     """
 
     signal, delay_s = "activation", 0.0

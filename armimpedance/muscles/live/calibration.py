@@ -40,16 +40,10 @@ _ANGLES, _FEW = 5, 3
 class Conditions(FrozenRecord):
     """C conditions that a person can hold.
 
-    Attributes
-    ----------
-    joint_angles : (C, n)
-        rad.
-    level : (C,)
-        Activation that all muscles are near to.
-    force : (C, d)
-        By the hand, N.
-    activation : (C, m)
-        Nearest to the level that bear the force and the arm's weight.
+    `joint_angles` (C, n): rad.
+    `level` (C,): activation that all muscles are near to.
+    `force` (C, d): by the hand, N.
+    `activation` (C, m): nearest to the level that bear the force and the arm's weight.
     """
 
     joint_angles: Annotated[FloatArray, "c n"]
@@ -303,11 +297,8 @@ def _hand(
 ) -> tuple[FloatArray, float]:
     """What the hand's relative squared error is by the parameters, and what activations add.
 
-    Returns
-    -------
-    by_parameters : (p, p)
-        S: the mean squared error is ``tr(S C)``, C the parameters' covariance.
-    by_activation : float
+    Returns `by_parameters` (p, p): S: the mean squared error is ``tr(S C)``, C the parameters'
+    covariance.
     """
     q, x = at.joint_angles, typical.values
     form, kept = typical.equations.at(q, at.activation), kept_elements(arm.joints, moving)

@@ -52,12 +52,7 @@ _NAMES: Final = (
 class EmgFaults:
     """Looks at the last samples of m channels.
 
-    Parameters
-    ----------
-    levels : EmgLevels
-    rate_hz : float
-    raw : bool
-        False: envelopes, of which less can be seen.
+    `raw`: False: envelopes, of which less can be seen.
     """
 
     def __init__(self, levels: EmgLevels, rate_hz: float, *, raw: bool) -> None:
@@ -81,10 +76,8 @@ class EmgFaults:
     def look(self, values: FloatArray, band: FloatArray) -> IntArray:
         """Take a sample; the number of each channel's fault (m,), 0 where there is none.
 
-        Parameters
-        ----------
-        values, band : (m,)
-            As they came (the last one where a channel dropped out), and without their offset.
+        `values`, `band` (m,): as they came (the last one where a channel dropped out), and without
+        their offset.
         """
         m = len(values)
         self._seen += 1
@@ -183,18 +176,8 @@ class EmgChannels:
     Offset off (high-pass of order 2 at 10 Hz), rectified, Butterworth low-pass of order 2 at 3.5 Hz
     forward only; an envelope is taken as it is. Noise at rest is taken off in squares.
 
-    Parameters
-    ----------
-    form : StiffnessForm
-    levels : EmgLevels
-    rate_hz : float
-    raw : bool
-        False: an envelope, whose own delay nobody knows here.
-
-    Raises
-    ------
-    InputError
-        Levels of another number of muscles, or raw EMG that is too slow.
+    `raw`: False: an envelope, whose own delay nobody knows here.
+    Raises InputError: levels of another number of muscles, or raw EMG that is too slow.
     """
 
     def __init__(

@@ -103,16 +103,7 @@ class StiffnessForm(FrozenRecord):
 
 
 def form_of(model: MuscleModel) -> StiffnessForm:
-    """The form of a model that `fit muscles` made.
-
-    Parameters
-    ----------
-    model : MuscleModel
-
-    Returns
-    -------
-    StiffnessForm
-    """
+    """The form of a model that `fit muscles` made."""
     equations, x = model.equations, model.values
     layout, lengths = equations.layout, equations.lengths
     kept = np.r_[layout.z, layout.f, layout.passive_K]
@@ -148,12 +139,7 @@ def _powers_to_basis(model: MuscleModel) -> FloatArray:
 
 
 class PostureTerms:
-    """Moment arms and curvatures of a form's muscles, and what corrections add to them.
-
-    Parameters
-    ----------
-    form : StiffnessForm
-    """
+    """Moment arms and curvatures of a form's muscles, and what corrections add to them."""
 
     def __init__(self, form: StiffnessForm) -> None:
         n = form.joints
@@ -192,18 +178,11 @@ class PostureTerms:
 class PosturePart:
     """The arm and its muscles at one posture.
 
-    Attributes
-    ----------
-    q : (n,)
-    jacobian : (d, r)
-    arms : (m, r)
-        Moment arms of the muscles about the joints that move, m.
-    squares, curvatures : (m, E)
-        Packed ``g g^T`` and ``d2L / kappa``.
-    gravity : (E,)
-        Packed gradient of the arm's weight, N m/rad.
-    measured : bool
-        Whether the model knows such postures.
+    `q` (n,), `jacobian` (d, r).
+    `arms` (m, r): moment arms of the muscles about the joints that move, m.
+    `squares`, `curvatures` (m, E): packed ``g g^T`` and ``d2L / kappa``.
+    `gravity` (E,): packed gradient of the arm's weight, N m/rad.
+    `measured`: whether the model knows such postures.
     """
 
     def __init__(
@@ -252,16 +231,11 @@ class HandPart:
 
     With ``V = K_j^-1 J^T K_e`` this holds for any arm, and to first order for its errors too.
 
-    Attributes
-    ----------
-    motion : (n, d)
-        V.
-    to_hand : (E_d, E_n)
-        V^T . V of packed matrices.
-    reach : (d, m)
-        U: ``dK_e / dk_i = u_i u_i^T``.
-    squares, curvatures : (m, E_d)
-        Packed ``u_i u_i^T`` and the curvatures as the hand feels them.
+    `motion` (n, d): V.
+    `to_hand` (E_d, E_n): V^T . V of packed matrices.
+    `reach` (d, m): U: ``dK_e / dk_i = u_i u_i^T``.
+    `squares`, `curvatures` (m, E_d): packed ``u_i u_i^T`` and the curvatures as the hand feels
+    them.
     """
 
     def __init__(self, form: StiffnessForm, at: PosturePart, V: FloatArray) -> None:
@@ -309,14 +283,8 @@ class HandStiffness:
 class HandEquations:
     """A form on an arm; it keeps the part of the last posture.
 
-    Parameters
-    ----------
-    form : StiffnessForm
-    arm : Arm
-    posture_step_rad : float
-        A posture counts as the last one while no joint has moved by more.
-    moving : tuple of int
-        The joints that move, r of n.
+    `posture_step_rad`: a posture counts as the last one while no joint has moved by more.
+    `moving`: the joints that move, r of n.
     """
 
     def __init__(
@@ -334,10 +302,7 @@ class HandEquations:
     def posture(self, q: FloatArray) -> PosturePart:
         """The posture part at q (n,).
 
-        Raises
-        ------
-        InputError
-            The arm is stretched.
+        Raises InputError: the arm is stretched.
         """
         kept = self._kept
         if kept is None or np.abs(q - kept.q).max() > self._step:

@@ -146,15 +146,10 @@ class EmgLevels(FrozenRecord):
 class GainDrift:
     """What a recalibration found.
 
-    Attributes
-    ----------
-    levels : EmgLevels
-        To go on with.
-    gain, sd : (m,)
-        Gain now over gain then, and its standard error from what the loads differ by; 1 and inf
-        where the loads do not tell.
-    told : (m,) bool
-        Muscles that every load made active; the others keep their levels.
+    `levels`: to go on with.
+    `gain`, `sd` (m,): gain now over gain then, and its standard error from what the loads differ
+    by; 1 and inf where the loads do not tell.
+    `told` (m,) bool: muscles that every load made active; the others keep their levels.
     """
 
     levels: EmgLevels
@@ -179,10 +174,7 @@ _LARGEST: Final = {
 def form_for(model: Any) -> StiffnessForm:
     """The form of a model, of one in a file, or the form itself.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or the model is none of posture and activation.
+    Raises InputError: the file cannot be read, or the model is none of posture and activation.
     """
     if isinstance(model, StiffnessForm):
         return model
@@ -198,10 +190,7 @@ def form_for(model: Any) -> StiffnessForm:
 def arm_for(whose: Any, joints: int) -> Arm:
     """The arm of a recording, of one at a path, of a subject, or the arm itself.
 
-    Raises
-    ------
-    InputError
-        The arm is not known, or has another number of joints.
+    Raises InputError: the arm is not known, or has another number of joints.
     """
     arm: Any = whose if hasattr(whose, "jacobian") else arm_of_whose(whose, joints)
     if arm.joints != joints:
@@ -212,10 +201,8 @@ def arm_for(whose: Any, joints: int) -> Arm:
 def moving_for(whose: Any, joints: int, elbow: Elbow | None) -> tuple[int, ...]:
     """The joints that move: all of an arm that is given as such.
 
-    Raises
-    ------
-    InputError
-        The elbow of an arm that is given as such, or of a planar one, is asked about.
+    Raises InputError: the elbow of an arm that is given as such, or of a planar one, is asked
+    about.
     """
     if not hasattr(whose, "jacobian"):
         return moving_joints(joints, whose, elbow)
@@ -227,10 +214,7 @@ def moving_for(whose: Any, joints: int, elbow: Elbow | None) -> tuple[int, ...]:
 def levels_for(levels: Any, muscles: tuple[str, ...]) -> EmgLevels:
     """The levels themselves, or those of a recording or of one at a path.
 
-    Raises
-    ------
-    InputError
-        The recording cannot be read, or does not hold the levels of all muscles.
+    Raises InputError: the recording cannot be read, or does not hold the levels of all muscles.
     """
     if isinstance(levels, EmgLevels):
         return levels
@@ -240,12 +224,7 @@ def levels_for(levels: Any, muscles: tuple[str, ...]) -> EmgLevels:
 
 
 def vector(values: ArrayLike, name: str, length: int, *, lost: bool = False) -> FloatArray:
-    """A vector (length,) of finite numbers; with `lost`, NaN in the place of those that are none.
-
-    Raises
-    ------
-    InputError
-    """
+    """A vector (length,) of finite numbers; with `lost`, NaN where there is no number."""
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError):

@@ -18,47 +18,30 @@ from armimpedance.numerics.regression import t_factor
 class LiveStiffness:
     """Stiffness of the hand at one sample; every number is finite.
 
-    Attributes
-    ----------
-    time_s : float
-        Time of the sample; what it says of the muscles is `delay_s` older.
-    delay_s : float
-        What the filters add.
-    q : (n,)
-        Joint angles, rad.
-    activation : (m,)
-        Of each muscle, 0..1; the last good one where a channel is lost.
-    joint_stiffness : (r, r)
-        Of the joints that move, with the terms of hand force and weight, N m/rad.
-    stiffness : (d, d)
-        Of the hand, positive definite, N/m.
-    commanded : (d, d)
-        `stiffness` behind the limit of its rate of change; the same where there is no limit.
-    covariance : (E, E)
-        Of the elements on and above the diagonal of `stiffness`, row by row: the model's parameters
-        and the activations.
-    dof : float
-        Degrees of freedom of the t distribution for intervals.
-    share : (m,)
-        Part of each muscle in the trace of `stiffness`; what is missing to 1 are the passive
-        joints, the hand's force and the arm's weight.
-    reach : (d, m)
-        u_i in its columns: a muscle that is stiffer by dk adds ``dk u_i u_i^T``.
-    extrapolating : bool
-        Posture or activation outside of what the model was fitted to.
-    definite : bool
-        False where the joint stiffness was not positive definite and was moved to the nearest that
-        is.
-    flags : tuple of str
-        What else is wrong, such as a lost channel; empty where all is well.
-    growth_W_m2 : float
-        Power per squared metre of displacement that the growing `commanded` adds to the spring at
-        the most: half the largest eigenvalue of its rate, 0 where it falls.
-    added_J : float
-        Energy that the changes of `commanded` have added to the spring so far; counts where the
-        samples hold a displacement.
-    direction_rad : float
-        Direction of the line shoulder -> hand (in the plane of the first two axes).
+    `time_s`: time of the sample; what it says of the muscles is `delay_s` older.
+    `delay_s`: what the filters add.
+    `q` (n,): joint angles, rad.
+    `activation` (m,): of each muscle, 0..1; the last good one where a channel is lost.
+    `joint_stiffness` (r, r): of the joints that move, with the terms of hand force and weight, N
+    m/rad.
+    `stiffness` (d, d): of the hand, positive definite, N/m.
+    `commanded` (d, d): `stiffness` behind the limit of its rate of change; the same where there is
+    no limit.
+    `covariance` (E, E): of the elements on and above the diagonal of `stiffness`, row by row: the
+    model's parameters and the activations.
+    `dof`: degrees of freedom of the t distribution for intervals.
+    `share` (m,): part of each muscle in the trace of `stiffness`; what is missing to 1 are the
+    passive joints, the hand's force and the arm's weight.
+    `reach` (d, m): u_i in its columns: a muscle that is stiffer by dk adds ``dk u_i u_i^T``.
+    `extrapolating`: posture or activation outside of what the model was fitted to.
+    `definite`: False where the joint stiffness was not positive definite and was moved to the
+    nearest that is.
+    `flags`: what else is wrong, such as a lost channel; empty where all is well.
+    `growth_W_m2`: power per squared metre of displacement that the growing `commanded` adds to the
+    spring at the most: half the largest eigenvalue of its rate, 0 where it falls.
+    `added_J`: energy that the changes of `commanded` have added to the spring so far; counts where
+    the samples hold a displacement.
+    `direction_rad`: direction of the line shoulder -> hand (in the plane of the first two axes).
 
     Examples
     --------
@@ -101,12 +84,9 @@ class LiveStiffness:
     def axes(self, level: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Half-axes of `stiffness`, the longest first, their half-widths, and their directions.
 
-        Returns
-        -------
-        lengths, half_widths : (d,), (d,)
-            N/m; ``dl = v^T dK v`` for the eigenvector v of l.
-        directions : (d, d)
-            Rows.
+        Returns `lengths`, `half_widths` (d,), (d,): N/m; ``dl = v^T dK v`` for the eigenvector v of
+        l.
+        `directions` (d, d): rows.
         """
         lengths, vectors = np.linalg.eigh(self.stiffness)
         rows = vectors.T[::-1]
@@ -160,18 +140,10 @@ class LiveStiffness:
 class VaryingSpring:
     """Follows a stiffness no faster than told and sums up the energy that its changes add.
 
-    Parameters
-    ----------
-    limit_N_m_s : float or None
-        Largest rate of change of any stiffness, N/m per s; None: no limit.
-    step_s : float
-        Nominal time between samples: after a gap the spring moves on as if twice as much had
-        passed, and of stamps that nearly coincide no rate is told.
-
-    Raises
-    ------
-    InputError
-        A limit that is not positive.
+    `limit_N_m_s`: largest rate of change of any stiffness, N/m per s; None: no limit.
+    `step_s`: nominal time between samples: after a gap the spring moves on as if twice as much had
+    passed, and of stamps that nearly coincide no rate is told.
+    Raises InputError: a limit that is not positive.
     """
 
     def __init__(self, limit_N_m_s: float | None, step_s: float) -> None:

@@ -38,21 +38,9 @@ _LOST: Final = float("nan")
 def parsed(packet: bytes, signal: str) -> dict[str, Any] | None:
     """Arguments of `Live.update`.
 
-    Parameters
-    ----------
-    packet : bytes
-    signal : str
-        Name of the field with the muscles' activity, such as "activation".
-
-    Returns
-    -------
-    dict or None
-        None: the stream begins anew.
-
-    Raises
-    ------
-    InputError
-        A packet that cannot be taken; fields that are not known do no harm.
+    `signal`: name of the field with the muscles' activity, such as "activation".
+    Returns None: the stream begins anew.
+    Raises InputError: a packet that cannot be taken; fields that are not known do no harm.
     """
     fields = _object(packet)
     if fields.get("reset") is True:
@@ -250,12 +238,8 @@ TOLD: Final = 20
 class Served:
     """What a stream has been.
 
-    Attributes
-    ----------
-    taken, refused : int
-        Packets.
-    extrapolating, indefinite, flagged : int
-        Samples among the taken ones.
+    `taken`, `refused`: packets.
+    `extrapolating`, `indefinite`, `flagged`: samples among the taken ones.
     """
 
     taken: int = 0

@@ -106,14 +106,8 @@ def element_quality(
 ) -> ElementQuality:
     """Judge one element: measured, fitted, and predicted without the own row, each (P,).
 
-    Parameters
-    ----------
-    element : str
-    held_out : (P,) or None
-        None where rows cannot be left out.
-    null_r : float
-    coefficients : float
-        Coefficients p that the fit spent on this element.
+    `held_out` (P,) or None: None where rows cannot be left out.
+    `coefficients`: coefficients p that the fit spent on this element.
     """
     y, fit = np.asarray(measured, dtype=float), np.asarray(fitted, dtype=float)
     e, e0 = float(((y - fit) ** 2).sum()), float(((y - y.mean()) ** 2).sum())

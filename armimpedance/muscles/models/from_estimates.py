@@ -70,10 +70,7 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
 def muscles_of(estimates: Sequence[ImpedanceEstimate]) -> tuple[str, ...]:
     """Names of the muscles whose activations all estimates have.
 
-    Raises
-    ------
-    InputError
-        They have those of different ones.
+    Raises InputError: they have those of different ones.
     """
     named = {estimate.muscles for estimate in estimates}
     if len(named) > 1:
@@ -103,10 +100,7 @@ def _where_known(sd: FloatArray) -> FloatArray | None:
 def where_all(estimates: Sequence[ImpedanceEstimate], field: str) -> FloatArray | None:
     """What every estimate has, (P, .); None where one lacks it.
 
-    Raises
-    ------
-    InputError
-        Vectors of different lengths.
+    Raises InputError: vectors of different lengths.
     """
     values = [getattr(estimate, field) for estimate in estimates]
     if any(value is None for value in values):

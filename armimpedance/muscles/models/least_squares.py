@@ -14,18 +14,10 @@ def least_squares_in(
 ) -> FloatArray:
     """Theta (p,) that minimises ``|X theta - y|^2``, where asked in a cone.
 
-    Parameters
-    ----------
-    X, y : (n, p), (n,)
-        Without a cone y may be (n, c): theta is then (p, c).
-    cone : (p - n_free, g) or None
-        theta without its last `n_free` entries is ``cone @ gamma``, gamma >= 0.
-    n_free : int
-
-    Raises
-    ------
-    EstimationError
-        The bounded problem ends without a solution.
+    `X`, `y` (n, p), (n,): without a cone y may be (n, c): theta is then (p, c).
+    `cone` (p - n_free, g) or None: theta without its last `n_free` entries is ``cone @ gamma``,
+    gamma >= 0.
+    Raises EstimationError: the bounded problem ends without a solution.
     """
     if cone is None:
         length = np.linalg.norm(X, axis=0)
@@ -50,18 +42,9 @@ def least_squares_in(
 def whitening(covariance: FloatArray) -> FloatArray:
     """``L^-1`` of covariances ``L L^T`` (..., r, r): rows times it have errors of unit variance.
 
-    Parameters
-    ----------
-    covariance : (..., r, r)
-
-    Returns
-    -------
-    (..., r, r)
-
-    Raises
-    ------
-    EstimationError
-        A combination of the rows is known without error.
+    `covariance` (..., r, r).
+    Returns (..., r, r).
+    Raises EstimationError: a combination of the rows is known without error.
     """
     try:
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))

@@ -29,16 +29,9 @@ def shared_blocks(errors: Sequence[Mapping[str, FloatArray]], axes: int) -> Floa
 
     A cause of one name is the same in all rows; a row that does not name it has none of it.
 
-    Parameters
-    ----------
-    errors : sequence of mapping of str to (3 d^2,)
-        Of P rows, by the names of the causes.
-    axes : int
-        d.
-
-    Returns
-    -------
-    (P, s, 3, d, d)
+    `errors` sequence of mapping of str to (3 d^2,): of P rows, by the names of the causes.
+    `axes`: d.
+    Returns (P, s, 3, d, d).
     """
     names = dict.fromkeys(name for one in errors for name in one)
     none = np.zeros(3 * axes**2)
@@ -49,16 +42,9 @@ def shared_blocks(errors: Sequence[Mapping[str, FloatArray]], axes: int) -> Floa
 def main_errors(shared: FloatArray, sd: FloatArray | None) -> FloatArray:
     """The fewest errors (t, P, E) with nearly the same covariance of the rows as `shared`.
 
-    Parameters
-    ----------
-    shared : (s, P, E)
-        Of each cause one standard deviation.
-    sd : (P, E) or None
-        Standard errors of the rows, which say what is large; None: all alike.
-
-    Returns
-    -------
-    (t, P, E)
+    `shared` (s, P, E): of each cause one standard deviation.
+    `sd` (P, E) or None: standard errors of the rows, which say what is large; None: all alike.
+    Returns (t, P, E).
     """
     weight = np.ones(shared.shape[1:]) if sd is None else 1 / sd
     # U (s, P E) = sum_i s_i u_i v_i^T; U^T U = sum_i s_i^2 v_i v_i^T
@@ -74,19 +60,11 @@ def spread_of(
 ) -> FloatArray:
     """What shared errors add to the covariance (p, p) of a weighted linear fit.
 
-    Parameters
-    ----------
-    covariance : (p, p)
-        C of the fit, of rows of unit variance.
-    design : (P, E, p)
-        Weighted regressors.
-    weight : (P, E, E)
-        ``L^-1`` of each row's covariance ``L L^T``.
-    shared : (s, P, E)
-
-    Returns
-    -------
-    (p, p)
+    `shared` (s, P, E).
+    `covariance` (p, p): C of the fit, of rows of unit variance.
+    `design` (P, E, p): weighted regressors.
+    `weight` (P, E, E): ``L^-1`` of each row's covariance ``L L^T``.
+    Returns (p, p).
     """
     moved = np.einsum("pij,spj->spi", weight, shared)
     # d (s, p) = W f (s, P E) X (P E, p) C (p, p)
@@ -314,10 +292,7 @@ class JointRows(FrozenRecord):
 def muscle_columns(measured: tuple[str, ...], names: tuple[str, ...]) -> list[int]:
     """Where each of these muscles stands among the measured ones.
 
-    Raises
-    ------
-    InputError
-        A muscle whose activation was not measured.
+    Raises InputError: a muscle whose activation was not measured.
     """
     missing = [name for name in names if name not in measured]
     if missing:

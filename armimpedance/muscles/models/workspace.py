@@ -123,17 +123,9 @@ def stated_scaling(
 ) -> AngleScaling:
     """The scaling of a stated workspace, which must hold all measured postures.
 
-    Parameters
-    ----------
-    box : (2, 2)
-        rad; of shoulder and elbow the lowest and the highest angle.
-    joint_angles : (P, 2)
-    labels : (P,) tuple of str
-
-    Raises
-    ------
-    InputError
-        Not such a box, or a measured posture is outside of it.
+    `joint_angles` (P, 2), `labels` (P,) tuple of str.
+    `box` (2, 2): rad; of shoulder and elbow the lowest and the highest angle.
+    Raises InputError: not such a box, or a measured posture is outside of it.
     """
     scaling = AngleScaling(np.asarray(box, dtype=float))
     low, high = scaling.box.T
@@ -151,10 +143,7 @@ def stated_scaling(
 def require_spread(joint_angles: FloatArray, order: int) -> None:
     """Refuse postures (P, 2) that are one posture, on a line, or where one joint did not move.
 
-    Raises
-    ------
-    NotIdentifiableError
-        Naming the joints.
+    Raises NotIdentifiableError: naming the joints.
     """
     half = np.ptp(joint_angles, axis=0) / 2
     still = [j for j, h in zip(JOINTS, half, strict=True) if h < LEAST_HALF_RANGE_RAD]

@@ -33,20 +33,8 @@ from armimpedance.recordings import read_subject
 def model_data(model: FittedModel, title: str) -> dict[str, Any]:
     """A model as plain values, its covariances as lower triangles.
 
-    Parameters
-    ----------
-    model : FittedModel
-    title : str
-        What the page calls it.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    InputError
-        The model is of a kind that the page cannot compute.
+    `title`: what the page calls it.
+    Raises InputError: the model is of a kind that the page cannot compute.
     """
     kind = kind_of(model).name
     if kind not in _KINDS:
@@ -133,13 +121,7 @@ _WORST_CONDITION = 100.0
 class Owner:
     """Whose arm it is: what `to_joint` asks a recording for, without its samples.
 
-    Attributes
-    ----------
-    subject : Subject
-    said : str
-        Where its lengths come from, in words.
-    muscles : tuple of str or None
-    gravity_m_s2 : tuple of float or None
+    `said`: where its lengths come from, in words.
     """
 
     subject: Subject
@@ -156,14 +138,8 @@ class Owner:
 def lengths_of(rows: Sequence[ImpedanceEstimate]) -> tuple[float, float] | None:
     """Upper arm and forearm with hand, m, from measured hand positions and joint angles.
 
-    Parameters
-    ----------
-    rows : sequence of ImpedanceEstimate
-
-    Returns
-    -------
-    (float, float) or None
-        None where too little is said, or no lengths put the hand where it was measured.
+    Returns (float, float) or None: None where too little is said, or no lengths put the hand where
+    it was measured.
     """
     known = [
         (row.joint_angles, row.position - row.shoulder_m)
@@ -200,16 +176,7 @@ def owner_of(
 ) -> Owner:
     """Whose arm it is: of the recording, with stated lengths, else as the rows tell.
 
-    Parameters
-    ----------
-    rows : sequence of ImpedanceEstimate
-    recording : path, Subject, Owner or None
-    upper_arm_m, forearm_hand_m : float or None
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, or the lengths are not known.
+    Raises InputError: the recording cannot be read, or the lengths are not known.
     """
     owner = _recorded(recording)
     who = owner.subject
@@ -264,21 +231,8 @@ def measured_data(
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Each estimate at the hand and at the joints, and what is to be said of them.
 
-    Parameters
-    ----------
-    rows : sequence of ImpedanceEstimate
-        At the hand or the joints of a two-link arm; others are left out, and said so.
-    owner : Owner
-
-    Returns
-    -------
-    data : list of dict
-    notes : list of str
-
-    Raises
-    ------
-    InputError
-        None of the rows can be shown.
+    `rows`: at the hand or the joints of a two-link arm; others are left out, and said so.
+    Raises InputError: None of the rows can be shown.
     """
     data, notes, refused = [], [], []
     for row in rows:

@@ -172,16 +172,12 @@ Predicted = Literal["stiffness", "viscosity"]
 class EllipseField:
     """Ellipses in P places; nan where a matrix is not positive definite.
 
-    Attributes
-    ----------
-    size : (P,)
-        Area, in the matrix' unit squared.
-    orientation_deg : (P,)
-        Major axis, counter-clockwise from the line shoulder -> hand, in (-90, 90].
-    shape : (P,)
-        Minor over major axis.
-    size_half_width : (P,)
-        Half the 95 % interval of the size as a part of it: of its logarithm, to first order.
+    `size` (P,): area, in the matrix' unit squared.
+    `orientation_deg` (P,): major axis, counter-clockwise from the line shoulder -> hand, in (-90,
+    90].
+    `shape` (P,): minor over major axis.
+    `size_half_width` (P,): half the 95 % interval of the size as a part of it: of its logarithm, to
+    first order.
     """
 
     size: FloatArray
@@ -212,10 +208,7 @@ def predicted_field(hand: HandPrediction, which: Predicted) -> EllipseField:
 def measured_field(estimates: Sequence[ImpedanceEstimate], which: Predicted) -> EllipseField:
     """Ellipses of estimates of the hand.
 
-    Raises
-    ------
-    InputError
-        An estimate of another level.
+    Raises InputError: an estimate of another level.
     """
     for estimate in estimates:
         if estimate.level != "hand":

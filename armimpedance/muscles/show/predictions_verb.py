@@ -156,22 +156,11 @@ _EDGE_RAD = 1e-6
 def moment_arm_rows(args: argparse.Namespace) -> tuple[list[dict[str, Any]], int]:
     """Moment arms at postures, OpenSim's sign: ``r = -dL/dq``, m.
 
-    Parameters
-    ----------
-    args : Namespace
-        `model`: an arm's name, its table, or a model of muscles; `postures`; `joint`.
-
-    Returns
-    -------
-    rows : list of mappings
-        Angles and ``r_<joint>_<muscle>_m``; for one joint the muscles alone, as OpenSim's analysis.
-    outside : int
-        Postures that the arm is not known at.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or the model holds no moment arms of single muscles.
+    `args`: `model`: an arm's name, its table, or a model of muscles; `postures`; `joint`.
+    Returns `rows`: angles and ``r_<joint>_<muscle>_m``; for one joint the muscles alone, as
+    OpenSim's analysis.
+    `outside`: postures that the arm is not known at.
+    Raises InputError: a file cannot be read, or the model holds no moment arms of single muscles.
     """
     import numpy as np
 
@@ -229,21 +218,10 @@ def _moment_arms(source: Path, q: FloatArray) -> tuple[tuple[str, ...], FloatArr
 def muscle_rows(args: argparse.Namespace) -> list[dict[str, Any]]:
     """Stiffness of each muscle at activations, N/m.
 
-    Parameters
-    ----------
-    args : Namespace
-        `model`: a fitted model of single muscles; `activations`.
-
-    Returns
-    -------
-    list of mappings
-        ``alpha_i``, then ``K_<muscle>_N_per_m``; with ``sd_`` where the model tells it. A model of
-        one posture tells what activation adds, then they are ``dK_<muscle>_N_per_m``.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or the model has no single muscles.
+    `args`: `model`: a fitted model of single muscles; `activations`.
+    Returns ``alpha_i``, then ``K_<muscle>_N_per_m``; with ``sd_`` where the model tells it. A model
+    of one posture tells what activation adds, then they are ``dK_<muscle>_N_per_m``.
+    Raises InputError: a file cannot be read, or the model has no single muscles.
     """
     from armimpedance.muscles.models import ActivationModel, MuscleModel, read_model
     from armimpedance.muscles.show.rows_csv import read_activations

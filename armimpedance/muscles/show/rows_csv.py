@@ -215,19 +215,8 @@ _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 def read_postures(path: str | Path) -> FloatArray:
     """Columns `q_shoulder_rad`, `q_elbow_rad` of a file, (P, 2); `q_1_rad` to `q_n_rad`, (P, n).
 
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    (P, n)
-        rad.
-
-    Raises
-    ------
-    InputError
-        With file, row and column.
+    Returns (P, n): rad.
+    Raises InputError: with file, row and column.
     """
     rows = table_rows(Path(path), "a table with q_shoulder_rad and q_elbow_rad")
     names = posture_columns(rows[0])
@@ -237,20 +226,9 @@ def read_postures(path: str | Path) -> FloatArray:
 def read_activations(path: str | Path, muscles: int) -> FloatArray:
     """Columns `alpha_1 …` of a file, each 0..1, (P, muscles).
 
-    Parameters
-    ----------
-    path : path
-    muscles : int
-        Number of muscles.
-
-    Returns
-    -------
-    (P, muscles)
-
-    Raises
-    ------
-    InputError
-        With file, row and column.
+    `muscles`: number of muscles.
+    Returns (P, muscles).
+    Raises InputError: with file, row and column.
     """
     rows = table_rows(Path(path), f"a table with alpha_1 … alpha_{muscles}")
     return np.array([[_activation_at(row, i) for i in range(1, muscles + 1)] for row in rows])
@@ -273,14 +251,6 @@ def predictions_content(predicted: JointPrediction | HandPrediction) -> Content:
     `extrapolated` (0 or 1) and `reason`. Of three axes the ellipsoid: `K_axis_1` and so on with
     their directions, `K_size` the volume. Where a matrix is not positive definite its ellipse stays
     empty.
-
-    Parameters
-    ----------
-    predicted : JointPrediction or HandPrediction
-
-    Returns
-    -------
-    Content
     """
     parts = (
         predicted.place,
@@ -330,19 +300,8 @@ def _ellipsoid(A: FloatArray, covariance: FloatArray, dof: float) -> Ellipsoid |
 def joined(postures: FloatArray | None, activations: FloatArray | None) -> tuple[Any, Any]:
     """Postures and activations row by row; a single row goes with all rows of the other.
 
-    Parameters
-    ----------
-    postures : (P, 2) or None
-    activations : (A, m) or None
-
-    Returns
-    -------
-    postures, activations : arrays of as many rows, or None as given
-
-    Raises
-    ------
-    InputError
-        Neither is one row, and they differ in number.
+    `postures` (P, 2) or None, `activations` (A, m) or None.
+    Raises InputError: neither is one row, and they differ in number.
     """
     if postures is None or activations is None:
         return postures, activations

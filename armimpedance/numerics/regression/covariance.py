@@ -38,13 +38,9 @@ def parameter_covariance(
 ) -> FloatArray:
     """Covariance (p q, p q) of one kind.
 
-    Raises
-    ------
-    InputError
-        Unknown kind, a single cluster for a clustered one, no more rows than parameters, or
-        replicates without strata of two clusters or more.
-    NotIdentifiableError
-        CR3 where one cluster alone informs a parameter.
+    Raises InputError: unknown kind, a single cluster for a clustered one, no more rows than
+    parameters, or replicates without strata of two clusters or more.
+    Raises NotIdentifiableError: CR3 where one cluster alone informs a parameter.
     """
     if kind not in get_args(CovarianceKind):
         raise InputError(
@@ -77,10 +73,7 @@ def clustered_dof(factors: TrialFactors, kind: CovarianceKind, strata: ArrayLike
 def check_strata(n_clusters: int, strata: ArrayLike | None) -> IntArray:
     """Number of the stratum of each cluster, (T,).
 
-    Raises
-    ------
-    InputError
-        No labels, not one per cluster, or a stratum of a single cluster.
+    Raises InputError: no labels, not one per cluster, or a stratum of a single cluster.
     """
     labels = np.asarray([] if strata is None else strata)
     if labels.shape != (n_clusters,):
@@ -301,15 +294,8 @@ def draw_counts(
 ) -> FloatArray:
     """How often `bootstrap` draws each cluster, (repeats, T), each row summing to T.
 
-    Parameters
-    ----------
-    attempt : int
-        0 the first time; resamples that lose rank are replaced from attempts 1, 2, ...
-
-    Raises
-    ------
-    InputError
-        Not one label per cluster.
+    `attempt`: 0 the first time; resamples that lose rank are replaced from attempts 1, 2, ...
+    Raises InputError: not one label per cluster.
     """
     groups = _groups(n_clusters, strata)
     counts = np.zeros((repeats, n_clusters))

@@ -23,14 +23,9 @@ _TAKES_PART = 0.05
 class NullDirection:
     """A combination of the columns that the data cannot see: ``W @ weights = 0``.
 
-    Attributes
-    ----------
-    regressors : tuple of str
-        The columns that take part, the strongest first.
-    weights : (p,)
-        For the columns as given (SI), the strongest scaled one 1.
-    sentence : str
-        For a user.
+    `regressors`: the columns that take part, the strongest first.
+    `weights` (p,): for the columns as given (SI), the strongest scaled one 1.
+    `sentence`: for a user.
     """
 
     regressors: tuple[str, ...]
@@ -210,21 +205,14 @@ LEAST_INFORMATION = 1e-10
 class Pooled:
     """The least-squares solution over all clusters and each cluster's part in it.
 
-    Attributes
-    ----------
-    triangle : (p, p)
-        R of the stacked W = Z R.
-    coefficients : (p, q)
-        Theta, SI.
-    residual_triangle : (q, q)
-        Triangle of the residuals E = Y - W Theta: ``E^T E`` is its cross product.
-    total_squares : (q,)
-        Sums of squares of Y: about the mean where the model has an intercept, else about zero.
-    gram : (T, p, p)
-        ``Z_t^T Z_t``; they sum to the identity.
-    score : (T, p, q)
-        ``Z_t^T E_t``; they sum to zero.
-    state : Conditioning
+    `triangle` (p, p): R of the stacked W = Z R.
+    `coefficients` (p, q): theta, SI.
+    `residual_triangle` (q, q): triangle of the residuals E = Y - W Theta: ``E^T E`` is its cross
+    product.
+    `total_squares` (q,): sums of squares of Y: about the mean where the model has an intercept,
+    else about zero.
+    `gram` (T, p, p): ``Z_t^T Z_t``; they sum to the identity.
+    `score` (T, p, q): ``Z_t^T E_t``; they sum to zero.
     """
 
     triangle: FloatArray
@@ -296,10 +284,8 @@ def _pool(factors: TrialFactors) -> Pooled:
 def leave_out_scores(pooled: Pooled) -> FloatArray:
     """``(I - G_t)^-1 s_t`` (T, p, q): how far each cluster moved the solution.
 
-    Raises
-    ------
-    NotIdentifiableError
-        One cluster alone informs some direction: the others cannot do without it.
+    Raises NotIdentifiableError: one cluster alone informs some direction: the others cannot do
+    without it.
     """
     p = len(pooled.triangle)
     rest = np.eye(p) - pooled.gram
@@ -319,17 +305,9 @@ def solve_positive(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray
     The systems lie along the **last** axis, so that each step is one long vector operation:
     for 1,000 systems of 6 unknowns several times faster than one library call per system.
 
-    Parameters
-    ----------
-    A : (p, p, n)
-    b : (p, q, n)
-
-    Returns
-    -------
-    x : (p, q, n)
-        Meaningless where the pivot is not positive, but finite.
-    pivot : (n,)
-        Smallest pivot of each elimination; zero at rank loss.
+    `A` (p, p, n), `b` (p, q, n).
+    Returns `x` (p, q, n): meaningless where the pivot is not positive, but finite.
+    `pivot` (n,): smallest pivot of each elimination; zero at rank loss.
     """
     p = len(A)
     A, x = A.copy(), b.copy()

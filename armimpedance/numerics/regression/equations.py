@@ -91,13 +91,9 @@ class TrialEquations(FrozenRecord):
 class Solution:
     """A solved set of equations.
 
-    Attributes
-    ----------
-    parameters : (n,)
-    covariance : (n, n)
-        Clustered by trial.
-    dof : float
-        Degrees of freedom of the t distribution.
+    `parameters` (n,).
+    `covariance` (n, n): clustered by trial.
+    `dof`: degrees of freedom of the t distribution.
     """
 
     parameters: FloatArray
@@ -216,10 +212,7 @@ def reweighted(equations: TrialEquations, weights: ArrayLike) -> FloatArray:
 
     Draws with replacement are counts, permuted groups are zeros and ones.
 
-    Raises
-    ------
-    NotIdentifiableError
-        Some row does not determine the parameters.
+    Raises NotIdentifiableError: some row does not determine the parameters.
     """
     w, n = np.asarray(weights, dtype=np.float64), len(equations.names)
     A = (w @ equations.A.reshape(-1, n * n)).reshape(-1, n, n)
@@ -233,10 +226,7 @@ def bootstrap_equations(
 
     Draws that do not determine the parameters are left out.
 
-    Raises
-    ------
-    EstimationError
-        More than a tenth of the draws do not: too few clusters.
+    Raises EstimationError: more than a tenth of the draws do not: too few clusters.
     """
     counts, n = draw_counts(equations.n_clusters, repeats, seed), len(equations.names)
     A = (counts @ equations.A.reshape(-1, n * n)).reshape(-1, n, n)

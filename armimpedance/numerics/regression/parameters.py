@@ -198,10 +198,7 @@ class Parameters(FrozenRecord):
     def __getitem__(self, which: str | int) -> NamedParameter:
         """One of them, by its name or its number from 0.
 
-        Raises
-        ------
-        InputError
-            There is none of this name.
+        Raises InputError: there is none of this name.
         """
         if isinstance(which, str):
             if which not in self.names:

@@ -30,17 +30,8 @@ from armimpedance.numerics.signals.filters import lowpass
 def cardinal_spline(places: ArrayLike, degree: int, order: int = 0) -> FloatArray:
     """Values of the B-spline with knots 0, 1, ..., degree + 1, or of a derivative of it.
 
-    Parameters
-    ----------
-    places : array
-        Any numbers; outside the knots the spline is zero.
-    degree : int
-    order : int
-        Of the derivative, at most `degree` - 1.
-
-    Returns
-    -------
-    array of the same shape
+    `places`: any numbers; outside the knots the spline is zero.
+    `order`: of the derivative, at most `degree` - 1.
     """
     x = np.asarray(places, dtype=np.float64)
     # the derivative of order m is the m-th difference of a spline of so much lower degree

@@ -143,14 +143,10 @@ _ON_GRID = 0.01
 class PositionNoise:
     """What the position sensor adds.
 
-    Attributes
-    ----------
-    variance : float
-        Noise variance of single samples while the reading changes, m^2 (rad^2).
-    covariance : (d, 3 n, 3 n)
-        Per axis, of what the modes make of the noise in x'', x', x; mean over trials.
-    step : float
-        Spacing of the grid on which the readings lie, m (rad); 0: there is none.
+    `variance`: noise variance of single samples while the reading changes, m^2 (rad^2).
+    `covariance` (d, 3 n, 3 n): per axis, of what the modes make of the noise in x'', x', x; mean
+    over trials.
+    `step`: spacing of the grid on which the readings lie, m (rad); 0: there is none.
     """
 
     variance: float

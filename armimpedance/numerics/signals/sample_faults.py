@@ -30,14 +30,7 @@ def check_held(recording: Recording) -> Finding:
     A coarse encoder repeats its value too where the limb is slow, but goes on by one of its steps;
     samples that were held go on with all of the way that was missed.
 
-    Parameters
-    ----------
-    recording : Recording
-
-    Returns
-    -------
-    Finding
-        "held".
+    Returns "held".
     """
     length = max(FEWEST_SAMPLES, round(HELD_S * recording.sample_rate_hz))
     shortest = f"{1e3 * length / recording.sample_rate_hz:.3g} ms in {FEWEST_RUNS} places"
@@ -124,15 +117,8 @@ def lower_quantile(values: FloatArray | IntArray, part: float) -> float:
 
     `numpy.quantile` with the method "lower", which takes longer for its many other ones.
 
-    Parameters
-    ----------
-    values : (n,)
-    part : float
-        From 0 to 1.
-
-    Returns
-    -------
-    float
+    `values` (n,).
+    `part`: from 0 to 1.
     """
     ordered = np.sort(values)
     # NaN is sorted behind all numbers
@@ -142,16 +128,10 @@ def lower_quantile(values: FloatArray | IntArray, part: float) -> float:
 def gone_astray(cut: FloatArray, onset: int, end: IntArray, usable: BoolArray) -> BoolArray:
     """Trials (T,) in which the hand goes further than in the others and does not come back.
 
-    Parameters
-    ----------
-    cut : (T, S, d)
-        Positions around the onset.
-    onset : int
-        Sample of the onset.
-    end : (T,) int
-        Sample at which each disturbance is over.
-    usable : (T,) bool
-        Trials that are judged.
+    `cut` (T, S, d): positions around the onset.
+    `onset`: sample of the onset.
+    `end` (T,) int: sample at which each disturbance is over.
+    `usable` (T,) bool: trials that are judged.
     """
     far = np.zeros(cut.shape[:2])
     for axis in range(cut.shape[2]):

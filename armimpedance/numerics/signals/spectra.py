@@ -19,13 +19,9 @@ TOGETHER = 512
 class Coherence:
     """Multiple coherence between all motion axes and each force axis.
 
-    Attributes
-    ----------
-    frequency_hz : (f,)
-    coherence : (f, d)
-        0..1; 1 = everything is explained.
-    segments : int
-        How many segments were averaged; with few, coherence is biased towards 1.
+    `frequency_hz` (f,).
+    `coherence` (f, d): 0..1; 1 = everything is explained.
+    `segments`: how many segments were averaged; with few, coherence is biased towards 1.
     """
 
     frequency_hz: FloatArray

@@ -47,15 +47,8 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> FoundMovement:
     disturbances leave rest with the cube of time (bounded jerk), so that the onset is at
     ``2 t1 - t2``; the end likewise, backwards, from where the trial comes to rest.
 
-    Parameters
-    ----------
-    position : (S, d)
-    time_s : (S,)
-
-    Raises
-    ------
-    InputError
-        If the trial is too short, does not rest at its start, or nothing moves.
+    `position` (S, d), `time_s` (S,).
+    Raises InputError: if the trial is too short, does not rest at its start, or nothing moves.
     """
     rest = int(np.searchsorted(time_s, time_s[0] + REST_S))
     if rest < 5 or len(time_s) < 3 * rest:
@@ -94,12 +87,8 @@ MARGIN_S = 0.16
 class Timing:
     """Onset and end of every trial's disturbance, and where they come from.
 
-    Attributes
-    ----------
-    onset_s, end_s : (T,)
-        On each trial's own clock.
-    notes : tuple of str
-        Says so where times were detected.
+    `onset_s`, `end_s` (T,): on each trial's own clock.
+    `notes`: says so where times were detected.
     """
 
     onset_s: FloatArray

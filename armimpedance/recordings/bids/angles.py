@@ -35,23 +35,12 @@ def bids_angles(
 ) -> MotionRecording:
     """The joint angles of one person's runs.
 
-    Parameters
-    ----------
-    person : Person
-    runs : sequence of Run
-    skeleton : Skeleton or None
-        Coordinates that no channel has are 0, which the provenance tells.
-    names : mapping
-        Coordinate -> channel, where the names differ; ``-channel`` turns the sign.
-    system : str, optional
-        The tracking system, where several have angles.
-    in_degrees : bool, optional
-        Unit of angles whose channel does not say it.
-
-    Raises
-    ------
-    InputError
-        No skeleton, none of its angles, a channel without unit, or a value that is missing.
+    `skeleton`: coordinates that no channel has are 0, which the provenance tells.
+    `names`: coordinate -> channel, where the names differ; ``-channel`` turns the sign.
+    `system`: the tracking system, where several have angles.
+    `in_degrees`: unit of angles whose channel does not say it.
+    Raises InputError: no skeleton, none of its angles, a channel without unit, or a value that is
+    missing.
     """
     if skeleton is None:
         expected = "a skeleton, --skeleton FILE.json"

@@ -53,14 +53,9 @@ def _root_above(path: Path) -> Path | None:
 class Person:
     """One person's recordings in a dataset, or a part of them.
 
-    Attributes
-    ----------
-    root : Path
-        The dataset.
-    folder : Path
-        The person's.
-    within : Path
-        What is read: the person's folder, one session's, or one file.
+    `root`: the dataset.
+    `folder`: the person's.
+    `within`: what is read: the person's folder, one session's, or one file.
     """
 
     root: Path
@@ -150,10 +145,7 @@ def _sizes(facts: dict[str, float | str], units: dict[str, Any]) -> dict[str, fl
 def person_at(path: Path) -> Person:
     """The person whose recordings a path holds.
 
-    Raises
-    ------
-    InputError
-        Of several persons or none.
+    Raises InputError: of several persons or none.
     """
     if path.is_file():
         parents = [p for p in path.resolve().parents if p.name.startswith("sub-")]
@@ -173,12 +165,7 @@ def person_at(path: Path) -> Person:
 
 
 def small_json(file: Path) -> dict[str, Any]:
-    """A JSON file of BIDS.
-
-    Raises
-    ------
-    InputError
-    """
+    """A JSON file of BIDS."""
     try:
         if file.stat().st_size > _LARGEST_JSON_BYTES:
             raise InputError("is too large for such a file", file=file, expected="below 5 MB")

@@ -61,22 +61,12 @@ def bids_markers(
 ) -> MarkerRecording:
     """The tracked points of one person's runs.
 
-    Parameters
-    ----------
-    person : Person
-    runs : sequence of Run
-        Each is a trial, or holds events that are.
-    system : str, optional
-        The tracking system, where several track points in space.
-    emg_channels : mapping, optional
-        Channel -> muscle.
-    axes : three str, optional
-        The file's axes that point forward, left and up; None: as the reference frame says.
-
-    Raises
-    ------
-    InputError
-        No points in space, or several systems, frames or rates; or axes that nobody tells.
+    `runs`: each is a trial, or holds events that are.
+    `system`: the tracking system, where several track points in space.
+    `emg_channels`: channel -> muscle.
+    `axes`: the file's axes that point forward, left and up; None: as the reference frame says.
+    Raises InputError: no points in space, or several systems, frames or rates; or axes that nobody
+    tells.
     """
     muscles = dict(emg_channels or {})
     found: list[_Trial] = []

@@ -42,19 +42,11 @@ class Stretch:
 class Run:
     """Systems that recorded together.
 
-    Attributes
-    ----------
-    name : str
-        Such as "ses-1_task-reach_run-2".
-    systems : tuple of System
-        Tracking systems first.
-    starts_s : tuple of float
-        Time of each one's first sample; 0 is the first tracking system's.
-    stretches : tuple of Stretch
-        The trials; one of all where no event is one.
-    facts : mapping
-        What names and the table of participants say.
-    notes : tuple of str
+    `name`: such as "ses-1_task-reach_run-2".
+    `systems`: tracking systems first.
+    `starts_s`: time of each one's first sample; 0 is the first tracking system's.
+    `stretches`: the trials; one of all where no event is one.
+    `facts`: what names and the table of participants say.
     """
 
     name: str
@@ -68,17 +60,9 @@ class Run:
 def runs_of(person: Person, *, emg: bool = True) -> tuple[Run, ...]:
     """All runs that lie in what is read.
 
-    Parameters
-    ----------
-    person : Person
-    emg : bool
-        Whether what was recorded beside motion is needed. If not, a file of it that is broken is
-        named in the notes, and does not stop the reading.
-
-    Raises
-    ------
-    InputError
-        There are none, or a file of one is wrong.
+    `emg`: whether what was recorded beside motion is needed. If not, a file of it that is broken is
+    named in the notes, and does not stop the reading.
+    Raises InputError: there are none, or a file of one is wrong.
     """
     motion = person.data("motion", (".tsv",))
     signals = person.data("emg", (".edf", ".bdf"))
@@ -221,10 +205,7 @@ def _stretch(row: Mapping[str, str], file: BidsName, number: int) -> Stretch:
 def times_of(system: System, start_s: float, rows: int) -> FloatArray:
     """The time of each sample (N,), s after the first system's first sample.
 
-    Raises
-    ------
-    InputError
-        A latency is missing, or time does not run forward.
+    Raises InputError: a latency is missing, or time does not run forward.
     """
     latency = system.of_kind("LATENCY")
     if not latency:
@@ -267,18 +248,10 @@ _UNEVEN: Final = 0.5
 class Clocked:
     """The samples of one trial.
 
-    Attributes
-    ----------
-    condition : str
-    facts : mapping
-        What its event says.
-    rate_hz : float
-    time_s : (N,)
-        The trial's own clock.
-    values : (N, ...)
-    stretch : Stretch
-    begin_s : float
-        Time of its first sample in the run.
+    `values` (N, ...).
+    `facts`: what its event says.
+    `time_s` (N,): the trial's own clock.
+    `begin_s`: time of its first sample in the run.
     """
 
     condition: str
@@ -299,19 +272,10 @@ def clock_of(system: System) -> list[int]:
 def clocked(run: Run, index: int, values: FloatArray, clock: FloatArray | None) -> list[Clocked]:
     """The trials of a run.
 
-    Parameters
-    ----------
-    run : Run
-    index : int
-        The system whose samples these are.
-    values : (N, ...)
-    clock : (N,) or None
-        The trials' own times; None: each begins at 0.
-
-    Raises
-    ------
-    InputError
-        A trial has no sample, or time does not run in steps of the rate.
+    `values` (N, ...).
+    `index`: the system whose samples these are.
+    `clock` (N,) or None: the trials' own times; None: each begins at 0.
+    Raises InputError: a trial has no sample, or time does not run in steps of the rate.
     """
     system = run.systems[index]
     time = times_of(system, run.starts_s[index], len(values))

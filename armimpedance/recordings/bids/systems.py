@@ -32,15 +32,9 @@ _WIDTH: Final = {".edf": 2, ".bdf": 3}
 class EdfFile:
     """The signals of a file, not read yet.
 
-    Attributes
-    ----------
-    labels, units : tuple of str
-        As the file has them.
-    rates_hz : tuple of float
-    lengths : tuple of int
-        Samples of each signal.
-    read : callable
-        Values (N,) of the signal of an index, in its unit.
+    `labels`, `units`: as the file has them.
+    `lengths`: samples of each signal.
+    `read`: values (N,) of the signal of an index, in its unit.
     """
 
     labels: tuple[str, ...]
@@ -53,11 +47,8 @@ class EdfFile:
 def open_edf(file: Path) -> EdfFile:
     """Open a file whose name ends in .edf or .bdf.
 
-    Raises
-    ------
-    InputError
-        It is no such file, is shorter than its header says, or its records do not follow one
-        another without gaps.
+    Raises InputError: it is no such file, is shorter than its header says, or its records do not
+    follow one another without gaps.
     """
     _check_sizes(file)
     edfio = needed("edfio", "bids", file)
@@ -153,14 +144,9 @@ _LOWEST_RATE_HZ, _LARGEST_RATE_HZ = 1e-3, 1e7
 class Channel:
     """One column of values.
 
-    Attributes
-    ----------
-    name : str
-    kind : str
-        Its type in BIDS, such as "POS"; "" where it has none.
-    unit : str or None
-    component, point, frame : str
-        Axis, tracked point and reference frame of a channel of motion; "" where there is none.
+    `kind`: its type in BIDS, such as "POS"; "" where it has none.
+    `component`, `point`, `frame`: axis, tracked point and reference frame of a channel of motion;
+    "" where there is none.
     """
 
     name: str
@@ -175,23 +161,11 @@ class Channel:
 class System:
     """Channels on one clock.
 
-    Attributes
-    ----------
-    name : str
-        The tracking system's label, or "emg", "physio", with the recording's label.
-    sort : {"motion", "emg", "physio"}
-    file : BidsName
-    channels : tuple of Channel
-    rate_hz : float
-    start_s : float
-        Time of the first sample, where the file itself tells it.
-    read : callable
-        Values (N, len(indices)) of the channels of these indices, NaN where one is missing.
-    sidecar : mapping
-    axes : mapping
-        Reference frame -> the directions of its axes, such as "ALS".
-    notes : tuple of str
-        What a reader of the recording must know.
+    `name`: the tracking system's label, or "emg", "physio", with the recording's label.
+    `start_s`: time of the first sample, where the file itself tells it.
+    `read`: values (N, len(indices)) of the channels of these indices, NaN where one is missing.
+    `axes`: reference frame -> the directions of its axes, such as "ALS".
+    `notes`: what a reader of the recording must know.
     """
 
     name: str
@@ -213,10 +187,7 @@ class System:
 def motion_system(file: BidsName, person: Person) -> System:
     """A tracking system.
 
-    Raises
-    ------
-    InputError
-        Its channels or its rate are not described.
+    Raises InputError: its channels or its rate are not described.
     """
     described = person.describing(file, "channels", ".tsv")
     if not described:
@@ -298,10 +269,6 @@ def emg_systems(file: BidsName, person: Person) -> list[System]:
     """The signals of an EMG file, one system for each rate.
 
     The unit is the one in the file's own header: what `_channels.tsv` calls V is often uV there.
-
-    Raises
-    ------
-    InputError
     """
     edf = open_edf(file.path)
     described = person.describing(file, "channels", ".tsv")
@@ -340,12 +307,7 @@ def emg_systems(file: BidsName, person: Person) -> list[System]:
 
 
 def physio_system(file: BidsName, person: Person) -> System:
-    """A record beside the others: `_physio.tsv.gz` with its columns in a JSON file.
-
-    Raises
-    ------
-    InputError
-    """
+    """A record beside the others: `_physio.tsv.gz` with its columns in a JSON file."""
     sidecar = person.sidecar(file)
     place = file.path.name
     names = sidecar.get("Columns")

@@ -32,17 +32,9 @@ def is_missing(cell: str) -> bool:
 def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]]:
     """The rows of a table with a header, as texts.
 
-    Parameters
-    ----------
-    file : Path
-    required : sequence of str
-        Columns that it must have.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, a required column is missing, a name stands twice, or a row has another
-        number of cells.
+    `required`: columns that it must have.
+    Raises InputError: it cannot be read, a required column is missing, a name stands twice, or a
+    row has another number of cells.
     """
     lines = _text(file).splitlines()
     names = [name.strip() for name in lines[0].split("\t")] if lines else []
@@ -78,23 +70,12 @@ def _text(file: Path) -> str:
 def numbers(file: Path, names: Sequence[str], wanted: Sequence[int]) -> FloatArray:
     """Columns of a table of numbers without a header, NaN where a value is missing.
 
-    Parameters
-    ----------
-    file : Path
-        `.tsv`, or `.tsv.gz`.
-    names : sequence of str
-        All its columns; a first row that repeats them is passed over.
-    wanted : sequence of int
-        Which are read.
-
-    Returns
-    -------
-    (N, len(wanted)) array
-
-    Raises
-    ------
-    InputError
-        It cannot be read or is empty, a row has another number of cells, or one is no number.
+    `file`: `.tsv`, or `.tsv.gz`.
+    `names`: all its columns; a first row that repeats them is passed over.
+    `wanted`: which are read.
+    Returns (N, len(wanted)) array.
+    Raises InputError: it cannot be read or is empty, a row has another number of cells, or one is
+    no number.
     """
     content = _unpacked(file) if file.suffix == ".gz" else None
     first = _first_line(file, content)
@@ -195,15 +176,9 @@ OF_THE_SYSTEM: Final = ("tracksys", "recording", "space", "desc")
 class BidsName:
     """A file and what its name says.
 
-    Attributes
-    ----------
-    path : Path
-    entities : mapping
-        Such as ``{"sub": "01", "task": "reach"}``, in the name's order.
-    suffix : str
-        Such as "motion".
-    ending : str
-        Such as ".tsv.gz".
+    `entities`: such as ``{"sub": "01", "task": "reach"}``, in the name's order.
+    `suffix`: such as "motion".
+    `ending`: such as ".tsv.gz".
     """
 
     path: Path
@@ -214,11 +189,7 @@ class BidsName:
     def describes(self, data: BidsName, but: Collection[str] = ()) -> bool:
         """Whether what this file says holds for that one: each of its entities is that one's.
 
-        Parameters
-        ----------
-        data : BidsName
-        but : collection of str
-            Entities that are not compared.
+        `but`: entities that are not compared.
         """
         mine = {key: value for key, value in self.entities.items() if key not in but}
         return all(data.entities.get(key) == value for key, value in mine.items())

@@ -35,20 +35,11 @@ _WRAP: Final = 65536
 class Layout:
     """The form of the samples.
 
-    Attributes
-    ----------
-    start : int
-        Position of the first frame, in bytes.
-    frames, points, channels, samples_per_frame : int
-    real : bool
-        Words are reals, else 16-bit integers.
-    point_scale : float
-        File's unit of length per count; 1 for reals.
-    first_frame : int
-        Number of the first frame, from 1.
-    rate_hz : float
-    remarks : tuple of str
-        Sentences on what the file says wrongly of itself.
+    `start`: position of the first frame, in bytes.
+    `real`: words are reals, else 16-bit integers.
+    `point_scale`: file's unit of length per count; 1 for reals.
+    `first_frame`: number of the first frame, from 1.
+    `remarks`: sentences on what the file says wrongly of itself.
     """
 
     start: int
@@ -105,18 +96,9 @@ class _Header:
 def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
     """The layout of a C3D file's samples.
 
-    Parameters
-    ----------
-    data : bytes
-        The whole file.
-    name : str
-        The file's name, for messages.
-    parameters : C3dParameters
-
-    Raises
-    ------
-    InputError
-        The header contradicts itself, or claims what the file does not hold.
+    `data`: the whole file.
+    `name`: the file's name, for messages.
+    Raises InputError: the header contradicts itself, or claims what the file does not hold.
     """
     header = _Header.parse(data, parameters.processor)
     scale = _scale(header, parameters)
@@ -235,18 +217,12 @@ def _rate(name: str, header: _Header, parameters: C3dParameters) -> float:
 class C3dFile:
     """The content of one file; samples are decoded when they are asked for.
 
-    Attributes
-    ----------
-    name : str
-        For messages.
-    header : bytes
-        The first block.
-    parameters : C3dParameters
-    layout : Layout
-    words : (F, W)
-        As stored: of each frame x, y, z, residual of each point, then the analog samples.
-    point_labels, analog_labels : tuple of str
-        A label that stands twice is replaced by its description where that tells the two apart.
+    `name`: for messages.
+    `header`: the first block.
+    `words` (F, W): as stored: of each frame x, y, z, residual of each point, then the analog
+    samples.
+    `point_labels`, `analog_labels`: a label that stands twice is replaced by its description where
+    that tells the two apart.
     """
 
     name: str
@@ -301,10 +277,7 @@ class C3dFile:
     def analog(self, index: Sequence[int]) -> FloatArray:
         """Analog channels (F * samples a frame, n) in the file's units.
 
-        Raises
-        ------
-        InputError
-            A channel lacks its scale or offset.
+        Raises InputError: a channel lacks its scale or offset.
         """
         layout, chosen, words = self.layout, np.asarray(index, np.intp), self.stored(index)
         unsigned = self.parameters.text("ANALOG", "FORMAT").upper() == "UNSIGNED"
@@ -373,16 +346,8 @@ def read_c3d(path: str | os.PathLike[str]) -> C3dFile:
 def parse_c3d(data: bytes, name: str) -> C3dFile:
     """The content of a C3D file from its bytes.
 
-    Parameters
-    ----------
-    data : bytes
-    name : str
-        The file's name, for messages.
-
-    Raises
-    ------
-    InputError
-        It is no C3D file, is cut off, or its header claims what it does not hold.
+    `name`: the file's name, for messages.
+    Raises InputError: it is no C3D file, is cut off, or its header claims what it does not hold.
     """
     parameters = parameters_of(data, name)
     layout = layout_of(data, name, parameters)

@@ -25,14 +25,8 @@ _MOST_IN_HEADER: Final = 18
 class Event:
     """Something that happened at a time.
 
-    Attributes
-    ----------
-    label : str
-    context : str
-        Such as Left; empty where there is none.
-    subject : str
-    time_s : float
-        On the trial's own clock: 0 is its first frame.
+    `context`: such as Left; empty where there is none.
+    `time_s`: on the trial's own clock: 0 is its first frame.
     """
 
     label: str
@@ -131,11 +125,7 @@ def model_outputs(capture: C3dFile) -> dict[str, str]:
 def beside(capture: C3dFile, channels: Iterable[str]) -> dict[str, tuple[str, ...]]:
     """What is left out of every file: by why, the names.
 
-    Parameters
-    ----------
-    capture : C3dFile
-    channels : iterable of str
-        Analog channels that were taken.
+    `channels`: analog channels that were taken.
     """
     taken = set(channels)
     free = tuple(c or "without a name" for c in capture.analog_labels if c not in taken)

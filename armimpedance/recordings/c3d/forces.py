@@ -36,14 +36,9 @@ _HEAVY: Final = 0.2
 class PlateForces:
     """Force plates at the frames of the markers.
 
-    Attributes
-    ----------
-    wrenches : (F, K, 6)
-        By each plate on the body, in the world's frame, about the plate's origin.
-    origins_m : (K, 3)
-        The middle of each plate's surface in the world's frame.
-    remarks : tuple of str
-        How the signs were found, and what was taken off.
+    `wrenches` (F, K, 6): by each plate on the body, in the world's frame, about the plate's origin.
+    `origins_m` (K, 3): the middle of each plate's surface in the world's frame.
+    `remarks`: how the signs were found, and what was taken off.
     """
 
     wrenches: FloatArray
@@ -56,10 +51,7 @@ def check_level(
 ) -> None:
     """Refuse axes whose vertical no plate's surface faces, or that put the markers below them.
 
-    Raises
-    ------
-    InputError
-        It says which axes the plates and the markers speak for.
+    Raises InputError: it says which axes the plates and the markers speak for.
     """
     normals = np.array([plate.turn[:, 2] for plate in plates])
     up = rotation[2]
@@ -90,22 +82,12 @@ def plate_forces(
     body (as some programs write it). A body can only press on a plate: what its load's vertical
     part shows is taken, and told.
 
-    Parameters
-    ----------
-    capture : C3dFile
-    plates : sequence of Plate
-        At least one.
-    metres : float
-        The file's unit of length, in m.
-    rotation : (3, 3)
-        From the file's axes to the world's.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other the file holds; None: what the load shows.
-
-    Raises
-    ------
-    InputError
-        A plate's channels cannot be read, or its load says that its description is wrong.
+    `plates`: at least one.
+    `metres`: the file's unit of length, in m.
+    `rotation` (3, 3): from the file's axes to the world's.
+    `force_by`: whose force on the other the file holds; None: what the load shows.
+    Raises InputError: a plate's channels cannot be read, or its load says that its description is
+    wrong.
     """
     read = [_of_plate(capture, plate, metres, rotation) for plate in plates]
     found = [wrench for wrench, _ in read]
@@ -134,10 +116,7 @@ def _of_plate(
 ) -> tuple[FloatArray, str]:
     """The wrench (S, 6) in the plate's axes, and a remark where ORIGIN had the other sign.
 
-    Raises
-    ------
-    InputError
-        The load presses beside the plate: its unit, origin or corners are wrong.
+    Raises InputError: the load presses beside the plate: its unit, origin or corners are wrong.
     """
     up = plate.turn.T @ rotation[2]
     wrench = local_wrench(capture, plate, metres, up)
@@ -259,13 +238,8 @@ def _name(axis: FloatArray) -> str:
 class TakenPlates:
     """The force plates of a file, or why there are none.
 
-    Attributes
-    ----------
-    forces : PlateForces or None
-    channels : frozenset of str
-        Labels of the analog channels that they were made of.
-    left_out : mapping
-        Why -> what was not taken.
+    `channels`: labels of the analog channels that they were made of.
+    `left_out`: why -> what was not taken.
     """
 
     forces: PlateForces | None = None
@@ -284,24 +258,12 @@ def plates_taken(
 ) -> TakenPlates:
     """The force plates; all or none: without one of them the others would mislead.
 
-    Parameters
-    ----------
-    capture : C3dFile
-    metres : float
-        The file's unit of length, in m.
-    positions : (F, P, 3)
-        Markers in the world's frame, m.
-    rotation : (3, 3)
-        From the file's axes to the world's.
-    stated : bool
-        Whether the user stated these axes.
-    force_by : {"limb", "device"} or None
-        Whose force on the other the file holds; None: what the load shows.
-
-    Raises
-    ------
-    InputError
-        The axes were not stated, and plates or markers contradict them.
+    `metres`: the file's unit of length, in m.
+    `positions` (F, P, 3): markers in the world's frame, m.
+    `rotation` (3, 3): from the file's axes to the world's.
+    `stated`: whether the user stated these axes.
+    `force_by`: whose force on the other the file holds; None: what the load shows.
+    Raises InputError: the axes were not stated, and plates or markers contradict them.
     """
     used = plates_used(capture)
     names = tuple(f"force plate {i + 1}" for i in range(min(used, MOST_PLATES)))

@@ -23,13 +23,8 @@ _VAX_FACTOR: Final = 0.25
 class Processor:
     """The order of bytes, and the form of real numbers.
 
-    Attributes
-    ----------
-    name : str
-    order : {"<", ">"}
-        Of integers, and of reals where they are IEEE's.
-    vax : bool
-        Reals are DEC's F_floating.
+    `order`: of integers, and of reals where they are IEEE's.
+    `vax`: reals are DEC's F_floating.
     """
 
     name: str
@@ -77,13 +72,8 @@ _ENTRIES: Final = 20_000
 class Entry:
     """One parameter: texts or numbers.
 
-    Attributes
-    ----------
-    sizes : tuple of int
-        Its dimensions; of texts the first one, their length, is left out.
-    texts : tuple of str
-    numbers : (n,)
-        In the order of the file: the first dimension runs fastest.
+    `sizes`: its dimensions; of texts the first one, their length, is left out.
+    `numbers` (n,): in the order of the file: the first dimension runs fastest.
     """
 
     sizes: tuple[int, ...]
@@ -100,11 +90,6 @@ class C3dParameters:
     """All parameters of a file, by group and name in capitals.
 
     A Kinarm archive that is no C3D file has the same groups.
-
-    Attributes
-    ----------
-    processor : Processor
-    groups : mapping of mapping of Entry
     """
 
     processor: Processor
@@ -161,10 +146,7 @@ def read_parameters(data: bytes, name: str, start: int) -> C3dParameters:
     start : int
         Position at which the section begins.
 
-    Raises
-    ------
-    InputError
-        The section is broken, or names no processor.
+    Raises InputError: the section is broken, or names no processor.
     """
     return _Section(data, name, start).parse()
 

@@ -36,24 +36,15 @@ MOST_PLATES: Final = 64
 class Plate:
     """One force plate.
 
-    Attributes
-    ----------
-    number : int
-        From 1.
-    kind : int
-        Its type in the C3D manual.
-    channels : tuple of int
-        From 0.
-    centre_m : (3,)
-        The middle of its surface, in the file's axes.
-    half_m : (2,)
-        Half of its edges along its own x and y.
-    turn : (3, 3)
-        Its own axes as columns, in the file's axes.
-    origin_m : (3,)
-        As the file has it; of types 2 and 4 from the sensors' origin to the surface's middle.
-    matrix : (6, 6) or None
-        Of type 4: from channels to force and moment.
+    `number`: from 1.
+    `kind`: its type in the C3D manual.
+    `channels`: from 0.
+    `centre_m` (3,): the middle of its surface, in the file's axes.
+    `half_m` (2,): half of its edges along its own x and y.
+    `turn` (3, 3): its own axes as columns, in the file's axes.
+    `origin_m` (3,): as the file has it; of types 2 and 4 from the sensors' origin to the surface's
+    middle.
+    `matrix` (6, 6) or None: of type 4: from channels to force and moment.
     """
 
     number: int
@@ -75,16 +66,8 @@ def plates_used(capture: C3dFile) -> int:
 def plates_of(capture: C3dFile, metres: float) -> tuple[Plate, ...]:
     """The force plates of a file, but those that are listed without a place and bear no load.
 
-    Parameters
-    ----------
-    capture : C3dFile
-    metres : float
-        The file's unit of length, in m.
-
-    Raises
-    ------
-    InputError
-        A plate is of a type that is not read, or its description is not complete.
+    `metres`: the file's unit of length, in m.
+    Raises InputError: a plate is of a type that is not read, or its description is not complete.
     """
     used = plates_used(capture)
     if used > MOST_PLATES:
@@ -251,19 +234,10 @@ _LARGEST_N: Final = 1e5
 def local_wrench(capture: C3dFile, plate: Plate, metres: float, up: FloatArray) -> FloatArray:
     """The wrench (S, 6) of a plate at the analog rate.
 
-    Parameters
-    ----------
-    capture : C3dFile
-    plate : Plate
-    metres : float
-        The file's unit of length, in m.
-    up : (3,)
-        The vertical in the plate's axes.
-
-    Raises
-    ------
-    InputError
-        A value is not finite or no force that a plate bears, or the sensors' distances are missing.
+    `metres`: the file's unit of length, in m.
+    `up` (3,): the vertical in the plate's axes.
+    Raises InputError: a value is not finite or no force that a plate bears, or the sensors'
+    distances are missing.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         values = capture.analog(plate.channels) * _factors(capture, plate, metres)
@@ -286,16 +260,9 @@ def local_wrench(capture: C3dFile, plate: Plate, metres: float, up: FloatArray) 
 def baseline(capture: C3dFile, wrench: FloatArray) -> tuple[FloatArray, str]:
     """What a plate shows where the file says that nothing is on it, (6,), and why it is zero.
 
-    Parameters
-    ----------
-    capture : C3dFile
-    wrench : (S, 6)
-
-    Returns
-    -------
-    offset : (6,)
-    reason : str
-        Empty where the offset is to be taken off.
+    `wrench` (S, 6).
+    Returns `offset` (6,).
+    `reason`: empty where the offset is to be taken off.
     """
     nothing = np.zeros(6)
     zero = capture.parameters.numbers("FORCE_PLATFORM", "ZERO")[:2]

@@ -46,15 +46,9 @@ _NUMBERS: Final = {1: "u1", 2: "<i4", 3: "<f4"}
 class Header:
     """What `header.bin` says of a trial.
 
-    Attributes
-    ----------
-    frames : int
-        Samples of every channel.
-    acknowledgements : int
-        Frames of the screen whose time was confirmed (`videoack.bin`).
-    rate_hz : float
-    channels, positions : tuple of str
-        Members: `<channel>.kinematics`, `<position>.position`.
+    `frames`: samples of every channel.
+    `acknowledgements`: frames of the screen whose time was confirmed (`videoack.bin`).
+    `channels`, `positions`: members: `<channel>.kinematics`, `<position>.position`.
     """
 
     frames: int
@@ -67,10 +61,7 @@ class Header:
 def read_header(data: bytes, name: str) -> Header:
     """The content of `header.bin`.
 
-    Raises
-    ------
-    InputError
-        It is damaged or of an unknown version; as of all functions here.
+    Raises InputError: it is damaged or of an unknown version; as of all functions here.
     """
     taken = _Member(data, name, VERSIONS)
     frames, channels, positions, _, acknowledgements = (taken.int32() for _ in range(5))
@@ -235,18 +226,11 @@ def archive_roots(files: Files) -> set[str]:
 class Archive:
     """The folders of an archive's trials.
 
-    Attributes
-    ----------
-    path : object
-        For messages.
-    files : mapping
-        See `packing`.
-    root : str
-        The folder of `common/` and of the trials, with its slash.
-    wanted : callable
-        Which channels are read, by their labels.
-    store : ExamStore
-        Where the samples are kept.
+    `path`: for messages.
+    `files`: see `packing`.
+    `root`: the folder of `common/` and of the trials, with its slash.
+    `wanted`: which channels are read, by their labels.
+    `store`: where the samples are kept.
     """
 
     path: object
@@ -268,10 +252,7 @@ class Archive:
     def common(self) -> ExamFile:
         """What all trials share.
 
-        Raises
-        ------
-        InputError
-            It is missing or damaged.
+        Raises InputError: it is missing or damaged.
         """
         if f"{self.root}common/header.bin" in self.files:
             self._header("common")
@@ -284,10 +265,7 @@ class Archive:
     def trial(self, folder: str) -> ExamFile:
         """One trial, with those of its channels that are wanted.
 
-        Raises
-        ------
-        InputError
-            One of the members that are needed is missing or damaged.
+        Raises InputError: one of the members that are needed is missing or damaged.
         """
         header = self._header(folder)
         parameters = self._parameters(folder)
@@ -366,10 +344,7 @@ class Archive:
     def _all_there(self, folder: str, label: str, count: int, header: Header) -> bool:
         """Whether a channel was recorded: all of it, or (False) nothing.
 
-        Raises
-        ------
-        InputError
-            A part of it is missing.
+        Raises InputError: a part of it is missing.
         """
         if count not in (0, header.frames):
             raise InputError(

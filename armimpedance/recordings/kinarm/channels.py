@@ -55,12 +55,7 @@ def sound_trials(
     The exam's rate is the commonest one; a trial must have the force, the muscles' inputs, and the
     links' angles and the hand where most trials have them, all of them finite.
 
-    Parameters
-    ----------
-    trials : sequence of ExamTrial
-    side : {"right", "left"}
-    muscles : mapping
-        Analog input -> muscle.
+    `muscles`: analog input -> muscle.
     """
     rate_hz = Counter(trial.file.rate_hz for trial in trials).most_common(1)[0][0]
     hand = f"{side.title()}_Hand"
@@ -135,10 +130,7 @@ def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:
 def channel(file: ExamFile, label: str) -> FloatArray:
     """One analog channel, (F,).
 
-    Raises
-    ------
-    InputError
-        The file has no such channel, or it is not finite throughout.
+    Raises InputError: the file has no such channel, or it is not finite throughout.
     """
     if label not in file.channels:
         there = ", ".join([*file.channels, *file.others][:8])
@@ -173,13 +165,8 @@ def further_channels(
 
     An input that is zero in all trials is nobody's, and left out without a word.
 
-    Parameters
-    ----------
-    files : list of ExamFile
-        Each channel is let go of, in place, when it is taken: a long exam is not held twice.
-    side : {"right", "left"}
-    muscles : mapping
-        Analog input -> muscle.
+    `files`: each channel is let go of, in place, when it is taken: a long exam is not held twice.
+    `muscles`: analog input -> muscle.
     """
     kept, remarks = {}, []
     labels = dict.fromkeys(label for file in files for label in file.channels)
@@ -232,13 +219,8 @@ def labels_there(files: Sequence[ExamFile]) -> set[str]:
 def channels_not_taken(there: set[str], side: Side, taken: Collection[str]) -> tuple[str, ...]:
     """Sentences of the provenance on the channels that are there and not in the recording.
 
-    Parameters
-    ----------
-    there : set of str
-    side : {"right", "left"}
-        The arm of the recording.
-    taken : collection of str
-        Labels that are in the recording, beside the force and the hand.
+    `side`: the arm of the recording.
+    `taken`: labels that are in the recording, beside the force and the hand.
     """
     left = there - {*taken, *force_labels(side), f"{side.title()}_Hand"}
     other = "Left_" if side == "right" else "Right_"

@@ -35,12 +35,8 @@ _NEEDED: Final = ("L1_I", "L1_M", "L1_C_AXIAL", "L2_I", "L2_M", "L2_C_AXIAL")
 class LinkInertias:
     """What the equations above need of the links, SI units.
 
-    Attributes
-    ----------
-    first, second : float
-        A and D.
-    along, across : float
-        B = along cos d + across sin d.
+    `first`, `second`: a and D.
+    `along`, `across`: B = along cos d + across sin d.
     """
 
     first: float
@@ -53,10 +49,7 @@ class LinkInertias:
     ) -> FloatArray:
         """Torque that this motion of the links takes, (N, 2) in N m.
 
-        Parameters
-        ----------
-        angle, velocity, acceleration : (N, 2)
-            Of links 1 and 2, from the x axis.
+        `angle`, `velocity`, `acceleration` (N, 2): of links 1 and 2, from the x axis.
         """
         apart = angle[:, 1] - angle[:, 0]
         coupling = self.along * np.cos(apart) + self.across * np.sin(apart)
@@ -74,11 +67,7 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     What else is not stated (crank, bar, motors) counts as massless: the balance leaves the size of
     the inertias open.
 
-    Parameters
-    ----------
-    common : ExamFile
-    robot : Robot
-        Its first link's length counts; an exoskeleton's is set to the subject.
+    `robot`: its first link's length counts; an exoskeleton's is set to the subject.
     """
     group = f"{robot.side.upper()}_KINARM"
     names = [f"L{i}_{what}" for i in (1, 2, 3, 4) for what in ("I", "M", "C_AXIAL", "C_ANTERIOR")]
@@ -115,14 +104,9 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
 def hand_torque(links: FloatArray, robot: Robot, force: FloatArray) -> FloatArray:
     """Torque on the links from a force at the hand, J^T F, (N, 2) in N m.
 
-    Parameters
-    ----------
-    links : (N, 2)
-        Angles of links 1 and 2 from the x axis.
-    robot : Robot
-        With known lengths.
-    force : (N, 2)
-        On the robot.
+    `links` (N, 2): angles of links 1 and 2 from the x axis.
+    `robot`: with known lengths.
+    `force` (N, 2): on the robot.
     """
     length, along, aside = robot.lengths_m
     sine, cosine = np.sin(links), np.cos(links)
@@ -166,17 +150,11 @@ FRAMES: Final = np.array(
 class LinkTorques(FrozenRecord):
     """Smoothed torques while the links move, N samples of 2 axes, N m.
 
-    Attributes
-    ----------
-    inertial, motor : (N, 2)
-        What the motion takes; what the motors do.
-    hand : (N, 2, 4)
-        J^T F of the sensor's force in each of `FRAMES`.
-    velocity : (N, 2)
-    trial : (N,)
-        Number of each sample's trial, from 0.
-    step_s : float
-        Time between two samples.
+    `velocity` (N, 2).
+    `inertial`, `motor` (N, 2): what the motion takes; what the motors do.
+    `hand` (N, 2, 4): J^T F of the sensor's force in each of `FRAMES`.
+    `trial` (N,): number of each sample's trial, from 0.
+    `step_s`: time between two samples.
     """
 
     inertial: Annotated[FloatArray, "N 2"]

@@ -68,36 +68,20 @@ def read_kinarm(
     Trials without samples, and trials that are broken or not as the others, are left out; the
     provenance and the `findings` say how many, which and why.
 
-    Parameters
-    ----------
-    path : path
-        A `.kinarm` archive; a folder or zip with `common.c3d` and `BB_TT_RR.c3d`, at most two
-        folders deep; or one trial's file with `common.c3d` beside it.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other the sensor's channels hold; the files do not say it. None: found
-        from the robot's own inertias and motor torques (`force_balance`), where they show it.
-    side : {"right", "left"}, optional
-        Needed where both arms have a force sensor.
-    choice : Choice, optional
-        Which trials, and the events at which the disturbance begins and is back.
-    emg_channels : mapping, optional
-        Analog input -> muscle, such as ``{"ACH0": "biceps_long"}``.
-    keep_personal : bool
-        Keep subject, experiment, dates and times, which identify a person.
-
-    Returns
-    -------
-    Recording
-        A recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
-        what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
-        `is_error`, `event_<label>_s` (first occurrence), and what the exam's tables say of the
-        trial: see `Protocol.columns`.
-
-    Raises
-    ------
-    InputError
-        The exam cannot be read, lacks what is needed, holds both arms and no side was chosen, or
-        whose force it is was not told and cannot be found.
+    `path`: a `.kinarm` archive; a folder or zip with `common.c3d` and `BB_TT_RR.c3d`, at most two
+    folders deep; or one trial's file with `common.c3d` beside it.
+    `force_by`: whose force on the other the sensor's channels hold; the files do not say it. None:
+    found from the robot's own inertias and motor torques (`force_balance`), where they show it.
+    `side`: needed where both arms have a force sensor.
+    `choice`: which trials, and the events at which the disturbance begins and is back.
+    `emg_channels`: analog input -> muscle, such as ``{"ACH0": "biceps_long"}``.
+    `keep_personal`: keep subject, experiment, dates and times, which identify a person.
+    Returns a recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
+    what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
+    `is_error`, `event_<label>_s` (first occurrence), and what the exam's tables say of the trial:
+    see `Protocol.columns`.
+    Raises InputError: the exam cannot be read, lacks what is needed, holds both arms and no side
+    was chosen, or whose force it is was not told and cannot be found.
     """
     muscles = muscles_of(emg_channels)
     session = _session(path, side, muscles, choice or Choice(), keep_personal)
@@ -130,10 +114,7 @@ def _session(
 ) -> _Session:
     """The trials that are sound and wanted.
 
-    Raises
-    ------
-    InputError
-        None is.
+    Raises InputError: None is.
     """
     exam, renamed = with_own_names(read_exam(path, wanted_channels(muscles)))
     side = choose_side(exam, side, path)
@@ -207,10 +188,7 @@ def _recording(
 def _force_by(told: ForceBy | None, balance: Balance, path: object) -> ForceBy:
     """Whose force the sensor holds, as told, else as found.
 
-    Raises
-    ------
-    InputError
-        It was not told and cannot be found.
+    Raises InputError: it was not told and cannot be found.
     """
     whose = told or balance.force_by
     if whose is not None:
@@ -226,10 +204,7 @@ def _force_by(told: ForceBy | None, balance: Balance, path: object) -> ForceBy:
 def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
     """The subject of an exam; the files name nobody unless `keep_personal`.
 
-    Raises
-    ------
-    InputError
-        The exam cannot be read, where it has to be.
+    Raises InputError: the exam cannot be read, where it has to be.
     """
     if not keep_personal:
         return Subject()

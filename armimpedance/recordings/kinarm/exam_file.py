@@ -35,23 +35,13 @@ Samples = NDArray[np.floating[Any]]
 class ExamFile:
     """A trial of an exam, or what all trials share.
 
-    Attributes
-    ----------
-    name : str
-        For messages.
-    parameters : C3dParameters
-    rate_hz : float
-        Samples per second.
-    frames : int
-        Number of samples F of every channel.
-    hands : mapping
-        Such as `Right_Hand` -> places (F, 2) in m.
-    channels : mapping
-        Label -> samples (F,) in the unit of the file; the channels that were asked for.
-    others : tuple of str
-        Labels of the channels that are there and were not read.
-    acknowledgements : int
-        How many frames of the screen have a time at which they were shown.
+    `name`: for messages.
+    `rate_hz`: samples per second.
+    `frames`: number of samples F of every channel.
+    `hands`: such as `Right_Hand` -> places (F, 2) in m.
+    `channels`: label -> samples (F,) in the unit of the file; the channels that were asked for.
+    `others`: labels of the channels that are there and were not read.
+    `acknowledgements`: how many frames of the screen have a time at which they were shown.
     """
 
     name: str
@@ -97,18 +87,10 @@ class ExamFile:
 def joined(frames: Sequence[int], parts: Iterable[Samples], width: int = 0) -> FloatArray:
     """Something of each trial, one after another, without a second copy of the whole.
 
-    Parameters
-    ----------
-    frames : sequence of int
-        Number of samples F of each trial.
-    parts : iterable of (F,) or (F, width)
-        One of each trial, made when it is its turn.
-    width : int
-        Columns of the parts; 0: they are (F,).
-
-    Returns
-    -------
-    (N,) or (N, width)
+    `frames`: number of samples F of each trial.
+    `parts` iterable of (F,) or (F, width): one of each trial, made when it is its turn.
+    `width`: columns of the parts; 0: they are (F,).
+    Returns (N,) or (N, width).
     """
     whole = np.empty((sum(frames), width) if width else sum(frames))
     at = 0
@@ -144,11 +126,8 @@ class ExamStore:
     def keep(self, label: str, values: Samples) -> Samples:
         """The same numbers, (F, ...), where they need little memory.
 
-        Parameters
-        ----------
-        label : str
-            The channel.
-        values : (F, ...)
+        `values` (F, ...).
+        `label`: the channel.
         """
         bits = values.view(f"u{values.itemsize}") if values.flags.c_contiguous else values
         if not bits.any():
@@ -169,10 +148,7 @@ class ExamStore:
 def from_c3d(c3d: C3dFile, wanted: Callable[[str], bool], store: ExamStore) -> ExamFile:
     """A file of an exam from the C3D file that it is, with the channels that are wanted.
 
-    Raises
-    ------
-    InputError
-        Its channels are not sampled once per frame, as all channels of an exam are.
+    Raises InputError: its channels are not sampled once per frame, as all channels of an exam are.
     """
     layout = c3d.layout
     if layout.frames and layout.samples_per_frame != 1:
@@ -231,21 +207,10 @@ Files = Mapping[str, Callable[[int | None], bytes]]
 def files_of(path: Path) -> Iterator[Files]:
     """The files by their names relative to `path`.
 
-    Parameters
-    ----------
-    path : Path
-        A folder, a zip (`.zip` or `.kinarm`), or a trial's `.c3d` with `common.c3d` beside it.
-
-    Yields
-    ------
-    mapping
-        Name -> what reads the file.
-
-    Raises
-    ------
-    InputError
-        There is nothing to read, or the zip is broken, too large, packed too densely, or has paths
-        outside of its folder.
+    `path`: a folder, a zip (`.zip` or `.kinarm`), or a trial's `.c3d` with `common.c3d` beside it.
+    Yields name -> what reads the file.
+    Raises InputError: there is nothing to read, or the zip is broken, too large, packed too
+    densely, or has paths outside of its folder.
     """
     if path.is_dir():
         yield {name: _reading(path / name) for name in folder_files(path)}

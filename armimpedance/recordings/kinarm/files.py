@@ -116,20 +116,11 @@ def read_exam(
     Nothing is unpacked to the disk. A trial without samples, or of which something that is needed
     is broken, is left out.
 
-    Parameters
-    ----------
-    path : path
-        A folder, a zip, a `.kinarm`, or the file of one trial with `common.c3d` beside it.
-    wanted : callable
-        Which channels are kept, by their labels: an exam has some sixty.
-    kept : callable, optional
-        What is kept of a trial before the next one is read; all of it without.
-
-    Raises
-    ------
-    InputError
-        There is no exam at `path`, a zip is broken, too large or has paths outside of its folder,
-        what all trials share is damaged, or no trial can be read.
+    `path`: a folder, a zip, a `.kinarm`, or the file of one trial with `common.c3d` beside it.
+    `wanted`: which channels are kept, by their labels: an exam has some sixty.
+    `kept`: what is kept of a trial before the next one is read; all of it without.
+    Raises InputError: there is no exam at `path`, a zip is broken, too large or has paths outside
+    of its folder, what all trials share is damaged, or no trial can be read.
     """
     with files_of(Path(path)) as files:
         layout = _layout(Path(path), files, wanted)
@@ -159,10 +150,7 @@ def read_exam(
 def read_common(path: str | os.PathLike[str]) -> ExamFile:
     """What the trials of an exam share, without reading them.
 
-    Raises
-    ------
-    InputError
-        As `read_exam`.
+    Raises InputError: as `read_exam`.
     """
     with files_of(Path(path)) as files:
         return _layout(Path(path), files, lambda _: False).common()
@@ -247,10 +235,7 @@ class _C3DExam:
 def _layout(path: Path, files: Files, wanted: Callable[[str], bool]) -> Archive | _C3DExam:
     """The one exam among the files.
 
-    Raises
-    ------
-    InputError
-        There is none, or there are several.
+    Raises InputError: there is none, or there are several.
     """
     shared = {name[: -len(COMMON_NAME)] for name in files if is_common(name)}
     archives = archive_roots(files)

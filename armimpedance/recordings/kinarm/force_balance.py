@@ -50,16 +50,10 @@ _AS_IT_IS: Final = np.array([1.0, 0.0, 0.0, 0.0])
 class Balance:
     """What the robot's dynamics say of the force sensor.
 
-    Attributes
-    ----------
-    force_by : {"limb", "device"} or None
-        Whose force the sensor holds; None: cannot be told.
-    evidence : str
-        The numbers that show it; where it cannot be told, why not.
-    scale : float or None
-        Newtons per unit of the channel, as the motors show it; None where noise hides it.
-    axes : str
-        How the hand's force stands in the sensor's channels, where those are other axes.
+    `force_by`: whose force the sensor holds; None: cannot be told.
+    `evidence`: the numbers that show it; where it cannot be told, why not.
+    `scale`: Newtons per unit of the channel, as the motors show it; None where noise hides it.
+    `axes`: how the hand's force stands in the sensor's channels, where those are other axes.
     """
 
     force_by: ForceBy | None
@@ -71,14 +65,9 @@ class Balance:
 def force_balance(files: Sequence[ExamFile], common: ExamFile, robot: Robot) -> Balance:
     """Hold the sensor's force against the robot's own inertias and motors.
 
-    Parameters
-    ----------
-    files : sequence of ExamFile
-        One per trial, sound.
-    common : ExamFile
-        What all trials share.
-    robot : Robot
-        With the handle where it is.
+    `files`: one per trial, sound.
+    `common`: what all trials share.
+    `robot`: with the handle where it is.
     """
     inertias = link_inertias(common, robot)
     if inertias is None:

@@ -25,14 +25,9 @@ FITTED_TOLERANCE_M: Final = 2e-6
 class Hand:
     """Where the hand was.
 
-    Attributes
-    ----------
-    position : (N, 2)
-        In the robot's frame, all trials one after another.
-    robot : Robot
-        With the handle where it was found.
-    source : str
-        A sentence on where the position is from.
+    `position` (N, 2): in the robot's frame, all trials one after another.
+    `robot`: with the handle where it was found.
+    `source`: a sentence on where the position is from.
     """
 
     position: FloatArray
@@ -46,20 +41,8 @@ def hand_position(files: Sequence[ExamFile], robot: Robot) -> Hand:
     Where the handle is not at the end of link 2 as `common.c3d` has it, its place on link 2 is
     fitted to the recorded hand.
 
-    Parameters
-    ----------
-    files : sequence of ExamFile
-        One per trial, sound.
-    robot : Robot
-
-    Returns
-    -------
-    Hand
-
-    Raises
-    ------
-    InputError
-        Neither the hand nor the links are there.
+    `files`: one per trial, sound.
+    Raises InputError: neither the hand nor the links are there.
     """
     hand = f"{robot.side.title()}_Hand"
     seen = all(hand in file.hands for file in files) and any(

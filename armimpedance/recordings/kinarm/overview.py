@@ -50,32 +50,16 @@ class Input:
 class ExamOverview:
     """What an exam holds.
 
-    Attributes
-    ----------
-    path : str
-    trials : tuple of mappings
-        One per trial as columns of a table: `trial`, `file`, `state` ("sound", "empty", or what is
-        broken), `samples`, `duration_s`, and what `convert` would make the trial table of.
-    protocols : mapping
-        Row of the trial protocols -> its name, else its targets and load in words.
-    rates_hz : tuple of float
-    robots : mapping
-        Side -> version and kind of the robot; sides without one are not there.
-    force_trials : mapping
-        Side -> in how many trials a force sensor shows anything.
-    side : {"right", "left"} or None
-        The arm that would be converted; None: it must be told, or none can be.
-    refusal : str
-        Why no arm can be chosen; "" where one can.
-    whose_force : str or None
-        "limb" or "device" as the robot's dynamics show; None: they do not.
-    evidence : str
-    events : tuple of str
-        Columns of the events that the exam defines, also of those that occurred in no trial.
-    inputs : tuple of Input
-    others : tuple of str
-        Labels of the channels that were not looked at.
-    remarks : tuple of str
+    `trials`: one per trial as columns of a table: `trial`, `file`, `state` ("sound", "empty", or
+    what is broken), `samples`, `duration_s`, and what `convert` would make the trial table of.
+    `protocols`: row of the trial protocols -> its name, else its targets and load in words.
+    `robots`: side -> version and kind of the robot; sides without one are not there.
+    `force_trials`: side -> in how many trials a force sensor shows anything.
+    `side`: the arm that would be converted; None: it must be told, or none can be.
+    `refusal`: why no arm can be chosen; "" where one can.
+    `whose_force`: "limb" or "device" as the robot's dynamics show; None: they do not.
+    `events`: columns of the events that the exam defines, also of those that occurred in no trial.
+    `others`: labels of the channels that were not looked at.
     """
 
     path: str
@@ -115,21 +99,9 @@ class _Spread:
 def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamOverview:
     """What a Kinarm exam holds, as its experimenter thinks of it.
 
-    Parameters
-    ----------
-    path : path
-        An exam in any form that is read; it need not have a force sensor.
-    side : {"right", "left"}, optional
-        The arm that is looked at, where both were recorded.
-
-    Returns
-    -------
-    ExamOverview
-
-    Raises
-    ------
-    InputError
-        There is no exam at `path`, or no trial of it can be read.
+    `path`: an exam in any form that is read; it need not have a force sensor.
+    `side`: the arm that is looked at, where both were recorded.
+    Raises InputError: there is no exam at `path`, or no trial of it can be read.
     """
     known, spread = wanted_channels({}), _Spread()
     with unchanged(path):

@@ -33,16 +33,11 @@ _WIDEST: Final = 44
 class ExamLook:
     """What an exam holds, to be shown.
 
-    Attributes
-    ----------
-    head : tuple of str
-        Sentences on the whole exam.
-    tables : tuple of (title, header, rows)
-        Protocols, blocks, conditions, events, inputs, and trials that cannot be used.
-    next : tuple of str
-        What to type next, and what is to be known for it.
-    trials : tuple of mappings
-        One per trial, as columns of a table.
+    `head`: sentences on the whole exam.
+    `tables` tuple of (title, header, rows): protocols, blocks, conditions, events, inputs, and
+    trials that cannot be used.
+    `next`: what to type next, and what is to be known for it.
+    `trials`: one per trial, as columns of a table.
     """
 
     head: tuple[str, ...]

@@ -23,17 +23,11 @@ Kind = Literal["exoskeleton", "endpoint", "unknown"]
 class Geometry:
     """Where `common.c3d` holds the lengths of one kind of robot.
 
-    Attributes
-    ----------
-    begins : str
-        How the robot's version begins, as in `KINARM_EP_Rev2`.
-    kind : {"exoskeleton", "endpoint"}
-        The links of an exoskeleton lie along the arm, its axes on the arm's joints; those of an
-        endpoint robot lie where the robot was put.
-    group, links : str, pair of str
-        The group and the lengths of links 1 and 2 in it; ``{side}`` is RIGHT or LEFT.
-    aside : str or None
-        How far the hand lies aside of link 2, towards the front on both sides; None: on it.
+    `begins`: how the robot's version begins, as in `KINARM_EP_Rev2`.
+    `kind`: the links of an exoskeleton lie along the arm, its axes on the arm's joints; those of an
+    endpoint robot lie where the robot was put.
+    `group`, `links`: the group and the lengths of links 1 and 2 in it; ``{side}`` is RIGHT or LEFT.
+    `aside`: how far the hand lies aside of link 2, towards the front on both sides; None: on it.
     """
 
     begins: str
@@ -60,13 +54,10 @@ GEOMETRIES: Final = (
 class Robot:
     """One side's robot.
 
-    Attributes
-    ----------
-    kind : {"exoskeleton", "endpoint", "unknown"}
-    shoulder_m : (2,) or None
-        The robot's first axis; the subject's shoulder for an exoskeleton only.
-    links_m : (3,) or None
-        Lengths of links 1 and 2, and how far the hand lies aside of link 2 (counter-clockwise).
+    `shoulder_m` (2,) or None: the robot's first axis; the subject's shoulder for an exoskeleton
+    only.
+    `links_m` (3,) or None: lengths of links 1 and 2, and how far the hand lies aside of link 2
+    (counter-clockwise).
     """
 
     side: Side
@@ -88,10 +79,7 @@ class Robot:
     def hand_position(self, link1_rad: FloatArray, link2_rad: FloatArray) -> FloatArray:
         """Where the links put the hand, (N, 2) in m; NaN where their lengths are not known.
 
-        Parameters
-        ----------
-        link1_rad, link2_rad : (N,)
-            Both from the x axis.
+        `link1_rad`, `link2_rad` (N,): both from the x axis.
         """
         first, second, aside = self.lengths_m
         shoulder = np.full(2, np.nan) if self.shoulder_m is None else self.shoulder_m
@@ -163,10 +151,8 @@ def _moved(samples: Mapping[str, Samples]) -> Mapping[str, Samples]:
 def choose_side(exam: Exam, asked: Side | None, path: object) -> Side:
     """The side that was recorded with a force sensor.
 
-    Raises
-    ------
-    InputError
-        No side has forces, both have and none was asked for, or the one asked for has none.
+    Raises InputError: no side has forces, both have and none was asked for, or the one asked for
+    has none.
     """
     seen = {side: _trials_with_force(exam, side) for side in SIDES if _has_robot(exam, side)}
     # A damaged trial or two do not make an absent sensor a second arm.

@@ -38,15 +38,9 @@ _FORCE_X: Final = re.compile(r"F_?X|(.*_)?FORCE_?X(_.*)?|X_FORCE(_.*)?")
 class Direction:
     """A direction in the recording's frame.
 
-    Attributes
-    ----------
-    kind : {"stated", "load", "target"}
-    source : str
-        The setting that it is from.
-    degrees : float
-        From +x, counter-clockwise, in [0, 360).
-    size : float or None
-        Of the load in N, of the way in m; None where the tables do not say it.
+    `source`: the setting that it is from.
+    `degrees`: from +x, counter-clockwise, in [0, 360).
+    `size`: of the load in N, of the way in m; None where the tables do not say it.
     """
 
     kind: Kind
@@ -63,15 +57,9 @@ def direction_of(
 ) -> Direction | None:
     """The disturbance's direction; None where the tables do not say it, or say several.
 
-    Parameters
-    ----------
-    settings : mapping
-        Column of `TP_TABLE` -> number or text.
-    loads : mapping
-        Those settings that are loads -> columns of `LOAD_TABLE`.
-    targets : mapping
-        Those settings that are targets -> place in m, from any origin, or None.
-    side : {"right", "left"}
+    `settings`: column of `TP_TABLE` -> number or text.
+    `loads`: those settings that are loads -> columns of `LOAD_TABLE`.
+    `targets`: those settings that are targets -> place in m, from any origin, or None.
     """
     mirror = -1.0 if side == "left" else 1.0
     stated = {n: v for n, v in settings.items() if n.endswith("DIRECTION_DEG")}
@@ -165,24 +153,14 @@ _LOAD: Final = re.compile(r"(.*_)?LOAD(_?\d+|_ROW)?")
 class Protocol:
     """What the tables say of one trial.
 
-    Attributes
-    ----------
-    row : int
-        Of `TP_TABLE`, from 1.
-    name : str
-        The name that the exam gives to it; "" where it gives none.
-    settings : mapping
-        Column of `TP_TABLE` -> number or text.
-    targets : mapping
-        Those of the settings that are targets -> place (x, y) in m in the recording's frame, or
-        None where the table does not say.
-    ways : mapping
-        The same targets in m from one origin, whichever it is: for the way between two of them.
-    loads : mapping
-        Those of the settings that are loads -> the columns of the load table.
-    side : {"right", "left"}
-    direction : Direction or None
-        Of the disturbance.
+    `row`: of `TP_TABLE`, from 1.
+    `name`: the name that the exam gives to it; "" where it gives none.
+    `settings`: column of `TP_TABLE` -> number or text.
+    `targets`: those of the settings that are targets -> place (x, y) in m in the recording's frame,
+    or None where the table does not say.
+    `ways`: the same targets in m from one origin, whichever it is: for the way between two of them.
+    `loads`: those of the settings that are loads -> the columns of the load table.
+    `direction`: of the disturbance.
     """
 
     row: int
@@ -219,12 +197,7 @@ class Protocol:
 def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
     """What the tables say of a trial.
 
-    Parameters
-    ----------
-    trial : ExamTrial
-    common : ExamFile
-    side : {"right", "left"}
-        A left arm's targets and loads are mirrored as its hand is.
+    `side`: a left arm's targets and loads are mirrored as its hand is.
     """
     row = protocol_row(trial)
     settings = _row(trial.file, common, "TP_TABLE", row)

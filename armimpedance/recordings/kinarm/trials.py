@@ -41,14 +41,8 @@ _MOST_COLUMNS: Final = 3
 def condition_names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
     """The condition of each trial, and remarks.
 
-    Parameters
-    ----------
-    protocols : sequence of Protocol
-        Of every trial of the exam, so that a condition keeps its name whichever are chosen.
-
-    Returns
-    -------
-    tuple of list of str, list of str
+    `protocols`: of every trial of the exam, so that a condition keeps its name whichever are
+    chosen.
     """
     names, remarks = [""] * len(protocols), list[str]()
     # Pushes and trials without one are two kinds of unnamed protocols.
@@ -166,18 +160,12 @@ _HIDDEN: Final = ("file_index", "direction_from")
 class Choice:
     """Which trials of an exam are wanted.
 
-    Attributes
-    ----------
-    onset_event, end_event : str or None
-        Events at which the disturbance begins and is back; trials must have them.
-    protocols : tuple of int
-        Rows of the trial protocols; empty: all.
-    events : tuple of str
-        Events that a trial must have.
-    without_errors : bool
-        Leave out trials that the task marked as errors.
-    where : str or None
-        An expression over the columns of the trial table; see `recordings.where`.
+    `onset_event`, `end_event`: events at which the disturbance begins and is back; trials must have
+    them.
+    `protocols`: rows of the trial protocols; empty: all.
+    `events`: events that a trial must have.
+    `without_errors`: leave out trials that the task marked as errors.
+    `where`: an expression over the columns of the trial table; see `recordings.where`.
     """
 
     onset_event: str | None = None
@@ -265,10 +253,7 @@ def chosen_trials(
 ) -> tuple[pd.DataFrame, list[str]]:
     """The trials that are asked for, and a sentence on those left out.
 
-    Raises
-    ------
-    InputError
-        An event or a protocol is in no trial, or no trial is left.
+    Raises InputError: an event or a protocol is in no trial, or no trial is left.
     """
     usable = pd.Series(True, index=trials.index)
     remarks: list[str] = []
@@ -328,13 +313,8 @@ def with_onsets(
 ) -> tuple[pd.DataFrame, list[LeftOut]]:
     """The trials with `onset_s` and `end_s` from their events, and those whose events cannot be.
 
-    Parameters
-    ----------
-    trials : DataFrame
-        Of trials that have the events.
-    files : sequence of ExamTrial
-        The file of each row's `file_index`.
-    choice : Choice
+    `trials`: of trials that have the events.
+    `files`: the file of each row's `file_index`.
     """
     trials = trials.copy()
     for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):

@@ -68,22 +68,9 @@ class _RunTable(NumberTable):
 def mapped_recording(files: Sequence[ReadFile], mapping: ColumnMapping, path: Path) -> Recording:
     """The recording in these files.
 
-    Parameters
-    ----------
-    files : sequence of ReadFile
-    mapping : ColumnMapping
-    path : Path
-        What the user named, for messages.
-
-    Returns
-    -------
-    Recording
-        Doubles that are in SI already stay as they are, to the bit.
-
-    Raises
-    ------
-    InputError
-        What in which file, row and column does not fit the mapping.
+    `path`: what the user named, for messages.
+    Returns doubles that are in SI already stay as they are, to the bit.
+    Raises InputError: what in which file, row and column does not fit the mapping.
     """
     runs = [run for file in files for run in _runs(file, mapping)]
     if not runs:

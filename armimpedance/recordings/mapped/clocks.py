@@ -27,22 +27,11 @@ _SHOWN: Final = 12
 class OneClock:
     """A run with all that a mapping asks for on the clock of the position.
 
-    Attributes
-    ----------
-    file : Path
-    name : str
-    time_s : (N,) or None
-        None where nothing tells it but a rate.
-    rate_hz : float or None
-        Where the file states it.
-    columns : mapping
-        Name -> (N,) float64 or text.
-    once : mapping
-        Name -> values of columns of another length, without a clock: one a trial, perhaps.
-    facts : mapping
-    units : mapping
-        Name -> unit as the file states it.
-    notes : tuple of str
+    `time_s` (N,) or None: None where nothing tells it but a rate.
+    `rate_hz`: where the file states it.
+    `columns`: name -> (N,) float64 or text.
+    `once`: name -> values of columns of another length, without a clock: one a trial, perhaps.
+    `units`: name -> unit as the file states it.
     """
 
     file: Path
@@ -70,10 +59,7 @@ class OneClock:
     def numbers(self, column: str) -> FloatArray:
         """A column that must hold numbers, (N,); NaN where one is missing.
 
-        Raises
-        ------
-        InputError
-            There is no such column on this clock, or it holds a text.
+        Raises InputError: there is no such column on this clock, or it holds a text.
         """
         if column not in self.columns:
             raise self.error("no such column", _some(self.columns), column)
@@ -89,21 +75,8 @@ class OneClock:
 def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
     """Bring what a mapping names to the clock of the position.
 
-    Parameters
-    ----------
-    run : RawRun
-    mapping : ColumnMapping
-    file : Path
-
-    Returns
-    -------
-    OneClock
-        Cut to the time that all clocks cover; `notes` say what was done.
-
-    Raises
-    ------
-    InputError
-        A column is not there, has no time, or a clock does not fit the position's.
+    Returns cut to the time that all clocks cover; `notes` say what was done.
+    Raises InputError: a column is not there, has no time, or a clock does not fit the position's.
     """
     homes = {name: table for table in run.tables for name in table.columns}
     _refuse_missing(run, mapping, homes, file)

@@ -53,19 +53,8 @@ _UNIT_OF_ENDING: Final = {"_s": "s", "_deg": "deg", "_rad": "rad", "_m": "m", "_
 def read_mapping(file: Path) -> ColumnMapping:
     """Read and check a mapping.
 
-    Parameters
-    ----------
-    file : Path
-
-    Returns
-    -------
-    ColumnMapping
-
-    Raises
-    ------
-    InputError
-        The file is missing or no TOML, a key is unknown, missing or undecided, or not what it
-        must be; the message names the line and the key.
+    Raises InputError: the file is missing or no TOML, a key is unknown, missing or undecided, or
+    not what it must be; the message names the line and the key.
     """
     text = _text_of(file)
     try:

@@ -25,14 +25,10 @@ USUAL_GAP: Final = 10.0
 class Piece:
     """One trial of a run.
 
-    Attributes
-    ----------
-    start, stop : int
-        Its samples.
-    name : float, str or None
-        What the file calls it.
-    onset, end : int or None
-        The last sample before the disturbance and the first after it, where a column marks it.
+    `start`, `stop`: its samples.
+    `name`: what the file calls it.
+    `onset`, `end`: the last sample before the disturbance and the first after it, where a column
+    marks it.
     """
 
     start: int
@@ -45,10 +41,7 @@ class Piece:
 def pieces_of(run: OneClock, cut: TrialCut, rate_hz: float | None) -> tuple[list[Piece], list[str]]:
     """The trials of a run, and sentences on what was left out.
 
-    Raises
-    ------
-    InputError
-        A column is missing or holds what it must not, or there is no trial.
+    Raises InputError: a column is missing or holds what it must not, or there is no trial.
     """
     left_out: list[str] = []
     if cut.by == "column":
@@ -207,10 +200,7 @@ def trial_table(
 ) -> TrialTable:
     """The trial table, with the checks of `trials.csv`.
 
-    Raises
-    ------
-    InputError
-        A value is missing, changes within a trial, or is not what its column holds.
+    Raises InputError: a value is missing, changes within a trial, or is not what its column holds.
     """
     cells = [_cells(trial, trials, mapping, rate_hz) for trial in trials]
     _number(cells, trials)

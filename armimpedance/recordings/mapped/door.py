@@ -45,10 +45,7 @@ def is_mapped(path: Path) -> bool:
 def mapping_of(path: Path, stated: Path | None) -> Path:
     """The mapping file for a file or folder: the stated one, or `columns.toml` with it.
 
-    Raises
-    ------
-    InputError
-        There is none.
+    Raises InputError: there is none.
     """
     if stated is not None:
         return stated
@@ -66,10 +63,7 @@ def mapping_of(path: Path, stated: Path | None) -> Path:
 def files_of(path: Path, pattern: str | None) -> tuple[Path, ...]:
     """The files that a path stands for: itself, or those of a folder, in their natural order.
 
-    Raises
-    ------
-    InputError
-        The folder has none, or files of several kinds and nothing says which.
+    Raises InputError: the folder has none, or files of several kinds and nothing says which.
     """
     if source_of(path) is not None:
         return (path,)
@@ -95,10 +89,7 @@ def files_of(path: Path, pattern: str | None) -> tuple[Path, ...]:
 def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
     """Read files of known kinds.
 
-    Raises
-    ------
-    InputError
-        What is wrong with one of them.
+    Raises InputError: what is wrong with one of them.
     """
     found = []
     for file in files:
@@ -116,11 +107,7 @@ def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
 def mapping_text(found: Proposal, name: str) -> str:
     """The text of a mapping; a "?" stands for each word that is still to be decided.
 
-    Parameters
-    ----------
-    found : Proposal
-    name : str
-        The file that it was made from.
+    `name`: the file that it was made from.
     """
     lines = [
         f"# Proposed from {_plain(name)}. Check each line; replace each ? by your word.",
@@ -216,16 +203,10 @@ def _plain(text: str) -> str:
 class ProposedMapping:
     """A mapping to be read and edited.
 
-    Attributes
-    ----------
-    text : str
-        TOML with a reason beside each line; a "?" for each word that is still to be decided.
-    place : Path
-        Where it would be found without being named: `columns.toml` with the file.
-    found : tuple of str
-        What the columns were taken for, one line each.
-    cannot_tell : tuple of str
-        What only the user can say.
+    `text`: TOML with a reason beside each line; a "?" for each word that is still to be decided.
+    `place`: where it would be found without being named: `columns.toml` with the file.
+    `found`: what the columns were taken for, one line each.
+    `cannot_tell`: what only the user can say.
     """
 
     text: str

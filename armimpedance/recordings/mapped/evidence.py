@@ -134,12 +134,8 @@ def roughness(values: NDArray[Any]) -> float:
 class ForceLaw:
     """The force as inertia, viscosity and stiffness of the motion: diagonal elements, per axis.
 
-    Attributes
-    ----------
-    inertia, stiffness : (d,)
-        In the units of the file.
-    explained : (d,)
-        Share of the force's variance.
+    `inertia`, `stiffness` (d,): in the units of the file.
+    `explained` (d,): share of the force's variance.
     """
 
     inertia: FloatArray
@@ -150,11 +146,7 @@ class ForceLaw:
 def force_law(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -> ForceLaw | None:
     """Fit the force's change in each trial as M x'' + B x' + K x; None: too little moves.
 
-    Parameters
-    ----------
-    records : sequence of (N, d) and (N, d)
-        Position and force of each trial.
-    step_s : float
+    `records` sequence of (N, d) and (N, d): position and force of each trial.
     """
     with np.errstate(all="ignore"):
         return _fitted(records[:_MOST_PIECES], step_s)
@@ -279,16 +271,9 @@ _OF_TRIALS: Final = ("trial", "set", "condition", "sample")
 class ReadName:
     """What a name says.
 
-    Attributes
-    ----------
-    name : str
-    role : str
-    axis : str
-        "x", "y", "z", a number, or "" where it says none.
-    stem : str
-        The words without the axis: columns of one stem belong together.
-    unit : str or None
-        As the name or the file states it.
+    `axis`: "x", "y", "z", a number, or "" where it says none.
+    `stem`: the words without the axis: columns of one stem belong together.
+    `unit`: as the name or the file states it.
     """
 
     name: str
@@ -301,11 +286,7 @@ class ReadName:
 def read_name(name: str, unit: str | None = None) -> ReadName:
     """Read a column's name.
 
-    Parameters
-    ----------
-    name : str
-    unit : str, optional
-        As the file states it; the name may state one too.
+    `unit`: as the file states it; the name may state one too.
     """
     bare, own = _without_unit(name)
     *parents, last = bare.split(".")

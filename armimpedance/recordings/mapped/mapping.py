@@ -24,13 +24,9 @@ Dimension = Literal["time", "length", "angle", "force", "torque", "emg", "any"]
 class Unit:
     """A unit of measurement.
 
-    Attributes
-    ----------
-    symbol : str
-    dimension : str
-    multiply, divide : float
-        A value in SI is ``value * multiply / divide``; a factor of 1 leaves every bit as it is.
-        Two numbers, because 1/1000 has no double: 12 mm are 12/1000 m, the double next to it.
+    `multiply`, `divide`: a value in SI is ``value * multiply / divide``; a factor of 1 leaves every
+    bit as it is. Two numbers, because 1/1000 has no double: 12 mm are 12/1000 m, the double next to
+    it.
     """
 
     symbol: str
@@ -127,14 +123,7 @@ _BY_NAME: Final = {
 def known_unit(text: str) -> Unit | None:
     """The unit that a text names, or None.
 
-    Parameters
-    ----------
-    text : str
-        Such as ``"mm"``, ``"[Nm]"``, ``"N*m"``, ``"Rad"``, ``"µV"``.
-
-    Returns
-    -------
-    Unit or None
+    `text`: such as ``"mm"``, ``"[Nm]"``, ``"N*m"``, ``"Rad"``, ``"µV"``.
     """
     bare = text.strip().strip("[](){}<>").strip()
     if bare in UNITS:
@@ -149,10 +138,7 @@ def known_unit(text: str) -> Unit | None:
 def unit_of(text: str, *dimensions: Dimension) -> Unit:
     """The unit that a mapping names, of one of these dimensions.
 
-    Raises
-    ------
-    InputError
-        There is no such unit, or it measures something else.
+    Raises InputError: there is no such unit, or it measures something else.
     """
     unit = known_unit(text)
     expected = ", ".join(u.symbol for u in UNITS.values() if u.dimension in dimensions)
@@ -167,10 +153,7 @@ def unit_of(text: str, *dimensions: Dimension) -> Unit:
 def scaled(scale: float) -> Unit:
     """A unit of the user's own: SI units per unit of the file.
 
-    Raises
-    ------
-    InputError
-        Zero or not finite.
+    Raises InputError: zero or not finite.
     """
     if not np.isfinite(scale) or scale == 0.0:
         raise InputError(f"scale {scale}", expected="a number other than 0")
@@ -186,16 +169,10 @@ CUTS: tuple[CutBy, ...] = get_args(CutBy)
 class ColumnQuantity:
     """Columns of one quantity, one an axis (or joint, or muscle).
 
-    Attributes
-    ----------
-    columns : tuple of str
-        Names as the file has them; a ``*`` stands for the trial's number where trials stand side
-        by side.
-    unit : Unit
-    signs : tuple of int
-        +1 or -1 for each column: -1 where the file counts the other way round.
-    time : str or None
-        The column with the time of these, where they have a clock of their own in the file.
+    `columns`: names as the file has them; a ``*`` stands for the trial's number where trials stand
+    side by side.
+    `signs`: +1 or -1 for each column: -1 where the file counts the other way round.
+    `time`: the column with the time of these, where they have a clock of their own in the file.
     """
 
     columns: tuple[str, ...]
@@ -214,24 +191,15 @@ class ColumnQuantity:
 class TrialCut:
     """Where trials begin and end.
 
-    Attributes
-    ----------
-    by : str
-        "run": each file, or each part of it, is a trial. "column": where this column changes.
-        "gap": where time jumps. "edge": around each rise of a column through a threshold.
-        "columns": trials stand side by side, as columns with a number in their names.
-    column : str or None
-    between : tuple of float or str
-        Values of the column between trials; those samples are left out.
-    threshold : float
-    before_s, after_s : float
-        How much of the record belongs to a trial before and after its edge.
-    gap_s : float or None
-        A longer step begins a trial; None: ten times the usual step.
-    pattern : str or None
-        What the file's name says, such as ``"{condition}_{set}"``.
-    disturbance : str or None
-        A column that is over `disturbance_threshold` from the onset of each disturbance to its end.
+    `by`: "run": each file, or each part of it, is a trial. "column": where this column changes.
+    "gap": where time jumps. "edge": around each rise of a column through a threshold. "columns":
+    trials stand side by side, as columns with a number in their names.
+    `between`: values of the column between trials; those samples are left out.
+    `before_s`, `after_s`: how much of the record belongs to a trial before and after its edge.
+    `gap_s`: a longer step begins a trial; None: ten times the usual step.
+    `pattern`: what the file's name says, such as ``"{condition}_{set}"``.
+    `disturbance`: a column that is over `disturbance_threshold` from the onset of each disturbance
+    to its end.
     """
 
     by: CutBy = "run"
@@ -261,16 +229,11 @@ class TrialCut:
 class TrialValue:
     """What a column of the trial table holds: the value of a column, or the same for all trials.
 
-    Attributes
-    ----------
-    column : str or None
-        A column that is constant within each trial, holds one value a trial, or a fact of the run.
-    value : float, str or None
-        For all trials.
-    unit : Unit or None
-        Of the column; None: as the name of the trial table's column says, or none.
-    is_sample : bool
-        The column holds the number of a sample, from 1.
+    `column`: a column that is constant within each trial, holds one value a trial, or a fact of the
+    run.
+    `value`: for all trials.
+    `unit`: of the column; None: as the name of the trial table's column says, or none.
+    `is_sample`: the column holds the number of a sample, from 1.
     """
 
     column: str | None = None
@@ -283,25 +246,13 @@ class TrialValue:
 class ColumnMapping:
     """A whole mapping, checked.
 
-    Attributes
-    ----------
-    file : Path
-        Where it was read.
-    metadata : Metadata
-        What holds for the recording; its sample rate counts only where `rate_stated`.
-    rate_stated : bool
-    files : str or None
-        Which files of a folder are read, such as ``"trial_*.csv"``; None: all of a known kind.
-    time : ColumnQuantity or None
-        One column; None: the file knows it, or the rate tells.
-    position, force : ColumnQuantity
-        Of the hand, or angle and torque of joints.
-    joint_angles, emg, commanded, added_torque : ColumnQuantity or None
-    trials : TrialCut
-    values : mapping
-        Column of the trial table -> what it holds.
-    keep : tuple of str
-        Further columns that are kept as they are.
+    `file`: where it was read.
+    `metadata`: what holds for the recording; its sample rate counts only where `rate_stated`.
+    `files`: which files of a folder are read, such as ``"trial_*.csv"``; None: all of a known kind.
+    `time`: one column; None: the file knows it, or the rate tells.
+    `position`, `force`: of the hand, or angle and torque of joints.
+    `values`: column of the trial table -> what it holds.
+    `keep`: further columns that are kept as they are.
     """
 
     file: Path

@@ -44,16 +44,8 @@ _SLOWEST_HZ, _FASTEST_HZ = 1.0, 1e6
 def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
     """Propose a mapping for what a file holds.
 
-    Parameters
-    ----------
-    raw : RawFile
-        All of its columns.
-    files : int
-        How many files of the kind there are, each a run.
-
-    Returns
-    -------
-    Proposal
+    `raw`: all of its columns.
+    `files`: how many files of the kind there are, each a run.
     """
     runs = [run for run in raw.runs if any(table.columns for table in run.tables)]
     found = Proposal()

@@ -43,17 +43,10 @@ class ProposedValue:
 class Proposal:
     """What was found; None or empty where nothing was.
 
-    Attributes
-    ----------
-    kind : str or None
-    rate_hz, rate_from : float or None, str
-        The rate and the fact that states it, where no column is the time.
-    evidence : tuple of str
-        On the sign of the force.
-    cannot_tell : list of str
-        Questions that only the user can answer.
-    others : tuple of str
-        Columns without a meaning so far.
+    `rate_hz`, `rate_from`: the rate and the fact that states it, where no column is the time.
+    `evidence`: on the sign of the force.
+    `cannot_tell`: questions that only the user can answer.
+    `others`: columns without a meaning so far.
     """
 
     kind: str | None = None
@@ -92,12 +85,9 @@ class Proposal:
 class ReadColumns:
     """The columns of the first run with samples, read by name.
 
-    Attributes
-    ----------
-    tables, values, names : mapping
-        Name -> the table that it is part of, its values, what its name says.
-    per_trial : tuple of str
-        Columns that stay within each trial.
+    `tables`, `values`, `names`: name -> the table that it is part of, its values, what its name
+    says.
+    `per_trial`: columns that stay within each trial.
     """
 
     def __init__(self, run: RawRun, starred: Mapping[str, Sequence[str]]) -> None:

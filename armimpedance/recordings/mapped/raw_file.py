@@ -26,12 +26,8 @@ Wanted = Callable[[str], bool]
 class RawColumn:
     """One column as the file has it.
 
-    Attributes
-    ----------
-    values : (N,)
-        float64, NaN where a value is missing; or texts.
-    unit : str or None
-        As the file states it, not interpreted.
+    `values` (N,): float64, NaN where a value is missing; or texts.
+    `unit`: as the file states it, not interpreted.
     """
 
     values: NDArray[np.float64] | NDArray[np.str_]
@@ -47,17 +43,12 @@ class RawColumn:
 class RawTable:
     """Columns of one clock, of equal length.
 
-    Attributes
-    ----------
-    columns : mapping
-        Name -> column. Names are different over all tables of a run.
-    time_s : (N,) or None
-        The time of the rows where the file itself knows it (stamps of messages, a start and a
-        rate); None where at most a column tells it.
-    rate_hz : float or None
-        Where the file states it.
-    first_row : int
-        Where the first row stands in the file, for messages: the line of a text file, else 1.
+    `columns`: name -> column. Names are different over all tables of a run.
+    `time_s` (N,) or None: the time of the rows where the file itself knows it (stamps of messages,
+    a start and a rate); None where at most a column tells it.
+    `rate_hz`: where the file states it.
+    `first_row`: where the first row stands in the file, for messages: the line of a text file, else
+    1.
     """
 
     columns: Mapping[str, RawColumn]
@@ -84,12 +75,8 @@ class RawTable:
 class RawRun:
     """One stretch of recording: its tables, and what the file says of it as a whole.
 
-    Attributes
-    ----------
-    name : str
-        For messages: the file, or the part of it.
-    facts : mapping
-        Numbers and texts that hold for the run, such as a condition or a subject's mass.
+    `name`: for messages: the file, or the part of it.
+    `facts`: numbers and texts that hold for the run, such as a condition or a subject's mass.
     """
 
     name: str
@@ -109,15 +96,10 @@ class RawFile:
 class Source:
     """A kind of file whose columns a mapping explains.
 
-    Attributes
-    ----------
-    name : str
-        In messages, such as "a MATLAB file (.mat)".
-    recognises : callable
-        Whether an existing file or folder is of this kind, without any package that may be
-        missing.
-    read : callable
-        Reads the columns that are wanted; `InputError` for whatever is wrong with the file.
+    `name`: in messages, such as "a MATLAB file (.mat)".
+    `recognises`: whether an existing file or folder is of this kind, without any package that may
+    be missing.
+    `read`: reads the columns that are wanted; `InputError` for whatever is wrong with the file.
     """
 
     name: str
@@ -136,17 +118,8 @@ MOST_PACKED: Final = 30
 def check_claim(claimed: int, file: Path, part: str | None = None) -> None:
     """Refuse a claim that the size of the file makes impossible, or that no memory bears.
 
-    Parameters
-    ----------
-    claimed : int
-        Bytes that its content would take.
-    file : Path
-    part : str, optional
-        Name of the column or variable.
-
-    Raises
-    ------
-    InputError
+    `claimed`: bytes that its content would take.
+    `part`: name of the column or variable.
     """
     if claimed <= PLENTY or claimed <= MOST_PACKED * file.stat().st_size:
         return
@@ -177,10 +150,8 @@ def trials_beside(run: RawRun, mapping: ColumnMapping, file: Path) -> tuple[OneO
     Columns without a ``*``, such as a common time, are in all of them. Rows at the end in which all
     columns of a trial are empty are not part of it: trials differ in length.
 
-    Raises
-    ------
-    InputError
-        No column has a ``*``, none is found, or a trial has other columns than the first.
+    Raises InputError: no column has a ``*``, none is found, or a trial has other columns than the
+    first.
     """
     patterns = [name for name in mapping.names if "*" in name]
     if not patterns:

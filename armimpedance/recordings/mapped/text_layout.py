@@ -33,22 +33,12 @@ _AFTER_SLASH: Final = re.compile(r"^(.*?)(?:\s*/\s*|\s+in\s+)(\S+)\s*$")
 class TextLayout:
     """How a table of text is written.
 
-    Attributes
-    ----------
-    encoding : str
-        Of Python.
-    delimiter : str
-        One character; a blank stands for any number of them.
-    decimal : {".", ","}
-    names : tuple of str
-        Of the columns; "" where a column has none.
-    units : tuple of str or None
-        As stated.
-    skip : int
-        Lines before the first row of numbers.
-    has_header : bool
-    texts : tuple of bool
-        Whether a column holds texts in the first rows.
+    `encoding`: of Python.
+    `delimiter`: one character; a blank stands for any number of them.
+    `names`: of the columns; "" where a column has none.
+    `units`: as stated.
+    `skip`: lines before the first row of numbers.
+    `texts`: whether a column holds texts in the first rows.
     """
 
     encoding: str
@@ -75,10 +65,7 @@ class _Try:
 def text_layout(file: Path) -> TextLayout:
     """Find the layout of a table from its beginning.
 
-    Raises
-    ------
-    InputError
-        The file is empty or no text, or no rows of numbers are in its beginning.
+    Raises InputError: the file is empty or no text, or no rows of numbers are in its beginning.
     """
     encoding, text, whole = _head(file)
     lines = re.split(r"\r\n|\n|\r", text)

@@ -40,16 +40,10 @@ _DEEPEST: Final = 16
 class MessageLayout:
     """The layout of messages of one length.
 
-    Attributes
-    ----------
-    numbers : dict
-        Path, such as "wrench.force.x" -> offset and numpy's type.
-    texts : dict
-        Path -> offset and number of bytes.
-    same : list of tuple of int
-        Offset and number of bytes that another message of this layout has alike: lengths.
-    long : set of str
-        Paths of arrays that are too long for columns.
+    `numbers`: path, such as "wrench.force.x" -> offset and numpy's type.
+    `texts`: path -> offset and number of bytes.
+    `same`: offset and number of bytes that another message of this layout has alike: lengths.
+    `long`: paths of arrays that are too long for columns.
     """
 
     numbers: dict[str, tuple[int, str]] = field(default_factory=dict)
@@ -61,16 +55,8 @@ class MessageLayout:
 def layout_of(message: bytes, name: str, known: Definitions, encoding: Encoding) -> MessageLayout:
     """Walk through one message.
 
-    Parameters
-    ----------
-    message : bytes
-    name : str
-        The message's type; all types in it are in `known`.
-
-    Raises
-    ------
-    DefinitionError
-        The definition is incomplete, or this message does not fit it.
+    `name`: the message's type; all types in it are in `known`.
+    Raises DefinitionError: the definition is incomplete, or this message does not fit it.
     """
     walk = _Walk(message, known, encoding)
     try:
@@ -264,18 +250,9 @@ def decode(
 ) -> Block:
     """The columns of these messages.
 
-    Parameters
-    ----------
-    messages : sequence of n bytes
-    name : str
-        Their type.
-    wanted : callable
-        Whether a path is wanted.
-
-    Raises
-    ------
-    DefinitionError
-        A message does not fit its definition.
+    `name`: their type.
+    `wanted`: whether a path is wanted.
+    Raises DefinitionError: a message does not fit its definition.
     """
     block = Block(len(messages), np.zeros(len(messages), np.int64))
     lengths = np.array([len(m) for m in messages])

@@ -41,12 +41,8 @@ class DefinitionError(Exception):
 class MessageField:
     """One field of a message.
 
-    Attributes
-    ----------
-    type : str
-        A primitive type, "string", or the name of a message.
-    length : int or None
-        Of an array; `SEQUENCE` where each message says it; None: a single value.
+    `type`: a primitive type, "string", or the name of a message.
+    `length`: of an array; `SEQUENCE` where each message says it; None: a single value.
     """
 
     name: str
@@ -67,16 +63,8 @@ def short_name(name: str) -> str:
 def definitions_of_text(text: str, name: str) -> Definitions:
     """The messages of a definition as ROS 1 bags, MCAP and ROS 2 databases hold them.
 
-    Parameters
-    ----------
-    text : str
-        The fields of the message, then those of each message in it under ``MSG: name``.
-    name : str
-        The message that the text begins with.
-
-    Raises
-    ------
-    DefinitionError
+    `text`: the fields of the message, then those of each message in it under ``MSG: name``.
+    `name`: the message that the text begins with.
     """
     if len(text) > _LARGEST_TEXT:
         raise DefinitionError("a definition of more than a million letters")
@@ -137,10 +125,7 @@ def with_times(found: Definitions) -> Definitions:
 def definitions_of_package(known: Mapping[str, Any]) -> Definitions:
     """The same from a table of the package rosbags (of its stores, or of a text of IDL).
 
-    Parameters
-    ----------
-    known : mapping
-        Name -> (constants, fields); a field is a name and a description.
+    `known`: name -> (constants, fields); a field is a name and a description.
     """
     found = {
         short_name(name): tuple(_described(field, what) for field, what in fields)

@@ -25,16 +25,8 @@ _NANOSECONDS: Final = ("nsec", "nanosec", "nsecs")
 def decode_json(messages: Sequence[bytes], wanted: Wanted) -> Block:
     """The columns of these messages.
 
-    Parameters
-    ----------
-    messages : sequence of n bytes
-    wanted : callable
-        Whether a path, such as "wrench.force.x", is wanted.
-
-    Raises
-    ------
-    DefinitionError
-        A message is no JSON object.
+    `wanted`: whether a path, such as "wrench.force.x", is wanted.
+    Raises DefinitionError: a message is no JSON object.
     """
     block = Block(len(messages), np.zeros(len(messages), np.int64))
     numbers: dict[str, tuple[list[int], list[float]]] = {}

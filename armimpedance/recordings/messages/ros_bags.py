@@ -33,14 +33,7 @@ _EXPECTED_DATABASE: Final = "a database of ROS 2 with the tables topics and mess
 def add_ros2_database(log: Log, path: Path, unpack: Unpack | None = None) -> None:
     """Add the messages of a database to a log.
 
-    Parameters
-    ----------
-    unpack : callable, optional
-        Where each message is compressed.
-
-    Raises
-    ------
-    InputError
+    `unpack`: where each message is compressed.
     """
     waiting = path.with_name(path.name + "-wal")
     if waiting.exists() and waiting.stat().st_size:
@@ -103,19 +96,10 @@ LARGEST_PART: Final = 256_000_000
 def decompressed(data: bytes, method: str, file: Path, limit: int = LARGEST_PART) -> bytes:
     """What a part of a file holds.
 
-    Parameters
-    ----------
-    data : bytes
-    method : {"", "none", "zstd", "lz4", "bz2"}
-    file : Path
-        For messages.
-    limit : int
-        More bytes than this are refused.
-
-    Raises
-    ------
-    InputError
-        The part is damaged or too large, or its compression is not known or not installed.
+    `file`: for messages.
+    `limit`: more bytes than this are refused.
+    Raises InputError: the part is damaged or too large, or its compression is not known or not
+    installed.
     """
     if method in ("", "none"):
         return data
@@ -161,12 +145,7 @@ class _CutError(Exception):
 
 
 def add_ros1_bag(log: Log, path: Path) -> None:
-    """Add the messages of a bag to a log.
-
-    Raises
-    ------
-    InputError
-    """
+    """Add the messages of a bag to a log."""
     _Reading(log, path).all()
 
 

@@ -62,15 +62,9 @@ _OF_UNITS: Final = ("geometry_msgs/", "nav_msgs/", "sensor_msgs/Imu")
 class LogTopic:
     """The messages of one topic.
 
-    Attributes
-    ----------
-    name, type : str
-    decode : callable or None
-        None: messages of this kind are not read.
-    problem : str
-        Why the topic is not taken; "" while it is.
-    numbers : int
-        How many it holds.
+    `decode`: None: messages of this kind are not read.
+    `problem`: why the topic is not taken; "" while it is.
+    `numbers`: how many it holds.
     """
 
     name: str
@@ -188,12 +182,8 @@ class Log:
     ) -> LogTopic:
         """The topic of this name and type, made if it is new.
 
-        Parameters
-        ----------
-        decode : callable
-            Makes its decoder; None or `DefinitionError` where its messages cannot be read.
-        why : str
-            Why they cannot, where the decoder is None.
+        `decode`: makes its decoder; None or `DefinitionError` where its messages cannot be read.
+        `why`: why they cannot, where the decoder is None.
         """
         key = (name, kind)
         if key in self.topics:
@@ -212,10 +202,8 @@ class Log:
     def raw_file(self) -> RawFile:
         """The tables of all topics as one run, and what was not taken.
 
-        Raises
-        ------
-        InputError
-            No topic holds numbers, or there are more of them than memory should hold.
+        Raises InputError: no topic holds numbers, or there are more of them than memory should
+        hold.
         """
         for topic in self.topics.values():
             topic.settle()
@@ -280,12 +268,7 @@ def _moment(ns: int) -> str:
 
 @contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """What the system says of a file that cannot be read, as an error of the input.
-
-    Raises
-    ------
-    InputError
-    """
+    """What the system says of a file that cannot be read, as an error of the input."""
     try:
         yield
     except OSError as error:
@@ -296,10 +279,7 @@ def readable(path: Path) -> Iterator[None]:
 def nanoseconds(value: int, file: Path) -> int:
     """A time of a file in ns.
 
-    Raises
-    ------
-    InputError
-        It is beyond the year 2262.
+    Raises InputError: it is beyond the year 2262.
     """
     if not 0 <= value <= _LATEST_NS:
         raise InputError("a message of a time beyond the year 2262", file=file, expected="ns")
@@ -312,22 +292,11 @@ def nanoseconds(value: int, file: Path) -> int:
 def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: Path) -> Decoder:
     """The decoder of a topic.
 
-    Parameters
-    ----------
-    kind : str
-        The message's type, such as "geometry_msgs/msg/Wrench".
-    text : str
-        Its definition; "" where the file has none.
-    language : {"msg", "idl"}
-        Of the definition.
-    encoding : {"ros1", "cdr"}
-    file : Path
-        For messages.
-
-    Raises
-    ------
-    DefinitionError
-        There is no definition of the type, or it is not understood.
+    `kind`: the message's type, such as "geometry_msgs/msg/Wrench".
+    `text`: its definition; "" where the file has none.
+    `language`: of the definition.
+    `file`: for messages.
+    Raises DefinitionError: there is no definition of the type, or it is not understood.
     """
     name = short_name(kind)
     if not text.strip() and language == "msg" and name != "std_msgs/Empty":
@@ -351,10 +320,7 @@ def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: P
 def standard_definitions(file: Path) -> Definitions:
     """The messages that every ROS has, for logs that do not bear definitions.
 
-    Raises
-    ------
-    InputError
-        The package rosbags is not installed.
+    Raises InputError: the package rosbags is not installed.
     """
     typesys = needed("rosbags.typesys", "ros", file)
     return definitions_of_package(typesys.get_typestore(typesys.Stores.ROS2_HUMBLE).fielddefs)

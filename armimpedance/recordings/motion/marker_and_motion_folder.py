@@ -37,10 +37,7 @@ def read_markers(path: str | os.PathLike[str]) -> MarkerRecording:
     empty where it was not seen; of each force plate in `recording.json` ``plate1_fx_N …
     plate1_mz_Nm``. `skeleton.json` is read where it is there.
 
-    Raises
-    ------
-    InputError
-        Which file, row and column is wrong, and what was expected.
+    Raises InputError: which file, row and column is wrong, and what was expected.
     """
     folder = Path(path)
     metadata, file = open_folder(folder, "markers")
@@ -72,10 +69,7 @@ def write_markers(
 
     `read_markers` gives the same recording back, bit by bit.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written, or a marker's name has no form on disk.
+    Raises InputError: the folder cannot be written, or a marker's name has no form on disk.
     """
     names = marker_columns(recording.names)
     flat = recording.positions.reshape(len(recording.time_s), -1)
@@ -137,10 +131,7 @@ def read_motion(path: str | os.PathLike[str]) -> MotionRecording:
     ``_m`` for the root's place); optional ``tau_<coordinate>_Nm`` (``_N``) of all of them, and
     force plates as in `read_markers`. `skeleton.json` must be there.
 
-    Raises
-    ------
-    InputError
-        Which file, row and column is wrong, and what was expected.
+    Raises InputError: which file, row and column is wrong, and what was expected.
     """
     folder = Path(path)
     metadata, file = open_folder(folder, "motion")
@@ -175,10 +166,7 @@ def write_motion(
 
     `read_motion` gives the same recording back, bit by bit.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written, or a coordinate's name has no form on disk.
+    Raises InputError: the folder cannot be written, or a coordinate's name has no form on disk.
     """
     names = recording.skeleton.columns
     columns: dict[str, FloatArray] = dict(zip(names, recording.coordinates.T, strict=True))

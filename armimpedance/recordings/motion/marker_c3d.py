@@ -78,25 +78,14 @@ def read_marker_c3d(
     read; labels may bear them as a prefix (``name:marker``), which is cut off where one prefix
     alone is used. Events are columns of the trial table, ``event_<context>_<label>_s``.
 
-    Parameters
-    ----------
-    path : path or sequence of paths
-        Trials are numbered from 1; a trial's condition is its file's name without suffix.
-    prefix : str, optional
-        The subject whose markers are read, of several; ``""`` keeps the labels as they are.
-    emg_channels : mapping, optional
-        Analog channel -> muscle, such as ``{"Biceps.EMG4": "biceps"}``.
-    axes : sequence of three str, optional
-        The file's axes that point forward, left and up; x, y, z where they are not stated and the
-        force plates do not contradict it.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other the plates' channels hold; None: what their load shows.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, has no markers, another rate, other markers or plates than the first,
-        or no such channel; its unit is not known; or its plates lie on another axis.
+    `path`: trials are numbered from 1; a trial's condition is its file's name without suffix.
+    `prefix`: the subject whose markers are read, of several; ``""`` keeps the labels as they are.
+    `emg_channels`: analog channel -> muscle, such as ``{"Biceps.EMG4": "biceps"}``.
+    `axes`: the file's axes that point forward, left and up; x, y, z where they are not stated and
+    the force plates do not contradict it.
+    `force_by`: whose force on the other the plates' channels hold; None: what their load shows.
+    Raises InputError: a file cannot be read, has no markers, another rate, other markers or plates
+    than the first, or no such channel; its unit is not known; or its plates lie on another axis.
     """
     given = [path] if isinstance(path, str | os.PathLike) else list(path)
     if not given:

@@ -57,18 +57,8 @@ def read_emg(
 ) -> EmgSignals | None:
     """EMG of the trials, where the folder holds any; a trial may have none.
 
-    Parameters
-    ----------
-    folder : Path
-    table : TrialTable
-    metadata : MovingMetadata
-        Metadata of the folder, with the sample rate.
-    starts_s : (T,)
-        First time of each trial: its EMG starts within a frame of it.
-
-    Raises
-    ------
-    InputError
+    `metadata`: metadata of the folder, with the sample rate.
+    `starts_s` (T,): first time of each trial: its EMG starts within a frame of it.
     """
     rate = metadata.emg_rate_hz
     if not any((folder / name).is_file() for name in EMG_FILES):
@@ -150,18 +140,10 @@ def write_table(
 class MovingTables:
     """The tables of a folder, the samples in the order of the trial table.
 
-    Attributes
-    ----------
-    table : NumberTable
-        The samples in the order of the file, for messages.
-    trials : DataFrame (T rows)
-    offsets : (T + 1,) int
-    columns : mapping str -> (N,)
-        All columns with a meaning.
-    wrenches : (N, K, 6) or None
-    emg : EmgSignals or None
-    remarks : tuple of str
-        Sentences on what was left out.
+    `trials` DataFrame (T rows), `offsets` (T + 1,) int, `wrenches` (N, K, 6) or None.
+    `table`: the samples in the order of the file, for messages.
+    `columns` mapping str -> (N,): all columns with a meaning.
+    `remarks`: sentences on what was left out.
     """
 
     table: NumberTable
@@ -178,12 +160,7 @@ class MovingTables:
 
 
 def open_folder(folder: Path, kind: MovingKind) -> tuple[MovingMetadata, Path]:
-    """What a folder says of itself, once it is sure to be of this kind, and its samples' file.
-
-    Raises
-    ------
-    InputError
-    """
+    """What a folder says of itself, once it is sure to be of this kind, and its samples' file."""
     if not folder.is_dir():
         raise InputError("no such folder", file=folder, expected="a recording's folder")
     return read_moving_metadata(folder / METADATA_FILE, kind), table_file(folder)
@@ -194,18 +171,8 @@ def read_tables(
 ) -> MovingTables:
     """Read the tables of a recording.
 
-    Parameters
-    ----------
-    folder : Path
-    metadata : MovingMetadata
-    wanted : collection of str
-        The kind's own columns.
-    gaps : bool
-        Whether these columns may have gaps.
-
-    Raises
-    ------
-    InputError
+    `wanted`: the kind's own columns.
+    `gaps`: whether these columns may have gaps.
     """
     table = read_trials(folder / TRIALS_FILE)
     file = table_file(folder)
@@ -235,10 +202,7 @@ def write_tables(
 ) -> None:
     """Write a recording's folder, its own columns given; it appears only when it is complete.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written, or a name has no form on disk.
+    Raises InputError: the folder cannot be written, or a name has no form on disk.
     """
     for name in columns:
         if name != name.strip() or not name.isprintable():
@@ -270,12 +234,7 @@ def write_tables(
 def refuse_beyond(
     table: NumberTable, names: Collection[str], limit: float, looks_like: str, expected: str
 ) -> None:
-    """Refuse the first column with a value beyond +-`limit`; lost values pass.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse the first column with a value beyond +-`limit`; lost values pass."""
     for name in names:
         values = table.columns[name]
         beyond = np.flatnonzero(np.abs(values) > limit)

@@ -45,15 +45,8 @@ KNOWN_KEYS: Final = (
 class MovingMetadata:
     """The content of `recording.json`, checked.
 
-    Attributes
-    ----------
-    sample_rate_hz : float
-    subject : Subject
-    plate_origins_m : (K, 3) or None
-    emg_rate_hz : float or None
-    emg_unit : {"V", "normalised"}
-    provenance : tuple of str
-        Origin of the metadata, with a remark on keys that nothing reads.
+    `plate_origins_m` (K, 3) or None.
+    `provenance`: origin of the metadata, with a remark on keys that nothing reads.
     """
 
     sample_rate_hz: float
@@ -67,10 +60,8 @@ class MovingMetadata:
 def read_moving_metadata(file: Path, kind: MovingKind) -> MovingMetadata:
     """Read and check `recording.json` of a recording of this kind.
 
-    Raises
-    ------
-    InputError
-        The file is missing or not JSON, a field is not what it must be, or another kind is in it.
+    Raises InputError: the file is missing or not JSON, a field is not what it must be, or another
+    kind is in it.
     """
     given = recording_fields(file)
     stated = given.choice("kind", tuple(_WHAT), required=True)
@@ -153,15 +144,8 @@ _METRES: Final = {
 def lab_rotation(axes: Sequence[str]) -> FloatArray:
     """Rotation (3, 3) from the file's frame to the world's (x forward, y left, z up).
 
-    Parameters
-    ----------
-    axes : three of "x", "-x", "y", "-y", "z", "-z"
-        The file's axes that point forward, to the left and up.
-
-    Raises
-    ------
-    InputError
-        They are no right-handed frame.
+    `axes`: the file's axes that point forward, to the left and up.
+    Raises InputError: they are no right-handed frame.
     """
     rows = np.zeros((3, 3))
     expected = "the file's axes that point forward, left and up, such as x,-z,y"
@@ -178,10 +162,7 @@ def lab_rotation(axes: Sequence[str]) -> FloatArray:
 def metres_per(unit: str, file: object) -> float:
     """How long a file's unit of length is, in m.
 
-    Raises
-    ------
-    InputError
-        The unit is not known.
+    Raises InputError: the unit is not known.
     """
     scale = _METRES.get(unit.strip().lower())
     if scale is None:

@@ -52,19 +52,11 @@ _SENTENCES: Final = {"angles are in degrees": True, "angles are in radians": Fal
 class OpenSimHeader:
     """What stands above the rows.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of all columns but the first, which is the time; as in the file.
-    parts : int
-        Numbers in each of their cells.
-    in_degrees : bool or None
-        None where the header does not say, or says both.
-    rows : str or None
-        The number of rows that it states.
-    first : int
-        The line (from 0) after the names.
-    remarks : tuple of str
+    `names`: of all columns but the first, which is the time; as in the file.
+    `parts`: numbers in each of their cells.
+    `in_degrees`: None where the header does not say, or says both.
+    `rows`: the number of rows that it states.
+    `first`: the line (from 0) after the names.
     """
 
     names: tuple[str, ...]
@@ -96,11 +88,8 @@ class OpenSimHeader:
 def read_header(text: TextFile) -> OpenSimHeader:
     """Read what stands above the rows: either header in use, ending with `endheader`.
 
-    Raises
-    ------
-    InputError
-        No such header, the first column is no time, or what the header says of its angles or cells
-        is not known.
+    Raises InputError: no such header, the first column is no time, or what the header says of its
+    angles or cells is not known.
     """
     end = _end_of_header(text)
     keys = _keys(text.lines[:end])
@@ -192,19 +181,11 @@ def _in_degrees(
 class OpenSimTable(FrozenRecord):
     """Columns over time, as in the file.
 
-    Attributes
-    ----------
-    file : str
-    time_s : (S,)
-    sample_rate_hz : float
-    columns : mapping str -> (S,)
-        In the file's own units; NaN where the file has no number.
-    in_degrees : bool or None
-        Whether the file says that its angles are in degrees; None where it does not say.
-    twice : tuple of str
-        Names of two columns or more, none of which is among `columns`.
-    remarks : tuple of str
-        Sentences on what in the file is not as its header says, or was not taken.
+    `time_s` (S,).
+    `columns` mapping str -> (S,): in the file's own units; NaN where the file has no number.
+    `in_degrees`: whether the file says that its angles are in degrees; None where it does not say.
+    `twice`: names of two columns or more, none of which is among `columns`.
+    `remarks`: sentences on what in the file is not as its header says, or was not taken.
     """
 
     file: str
@@ -218,10 +199,7 @@ class OpenSimTable(FrozenRecord):
     def column(self, name: str) -> FloatArray:
         """One column, (S,).
 
-        Raises
-        ------
-        InputError
-            There is no such column or more than one, or it has gaps.
+        Raises InputError: there is no such column or more than one, or it has gaps.
         """
         if name in self.twice:
             expected = "another name for one of the two"
@@ -243,17 +221,10 @@ class OpenSimTable(FrozenRecord):
     def angles(self, names: tuple[str, ...], in_degrees: bool | None = None) -> FloatArray:
         """These columns side by side in rad, (S, len(names)).
 
-        Parameters
-        ----------
-        names : tuple of str
-        in_degrees : bool, optional
-            Unit of the angles where the file does not state it; what the file states comes first.
-
-        Raises
-        ------
-        InputError
-            No such column, it has gaps, nobody says which unit it is, or degrees are called
-            radians.
+        `in_degrees`: unit of the angles where the file does not state it; what the file states
+        comes first.
+        Raises InputError: no such column, it has gaps, nobody says which unit it is, or degrees are
+        called radians.
         """
         degrees = self.in_degrees if self.in_degrees is not None else in_degrees
         values = [self.column(name) for name in names]
@@ -284,10 +255,8 @@ def read_opensim_table(path: str | os.PathLike[str]) -> OpenSimTable:
     (``DataType=Vec3``) each number is a column, named as OpenSim does: ``marker_1``. A row that
     stands there twice, as integrators write them, is read once.
 
-    Raises
-    ------
-    InputError
-        No such header, a cell is no number, the file was cut, or time does not run in equal steps.
+    Raises InputError: no such header, a cell is no number, the file was cut, or time does not run
+    in equal steps.
     """
     text = text_file(Path(path))
     header = read_header(text)
@@ -324,23 +293,14 @@ def opensim_motion(
 ) -> MotionRecording:
     """Joint motion of a skeleton from a table of angles.
 
-    Parameters
-    ----------
-    path : path
-    skeleton : Skeleton
-        Its root's coordinates are 0 where the table has none: the table's own root is another
-        model's.
-    names : mapping, optional
-        Coordinate -> column of the table, where the names differ; ``-column`` turns the sign. The
-        skeleton's other coordinates have their own names, also as paths
-        (``/jointset/elbow/elbow_flexion/value``), or are 0, which the provenance tells.
-    in_degrees : bool, optional
-        Unit of the angles where the file does not state it.
-
-    Raises
-    ------
-    InputError
-        See `OpenSimTable.angles`; or none of the skeleton's coordinates is in the table.
+    `skeleton`: its root's coordinates are 0 where the table has none: the table's own root is
+    another model's.
+    `names`: coordinate -> column of the table, where the names differ; ``-column`` turns the sign.
+    The skeleton's other coordinates have their own names, also as paths
+    (``/jointset/elbow/elbow_flexion/value``), or are 0, which the provenance tells.
+    `in_degrees`: unit of the angles where the file does not state it.
+    Raises InputError: see `OpenSimTable.angles`; or none of the skeleton's coordinates is in the
+    table.
     """
     table = read_opensim_table(path)
     given = dict(names or {})

@@ -77,16 +77,8 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
 def write_skeleton(skeleton: Skeleton, path: str | os.PathLike[str]) -> None:
     """Write a skeleton; `read_skeleton` gives the same one back, bit by bit.
 
-    Parameters
-    ----------
-    skeleton : Skeleton
-    path : path
-        The file, which is replaced where it is there already.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    `path`: the file, which is replaced where it is there already.
+    Raises InputError: the file cannot be written.
     """
     with staged_file(path) as file:
         file.write_text(skeleton_text(skeleton), encoding="utf-8")

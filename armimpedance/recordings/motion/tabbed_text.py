@@ -27,15 +27,9 @@ _BLANK: Final = ' \t\r\n,;"'
 class TextFile:
     """A table's file in lines.
 
-    Attributes
-    ----------
-    file : Path
-    lines : list of str
-        Without their ends.
-    whole : bool
-        Whether the last line has its end; where it has none the file may have been cut.
-    remarks : tuple of str
-        Sentences for the provenance.
+    `lines`: without their ends.
+    `whole`: whether the last line has its end; where it has none the file may have been cut.
+    `remarks`: sentences for the provenance.
     """
 
     file: Path
@@ -56,12 +50,8 @@ class TextFile:
 class NumberRows:
     """Rows of numbers and the lines of the file (from 1) that they stand in.
 
-    Attributes
-    ----------
-    values : (rows, columns)
-    numbers : (rows,) int
-    further : int
-        The most cells beyond the columns that a row has.
+    `values` (rows, columns), `numbers` (rows,) int.
+    `further`: the most cells beyond the columns that a row has.
     """
 
     values: FloatArray
@@ -74,10 +64,7 @@ def text_file(file: Path) -> TextFile:
 
     It is UTF-8, UTF-16 with its mark, or else Windows-1252, which a remark then says.
 
-    Raises
-    ------
-    InputError
-        It is missing, empty, too large or no text.
+    Raises InputError: it is missing, empty, too large or no text.
     """
     try:
         if file.stat().st_size > _LARGEST_BYTES:
@@ -111,10 +98,6 @@ def cells(line: str) -> list[str]:
     """The cells of a line, without blanks and quotation marks around them.
 
     They are separated by tabs if there is one, else by commas if there is one, else by blanks.
-
-    Parameters
-    ----------
-    line : str
     """
     mark = "\t" if "\t" in line.strip() else "," if "," in line else None
     return [cell.strip().strip('"').strip() for cell in line.strip(" \r\n").split(mark)]
@@ -131,23 +114,12 @@ def number_rows(
 ) -> NumberRows:
     """Rows of numbers (rows, columns); blank lines are passed over.
 
-    Parameters
-    ----------
-    text : TextFile
-    first : int
-        The line (from 0) with the first row.
-    columns : int
-    parts : int
-        Numbers in each cell, with commas between them; the first cell, the time, has one.
-    gaps : bool
-        Empty cells and cells that a row lacks at its end are NaN, as "nan" always is.
-    further : bool
-        Whether cells beyond the columns may be passed over.
-
-    Raises
-    ------
-    InputError
-        A row of another length, a cell that is no number, or the file was cut within a row.
+    `first`: the line (from 0) with the first row.
+    `parts`: numbers in each cell, with commas between them; the first cell, the time, has one.
+    `gaps`: empty cells and cells that a row lacks at its end are NaN, as "nan" always is.
+    `further`: whether cells beyond the columns may be passed over.
+    Raises InputError: a row of another length, a cell that is no number, or the file was cut within
+    a row.
     """
     plain = _plain_rows(text, first, columns) if parts == 1 else None
     if plain is not None:
@@ -240,19 +212,9 @@ def _number(cell: str, file: Path, row: int, gaps: bool) -> float:
 def stated_count(stated: str | None, have: int, what: str, text: TextFile) -> tuple[str, ...]:
     """A sentence where the header states another number of rows or columns than there are.
 
-    Parameters
-    ----------
-    stated : str or None
-        The number as it stands in the header.
-    have : int
-    what : str
-        Such as "rows".
-    text : TextFile
-
-    Raises
-    ------
-    InputError
-        Rows are missing and the last line has no end: the file was cut.
+    `stated`: the number as it stands in the header.
+    `what`: such as "rows".
+    Raises InputError: rows are missing and the last line has no end: the file was cut.
     """
     if stated is None or stated.strip() == str(have):
         return ()
@@ -272,18 +234,9 @@ def stated_count(stated: str | None, have: int, what: str, text: TextFile) -> tu
 def times(rows: NumberRows, column: int, file: Path) -> tuple[FloatArray, NumberRows, int]:
     """The times of rows, those rows, and how many were left out because they stand there twice.
 
-    Parameters
-    ----------
-    rows : NumberRows
-    column : int
-        Where the time stands.
-    file : Path
-        For messages.
-
-    Raises
-    ------
-    InputError
-        A row has no time, time goes back, or it stands still though the rows differ.
+    `column`: where the time stands.
+    `file`: for messages.
+    Raises InputError: a row has no time, time goes back, or it stands still though the rows differ.
     """
     time = rows.values[:, column]
     if not np.isfinite(time).all():
@@ -307,10 +260,7 @@ def times(rows: NumberRows, column: int, file: Path) -> tuple[FloatArray, Number
 def sample_rate(time_s: FloatArray, file: Path, stated_hz: float | None = None) -> float:
     """The rate of equally spaced times.
 
-    Raises
-    ------
-    InputError
-        Times do not rise in equal steps, or not with the stated rate.
+    Raises InputError: times do not rise in equal steps, or not with the stated rate.
     """
     if len(time_s) < 2:
         raise InputError(f"{len(time_s)} samples", file=file, expected="two or more")

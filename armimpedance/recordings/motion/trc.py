@@ -56,17 +56,9 @@ def read_trc(path: str | os.PathLike[str], *, axes: Sequence[str] = Y_UP) -> Mar
     "nan" where a marker was not seen. Cells are separated by tabs, commas or blanks; a blank line
     below the axes may be there. Markers beyond those that are named are not taken.
 
-    Parameters
-    ----------
-    path : path
-    axes : sequence of three str
-        The file's axes that point forward, left and up; OpenSim's if not stated.
-
-    Raises
-    ------
-    InputError
-        It is no such file, it was cut, a cell is no number, time does not run in equal steps, or
-        the unit or the axes are not known.
+    `axes`: the file's axes that point forward, left and up; OpenSim's if not stated.
+    Raises InputError: it is no such file, it was cut, a cell is no number, time does not run in
+    equal steps, or the unit or the axes are not known.
     """
     rotation = lab_rotation(axes)
     text = text_file(Path(path))
@@ -223,19 +215,10 @@ def with_ground_forces(
     ``1_``, ``R_`` or ``_1_`` and the like tell several plates apart. Its times are the markers'
     times; another rate is brought to theirs without delay.
 
-    Parameters
-    ----------
-    markers : MarkerRecording
-        One trial.
-    path : path
-    axes : three str
-        The table's axes that point forward, left and up.
-
-    Raises
-    ------
-    InputError
-        There is no plate or a column of one is missing, the table does not span the markers' time,
-        a load points down, or a point is no point in m.
+    `markers`: one trial.
+    `axes`: the table's axes that point forward, left and up.
+    Raises InputError: there is no plate or a column of one is missing, the table does not span the
+    markers' time, a load points down, or a point is no point in m.
     """
     table = read_opensim_table(path)
     plates = _plates(table)

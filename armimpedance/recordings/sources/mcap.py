@@ -74,14 +74,7 @@ def read(path: Path, wanted: Wanted) -> RawFile:
 def add_mcap(log: Log, path: Path, unpack: Unpack | None = None) -> None:
     """Add the messages of a file to a log.
 
-    Parameters
-    ----------
-    unpack : callable, optional
-        Where each message is compressed.
-
-    Raises
-    ------
-    InputError
+    `unpack`: where each message is compressed.
     """
     _Reading(log, path, unpack).all()
 

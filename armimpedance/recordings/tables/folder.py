@@ -48,15 +48,8 @@ def read_folder(path: str | os.PathLike[str]) -> Recording:
     it names keys and columns that were not read. A folder with both sample files is refused:
     they may differ.
 
-    Parameters
-    ----------
-    path : path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        Which file, row and column is wrong, and what was expected.
+    `path`: the folder.
+    Raises InputError: which file, row and column is wrong, and what was expected.
     """
     folder = Path(path)
     if not folder.is_dir():
@@ -80,18 +73,10 @@ def write_folder(
 
     `read_folder` gives the same recording back, bit by bit.
 
-    Parameters
-    ----------
-    recording : Recording
-    path : path
-        A new or empty folder, or an earlier recording, which is replaced.
-    table : {"parquet", "csv"}
-        The form of the samples.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written, or a column of the recording has no form on disk.
+    `path`: a new or empty folder, or an earlier recording, which is replaced.
+    `table`: the form of the samples.
+    Raises InputError: the folder cannot be written, or a column of the recording has no form on
+    disk.
     """
     samples = _sample_arrays(recording)
     with staged_folder(path) as folder:
@@ -108,10 +93,7 @@ def write_folder(
 def table_file(folder: Path, stem: str = "samples") -> Path:
     """The table of this name in a folder, Parquet or CSV.
 
-    Raises
-    ------
-    InputError
-        There is none, or both.
+    Raises InputError: there is none, or both.
     """
     names = [f"{stem}.parquet", f"{stem}.csv"]
     there = [folder / name for name in names if (folder / name).is_file()]
@@ -131,10 +113,7 @@ def runs_of_trials(
 ) -> IntArray:
     """The number of the run in the sample table that belongs to each row of the trial table.
 
-    Raises
-    ------
-    InputError
-        A trial has no samples, or samples have no trial.
+    Raises InputError: a trial has no samples, or samples have no trial.
     """
     run_of = {int(trial): run for run, trial in enumerate(trials)}
     listed = table.trials["trial"].tolist()
@@ -160,13 +139,7 @@ def recording_of_tables(
 ) -> Recording:
     """The recording of three checked tables.
 
-    Parameters
-    ----------
-    metadata : Metadata
-    table : TrialTable
-    samples : Samples
-    order : (T,) int
-        As from `runs_of_trials`.
+    `order` (T,) int: as from `runs_of_trials`.
     """
     columns = samples.columns
     lengths = np.diff(samples.offsets)[order]

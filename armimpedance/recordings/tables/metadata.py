@@ -70,10 +70,7 @@ KNOWN_KEYS: Final = {
 def read_metadata(file: Path) -> Metadata:
     """Read and check `recording.json`.
 
-    Raises
-    ------
-    InputError
-        The file is missing, is not JSON, or a field is not what it must be.
+    Raises InputError: the file is missing, is not JSON, or a field is not what it must be.
     """
     given = recording_fields(file)
     if given.values.get("kind") in tuple(OTHER_KINDS):
@@ -83,12 +80,7 @@ def read_metadata(file: Path) -> Metadata:
 
 
 def metadata_of(given: Fields) -> Metadata:
-    """What holds for a recording of the hand or of joints, checked.
-
-    Raises
-    ------
-    InputError
-    """
+    """What holds for a recording of the hand or of joints, checked."""
     kind = given.choice("kind", ("hand", "joint"), required=True)
     rate = given.number("sample_rate_hz", required=True)
     if rate is None or not 1e-6 <= rate <= 1e9:
@@ -117,12 +109,7 @@ def metadata_of(given: Fields) -> Metadata:
 
 
 def recording_fields(file: Path) -> Fields:
-    """The fields of a `recording.json` of any kind, its format and version checked.
-
-    Raises
-    ------
-    InputError
-    """
+    """The fields of a `recording.json` of any kind, its format and version checked."""
     given = Fields(file, read_json(file))
     given.choice("format", (FORMAT,), required=True)
     if given.number("version", required=True) != VERSION:
@@ -180,12 +167,7 @@ def _vector(fields: Fields, key: str, unit: str) -> tuple[float, ...] | None:
 
 
 def subject_of(fields: Fields) -> Subject:
-    """The subject of a recording, checked.
-
-    Raises
-    ------
-    InputError
-    """
+    """The subject of a recording, checked."""
     value = fields.values.get("subject")
     if value is None:
         return Subject()

@@ -52,10 +52,7 @@ class NumberTable:
 def column_names(file: Path) -> tuple[str, ...]:
     """The names of a table's columns, without reading it.
 
-    Raises
-    ------
-    InputError
-        The file is missing, empty or not of its kind, or a name stands twice.
+    Raises InputError: the file is missing, empty or not of its kind, or a name stands twice.
     """
     if not file.is_file():
         raise InputError("no such file", file=file)
@@ -67,12 +64,7 @@ def column_names(file: Path) -> tuple[str, ...]:
 
 
 def check_header(file: Path, names: Sequence[str]) -> None:
-    """Names of columns must be different, and fit on the line of a message.
-
-    Raises
-    ------
-    InputError
-    """
+    """Names of columns must be different, and fit on the line of a message."""
     for name in names:
         if names.count(name) > 1 or not name.isprintable():
             problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
@@ -86,19 +78,12 @@ def read_numbers(
 ) -> NumberTable:
     """Read a table whose `required` columns must hold finite numbers.
 
-    Parameters
-    ----------
-    file : Path
-        `.csv` or `.parquet`.
-    required : collection of str
-        These must be in the file and numbers throughout; further columns are kept if they are.
-    gaps : collection of str
-        Those of the required columns in which an empty cell or NaN stands for a lost value.
-
-    Raises
-    ------
-    InputError
-        Which cell of a required column is empty, text or not finite; or the file cannot be read.
+    `file`: `.csv` or `.parquet`.
+    `required`: these must be in the file and numbers throughout; further columns are kept if they
+    are.
+    `gaps`: those of the required columns in which an empty cell or NaN stands for a lost value.
+    Raises InputError: which cell of a required column is empty, text or not finite; or the file
+    cannot be read.
     """
     names = column_names(file)
     missing = [name for name in required if name not in names]

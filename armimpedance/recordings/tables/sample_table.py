@@ -38,10 +38,6 @@ def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
     Times are printed with so many decimals: where the step is no multiple of the last decimal,
     rounding may shift each time by one unit of it, and the tolerances grow by that much. Where
     that unit is longer than a step, several samples may print the same time.
-
-    Raises
-    ------
-    InputError
     """
     time, dt = table.columns["time_s"], 1.0 / rate_hz
     _check_finite(table, time)
@@ -150,12 +146,8 @@ class SampleColumns:
 class Samples:
     """All samples in the order of the file, with one run of samples per trial.
 
-    Attributes
-    ----------
-    trials : (T,) int
-        Trial numbers in the order of their samples.
-    offsets : (T + 1,) int
-        First sample of each trial.
+    `trials` (T,) int: trial numbers in the order of their samples.
+    `offsets` (T + 1,) int: first sample of each trial.
     """
 
     table: NumberTable
@@ -180,11 +172,9 @@ class Samples:
 def read_samples(file: Path, metadata: Metadata) -> Samples:
     """Read the sample table and check all that can be checked without the trial table.
 
-    Raises
-    ------
-    InputError
-        A column is missing, a cell is no finite number, the samples of a trial are not in one
-        piece, time disagrees with the rate, or the values cannot have the unit of their column.
+    Raises InputError: a column is missing, a cell is no finite number, the samples of a trial are
+    not in one piece, time disagrees with the rate, or the values cannot have the unit of their
+    column.
     """
     columns = sample_columns(column_names(file), metadata.kind, metadata.muscles)
     table = read_numbers(file, columns.named)
@@ -196,12 +186,7 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
 
 
 def check_axes(samples: Samples, metadata: Metadata, stated_in: Path) -> None:
-    """What is stated of each axis must be stated of all of them.
-
-    Raises
-    ------
-    InputError
-    """
+    """What is stated of each axis must be stated of all of them."""
     axes = len(samples.columns.position)
     for key, vector in (("shoulder_m", metadata.shoulder_m), ("gravity", metadata.gravity_m_s2)):
         if vector is not None and len(vector) != axes:
@@ -212,12 +197,7 @@ def check_axes(samples: Samples, metadata: Metadata, stated_in: Path) -> None:
 
 
 def check_samples(samples: Samples, metadata: Metadata) -> None:
-    """Time must agree with the rate, and values with the units of their columns.
-
-    Raises
-    ------
-    InputError
-    """
+    """Time must agree with the rate, and values with the units of their columns."""
     columns = samples.columns
     check_time(samples.table, samples.offsets, metadata.sample_rate_hz)
     if metadata.kind == "hand":
@@ -249,13 +229,8 @@ def sample_columns(
 ) -> SampleColumns:
     """What the columns of a sample table hold, by their names.
 
-    Parameters
-    ----------
-    names : collection of str
-        The columns of the table. Some that the result asks for may be missing among them.
-    kind : {"hand", "joint"}
-    muscles : tuple of str or None
-        The muscles that the recording lists; None: as in the table.
+    `names`: the columns of the table. Some that the result asks for may be missing among them.
+    `muscles`: the muscles that the recording lists; None: as in the table.
     """
     limit = len(AXES) if kind == "hand" else len(names)
     there = [
@@ -292,10 +267,7 @@ def _joint_angle_columns(names: Collection[str], kind: Kind) -> tuple[str, ...]:
 def trial_runs(table: NumberTable) -> tuple[IntArray, IntArray]:
     """Trial numbers and where their samples start; every trial in one piece.
 
-    Raises
-    ------
-    InputError
-        A number is not whole, or a trial goes on after another one.
+    Raises InputError: a number is not whole, or a trial goes on after another one.
     """
     trial = table.columns["trial"]
     broken = np.flatnonzero((trial != np.round(trial)) | (np.abs(trial) > 2**53))

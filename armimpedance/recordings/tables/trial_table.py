@@ -54,11 +54,8 @@ def read_trials(file: Path) -> TrialTable:
     Whole numbers stay integers; a column of numbers with empty cells is float with NaN; `True` and
     `False` are booleans; the rest is text. `condition` is always text.
 
-    Raises
-    ------
-    InputError
-        The file is missing or empty, a column is missing or stands twice, a cell is empty or not
-        what its column holds, or a trial stands twice.
+    Raises InputError: the file is missing or empty, a column is missing or stands twice, a cell is
+    empty or not what its column holds, or a trial stands twice.
     """
     header, lines, rows = _read_cells(file)
     return trials_of_cells(file, header, lines, rows)
@@ -69,10 +66,7 @@ def trials_of_cells(
 ) -> TrialTable:
     """The checked table of these cells, one list a trial, each with the line of its message.
 
-    Raises
-    ------
-    InputError
-        As `read_trials`.
+    Raises InputError: as `read_trials`.
     """
     columns = {name: [cells[i] for cells in rows] for i, name in enumerate(header)}
     table = TrialTable(file, pd.DataFrame(index=range(len(rows))), lines)
@@ -109,17 +103,8 @@ def trials_text(trials: pd.DataFrame) -> str:
 def check_onsets(table: TrialTable, first_s: np.ndarray, last_s: np.ndarray, dt: float) -> None:
     """Onset and end must lie inside of the trial, the end after the onset.
 
-    Parameters
-    ----------
-    table : TrialTable
-    first_s, last_s : (T,)
-        First and last time of each trial's samples.
-    dt : float
-        Time between two samples; half of it is granted to rounding.
-
-    Raises
-    ------
-    InputError
+    `first_s`, `last_s` (T,): first and last time of each trial's samples.
+    `dt`: time between two samples; half of it is granted to rounding.
     """
     trials = table.trials
     for name in ("onset_s", "end_s"):

@@ -35,10 +35,7 @@ _PATIENCE_S: Final = 2.0
 class Stopped(KeyboardInterrupt):
     """The system asks this process to end.
 
-    Parameters
-    ----------
-    number : int
-        Of the signal.
+    `number`: of the signal.
     """
 
     def __init__(self, number: int) -> None:
@@ -49,10 +46,7 @@ class Stopped(KeyboardInterrupt):
 class AskedToEnd:
     """Whether this process was asked to end.
 
-    Attributes
-    ----------
-    why : KeyboardInterrupt or None
-        A library that is interrupted may raise an error of its own in its place.
+    `why`: a library that is interrupted may raise an error of its own in its place.
     """
 
     why: KeyboardInterrupt | None = None
@@ -134,15 +128,7 @@ _OF_THE_MACHINE: Final = {
 def told(error: BaseException) -> tuple[str, int]:
     """What a user is told of an error, and the exit status.
 
-    Parameters
-    ----------
-    error : BaseException
-
-    Returns
-    -------
-    line : str
-        Without the name of the command.
-    status : int
+    Returns `line`: without the name of the command.
     """
     if isinstance(error, ArmImpedanceError):
         return _line(str(error)), FAILED if isinstance(error, WorkerError) else WRONG_INPUT
@@ -173,18 +159,10 @@ def told(error: BaseException) -> tuple[str, int]:
 def naming(line: str, options: Mapping[str, object]) -> str:
     """A line with the inputs of the call before it, where it names none of them.
 
-    Parameters
-    ----------
-    line : str
-        As `told` gives it.
-    options : mapping
-        Every option of the call with its value; files and folders that are there and are not to be
-        written are its inputs.
-
-    Returns
-    -------
-    str
-        The line as it is, also where it is about the value of an option.
+    `line`: as `told` gives it.
+    `options`: every option of the call with its value; files and folders that are there and are not
+    to be written are its inputs.
+    Returns the line as it is, also where it is about the value of an option.
     """
     values = [value for name, value in options.items() if name not in _WRITTEN]
     places = [str(place) for place in _on_the_disk(values)]
@@ -237,10 +215,7 @@ def library_warnings(tell: Callable[[str], object]) -> Iterator[None]:
 
     Which warnings are shown at all, or are errors, stays as it is.
 
-    Parameters
-    ----------
-    tell : callable
-        Takes a line.
+    `tell`: takes a line.
     """
     import logging
     import warnings

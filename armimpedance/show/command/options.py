@@ -99,10 +99,7 @@ def add_leave_out(
 def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """The options as fields of `recordings.ReadOptions`, the skeleton aside.
 
-    Raises
-    ------
-    InputError
-        A word is not of the form LEFT=RIGHT, or the events are told twice.
+    Raises InputError: a word is not of the form LEFT=RIGHT, or the events are told twice.
     """
     axes, degrees = arguments.axes, arguments.in_degrees
     onset, end = _events(arguments)
@@ -141,10 +138,7 @@ def _events(arguments: argparse.Namespace) -> tuple[str | None, str | None]:
 def pairs(words: list[str], option: str, expected: str) -> dict[str, str]:
     """``LEFT=RIGHT`` words as a mapping.
 
-    Raises
-    ------
-    InputError
-        A word of another form.
+    Raises InputError: a word of another form.
     """
     split = {}
     for word in words:
@@ -166,15 +160,9 @@ def draw_picture(
 ) -> None:
     """Draw and write what ``--figure`` asks for, if it does, and say where.
 
-    Parameters
-    ----------
-    arguments : Namespace
-        With the options of `outputs.add_figure`.
-    draw : function
-        Gives a figure or axes; called only where a figure is asked for.
-    caption : str
-    suffix : str
-        Added to the name, where a command draws more than one picture.
+    `arguments`: with the options of `outputs.add_figure`.
+    `draw`: gives a figure or axes; called only where a figure is asked for.
+    `suffix`: added to the name, where a command draws more than one picture.
     """
     if arguments.figure is None:
         return

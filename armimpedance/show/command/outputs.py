@@ -30,14 +30,9 @@ FIGURE: Final = (".png", ".svg", ".pdf")
 class Output:
     """A file that a command is asked to write.
 
-    Attributes
-    ----------
-    option : str
-        Such as ``--out``.
-    path : Path or None
-        None where it was not asked for.
-    endings : tuple of str
-        Endings of the files that can be written.
+    `option`: such as ``--out``.
+    `path`: None where it was not asked for.
+    `endings`: endings of the files that can be written.
     """
 
     option: str
@@ -106,20 +101,11 @@ def check_folder(
 ) -> None:
     """Refuse a folder to be written that is there already, before any work.
 
-    Parameters
-    ----------
-    path : Path
-    known : iterable of str
-        The names that an earlier output may hold.
-    replace : bool
-        Whether an earlier output may be replaced; any other folder never is.
-    mark : str
-        The file by which an earlier output is known.
-
-    Raises
-    ------
-    InputError
-        A file of that name, a folder that is no earlier output, or one without leave to replace it.
+    `known`: the names that an earlier output may hold.
+    `replace`: whether an earlier output may be replaced; any other folder never is.
+    `mark`: the file by which an earlier output is known.
+    Raises InputError: a file of that name, a folder that is no earlier output, or one without leave
+    to replace it.
     """
     check_replaceable(path, mark, tuple(known))
     if path.exists() and not replace and any(path.iterdir()):
@@ -134,17 +120,9 @@ def listed(endings: tuple[str, ...]) -> str:
 def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
     """Refuse outputs that cannot be written, or that would replace what the command reads.
 
-    Parameters
-    ----------
-    outputs : Output
-    reads : paths
-        Files and folders that the command reads; None is passed over.
-
-    Raises
-    ------
-    InputError
-        An ending that cannot be written, a folder that is not there, a folder for a file, an output
-        that is an input or lies in one, or two outputs in one file. It names the path.
+    `reads`: files and folders that the command reads; None is passed over.
+    Raises InputError: an ending that cannot be written, a folder that is not there, a folder for a
+    file, an output that is an input or lies in one, or two outputs in one file. It names the path.
     """
     inputs = [path.resolve() for path in reads if path is not None]
     taken: dict[Path, str] = {}
@@ -194,10 +172,7 @@ def check_seed(seed: int) -> None:
 def number(word: str, option: str, expected: str) -> float:
     """A finite positive number given with an option.
 
-    Raises
-    ------
-    InputError
-        It is none.
+    Raises InputError: it is none.
     """
     try:
         value = float(word)
@@ -222,12 +197,7 @@ _ASIDE: Final = (
 
 
 def check_long(arguments: argparse.Namespace) -> None:
-    """Refuse `--long` without a file in which the long table can stand.
-
-    Raises
-    ------
-    InputError
-    """
+    """Refuse `--long` without a file in which the long table can stand."""
     if not arguments.long:
         return
     if arguments.out is None:
@@ -246,13 +216,8 @@ def write_result(
 ) -> None:
     """Write a result to `--out`, if it was asked for.
 
-    Parameters
-    ----------
-    content : Content
-    arguments : Namespace
-        Of the command: its options are said in the formats that have a place for them.
-    checks : sequence of Finding
-        What was held against the recording.
+    `arguments`: of the command: its options are said in the formats that have a place for them.
+    `checks`: what was held against the recording.
     """
     from armimpedance.show.files import write_content
 
@@ -262,17 +227,7 @@ def write_result(
 
 
 def about_call(arguments: argparse.Namespace, checks: Sequence[Finding] = ()) -> About:
-    """What a file says of the call that made it.
-
-    Parameters
-    ----------
-    arguments : Namespace
-    checks : sequence of Finding
-
-    Returns
-    -------
-    About
-    """
+    """What a file says of the call that made it."""
     from armimpedance.show.files import About
 
     said = [("command", arguments.prog)]

@@ -30,18 +30,11 @@ def add_commands(
 ) -> None:
     """Add a subcommand for each line.
 
-    Parameters
-    ----------
-    parser : ArgumentParser
-    lines : mapping
-        Name of a subcommand -> its line in the overview.
-    places : str or mapping
-        The package whose modules bear these names, or name -> module. Each module has `configure`,
-        `run` and a docstring, which is the subcommand's help.
-    metavar : str
-        Name of the subcommands in the help.
-    argv : sequence of str, optional
-        The words of the call; modules that it does not ask for are not imported.
+    `lines`: name of a subcommand -> its line in the overview.
+    `places`: the package whose modules bear these names, or name -> module. Each module has
+    `configure`, `run` and a docstring, which is the subcommand's help.
+    `metavar`: name of the subcommands in the help.
+    `argv`: the words of the call; modules that it does not ask for are not imported.
     """
     plain = argparse.RawDescriptionHelpFormatter
     commands = add_parsers(parser, metavar)

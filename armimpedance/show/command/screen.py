@@ -25,12 +25,8 @@ _ASCII: Final = str.maketrans(
 class Screen(io.TextIOBase):
     """Standard output as the commands see it.
 
-    Attributes
-    ----------
-    left : bool
-        The reader has gone (a closed pipe).
-    failed : OSError or None
-        Why nothing more could be written, such as a full disk.
+    `left`: the reader has gone (a closed pipe).
+    `failed`: why nothing more could be written, such as a full disk.
     """
 
     def __init__(self, stream: TextIO) -> None:

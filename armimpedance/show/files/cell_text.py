@@ -21,30 +21,14 @@ _MARK: Final = "'"
 
 
 def runs_as_formula(text: str) -> bool:
-    """Whether a spreadsheet would take a text for a formula.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    bool
-    """
+    """Whether a spreadsheet would take a text for a formula."""
     return text[:1] in _STARTS and text != "" and not _NUMBER.fullmatch(text)
 
 
 def guarded(cell: Any) -> Any:
     """The cell as a CSV file holds it.
 
-    Parameters
-    ----------
-    cell : text, number or truth
-        Only texts are changed.
-
-    Returns
-    -------
-    text, number or truth
+    `cell`: only texts are changed.
     """
     if not isinstance(cell, str):
         return cell
@@ -55,14 +39,7 @@ def guarded(cell: Any) -> Any:
 def unguarded(text: str) -> str:
     """The text that `guarded` was given; a text that it did not change comes back as it is.
 
-    Parameters
-    ----------
-    text : str
-        A cell of a CSV file.
-
-    Returns
-    -------
-    str
+    `text`: a cell of a CSV file.
     """
     guard = text[:1] == _MARK and len(text) > 1 and text[1] in _STARTS + _MARK
     return text[1:] if guard else text

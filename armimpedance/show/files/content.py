@@ -136,16 +136,7 @@ def software() -> str:
 
 
 def methods_paragraph(content: Content) -> str:
-    """What was done, in sentences: program, methods, steps that all rows share, intervals, checks.
-
-    Parameters
-    ----------
-    content : Content
-
-    Returns
-    -------
-    str
-    """
+    """Sentences on what was done: program, methods, steps that rows share, intervals, checks."""
     methods = ", ".join(dict.fromkeys(str(r["method"]) for r in content.rows if r.get("method")))
     said = [f"The results were computed with {software()}"]
     said += [f"Method: {methods}"] if methods else []

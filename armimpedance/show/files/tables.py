@@ -79,18 +79,9 @@ def write_table(
 ) -> None:
     """Write rows of cells.
 
-    Parameters
-    ----------
-    rows : mappings from a column's name to a text, a number, a truth or None
-    path : path
-        Its ending decides the format.
-    columns : sequence of str, optional
-        As for `table_content`.
-
-    Raises
-    ------
-    InputError
-        As for `write_content`.
+    `path`: its ending decides the format.
+    `columns`: as for `table_content`.
+    Raises InputError: as for `write_content`.
     """
     write_content(table_content(rows, columns), path)
 
@@ -165,18 +156,7 @@ def _told(content: Content) -> About:
 def ending_of(path: str | os.PathLike[str]) -> Ending:
     """The format that a file's name asks for.
 
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    Ending
-
-    Raises
-    ------
-    InputError
-        There is no such format.
+    Raises InputError: there is no such format.
     """
     ending = Path(path).suffix
     if ending[1:] not in ENDINGS:
@@ -191,14 +171,9 @@ def ending_of(path: str | os.PathLike[str]) -> Ending:
 def write_fit(summary: FitSummary, path: str | Path, **more: Any) -> None:
     """Write the summary and what the command adds, whole or not at all.
 
-    Parameters
-    ----------
-    summary : FitSummary
-        What was fitted.
-    path : path
-        Where the file is written.
-    **more : Any
-        Further fields of the file, as plain values.
+    `summary`: what was fitted.
+    `path`: where the file is written.
+    `**more`: further fields of the file, as plain values.
     """
     write_json({**summary.to_dict(), **more}, path)
 

@@ -61,13 +61,8 @@ _PLACES: Final = re.compile(r"(q)_(shoulder|elbow)_rad|(shoulder)_([xyz])_m")
 class Meaning:
     """What a column means.
 
-    Attributes
-    ----------
-    words : str
-    unit : str
-        "1" for a pure number, "" where it is not known.
-    i, j : int or None
-        Row and column in its matrix, or number in its list, from 1.
+    `unit`: "1" for a pure number, "" where it is not known.
+    `i`, `j`: row and column in its matrix, or number in its list, from 1.
     """
 
     words: str
@@ -128,17 +123,7 @@ def _element(symbol: str, i: int, j: int, level: str, axes: int) -> Meaning:
 
 
 def axis_names(level: str, axes: int) -> Sequence[str]:
-    """Names of the axes of a level: x and y, shoulder and elbow, or axis 1, axis 2.
-
-    Parameters
-    ----------
-    level : {"hand", "joint", "muscle"}
-    axes : int
-
-    Returns
-    -------
-    sequence of str
-    """
+    """Names of the axes of a level: x and y, shoulder and elbow, or axis 1, axis 2."""
     if level == "hand" and axes <= len(AXES):
         return AXES[:axes]
     if level == "joint" and axes == len(_JOINTS):
@@ -307,16 +292,7 @@ def _is_number(value: Any) -> bool:
 
 
 def number(value: Any) -> float | None:
-    """A cell as a number; None where it is none or not a number.
-
-    Parameters
-    ----------
-    value : Any
-
-    Returns
-    -------
-    float or None
-    """
+    """A cell as a number; None where it is none or not a number."""
     if not _is_number(value) or math.isnan(value):
         return None
     return float(value)

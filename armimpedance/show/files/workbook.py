@@ -61,18 +61,9 @@ def _member(name: Any) -> ZipInfo:
 def write_book(openpyxl: Any, sheets: Sequence[Sheet], title: str, path: Path) -> None:
     """Write all sheets, row by row.
 
-    Parameters
-    ----------
-    openpyxl : module
-    sheets : sequence of Sheet
-    title : str
-        Of the document.
-    path : Path
-
-    Raises
-    ------
-    InputError
-        A sheet with more rows or columns than Excel holds, or a text that no cell holds.
+    `title`: of the document.
+    Raises InputError: a sheet with more rows or columns than Excel holds, or a text that no cell
+    holds.
     """
     for sheet in sheets:
         check_size(sheet.name, len(sheet.rows), len(sheet.columns))
@@ -92,15 +83,7 @@ def write_book(openpyxl: Any, sheets: Sequence[Sheet], title: str, path: Path) -
 def check_size(name: str, rows: int, columns: int) -> None:
     """Refuse a sheet of more rows or columns than Excel holds.
 
-    Parameters
-    ----------
-    name : str
-    rows, columns : int
-        The rows without the header.
-
-    Raises
-    ------
-    InputError
+    `rows`, `columns`: the rows without the header.
     """
     for what, number, most in (("rows", rows + 1, MOST_ROWS), ("columns", columns, MOST_COLUMNS)):
         if number > most:

@@ -35,15 +35,8 @@ Cell = str | bool | float | int | None
 def plain(value: Any) -> Cell:
     """A cell's value as a workbook can hold it.
 
-    Parameters
-    ----------
-    value : Any
-        A number that is none (NaN) is an empty cell; infinity, and a whole number of more digits
-        than a double has, is a text.
-
-    Returns
-    -------
-    text, truth, number or None
+    `value`: a number that is none (NaN) is an empty cell; infinity, and a whole number of more
+    digits than a double has, is a text.
     """
     if value is None or isinstance(value, str):
         return value
@@ -64,20 +57,8 @@ def plain(value: Any) -> Cell:
 def as_xml_text(text: str, row: int, column: str) -> str:
     """A text as it stands in a sheet.
 
-    Parameters
-    ----------
-    text : str
-    row, column : int, str
-        Where it stands, for the message.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputError
-        It is longer than a cell can hold, or holds half a character.
+    `row`, `column`: where it stands, for the message.
+    Raises InputError: it is longer than a cell can hold, or holds half a character.
     """
     if len(text) > LONGEST_TEXT:
         raise InputError(
@@ -110,19 +91,11 @@ _MOST_DECIMALS: Final = 8
 class Column:
     """One column of a sheet.
 
-    Attributes
-    ----------
-    name : str
-    width : float
-        In characters.
-    decimals : int or None
-        That are shown of its numbers; all of them are stored. None: as they come.
-    wrapped : bool
-        Whether a long text is broken into lines.
-    numbers : bool
-        Whether its cells are numbers: then its name stands at the right, as they do.
-    by_row : bool
-        Whether the sheet says row by row how many decimals are shown.
+    `width`: in characters.
+    `decimals`: that are shown of its numbers; all of them are stored. None: as they come.
+    `wrapped`: whether a long text is broken into lines.
+    `numbers`: whether its cells are numbers: then its name stands at the right, as they do.
+    `by_row`: whether the sheet says row by row how many decimals are shown.
     """
 
     name: str
@@ -142,16 +115,9 @@ class Column:
 class Sheet:
     """One sheet.
 
-    Attributes
-    ----------
-    name : str
-    columns : tuple of Column
-    rows : sequence of sequences
-        Cells in the order of the columns.
-    decimals : sequence of (int or None)
-        Row by row, for the columns that ask for it.
-    frozen : int
-        Columns that stay when the sheet is scrolled sideways.
+    `rows`: cells in the order of the columns.
+    `decimals` sequence of (int or None): row by row, for the columns that ask for it.
+    `frozen`: columns that stay when the sheet is scrolled sideways.
     """
 
     name: str
@@ -164,14 +130,7 @@ class Sheet:
 def sheets_of(content: Content) -> list[Sheet]:
     """Results, intervals, checks, methods, provenance, columns; empty sheets are left out.
 
-    Parameters
-    ----------
-    content : Content
-
-    Returns
-    -------
-    list of Sheet
-        The first is the table.
+    Returns the first is the table.
     """
     found = [
         _results(content),

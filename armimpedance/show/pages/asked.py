@@ -104,15 +104,8 @@ class Asked:
 def made_from(asked: Asked, options: Sequence[tuple[str, Any]] = ()) -> tuple[tuple[str, str], ...]:
     """Versions, command, options and hashes: what the page says of how it was made.
 
-    Parameters
-    ----------
-    asked : Asked
-    options : sequence of (str, value)
-        What the topic adds, such as the method; None is left out.
-
-    Returns
-    -------
-    tuple of (str, str)
+    `options` sequence of (str, value): what the topic adds, such as the method; None is left out.
+    Returns tuple of (str, str).
     """
     versions = ", ".join(f"{name} {version(name)}" for name in NAMED)
     said = [(name, str(value)) for name, value in options if value not in (None, (), "")]
@@ -183,18 +176,9 @@ _ORDER: Final = ("unusable", "warning", "cannot tell")
 def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdict:
     """Whether the numbers can be trusted, what is wrong, and what to do next.
 
-    Parameters
-    ----------
-    findings : sequence of Finding
-        All checks, of the data and of the fits.
-    next_step : str
-        What to do where nothing is wrong.
-    count : str
-        What is judged, such as "7 conditions".
-
-    Returns
-    -------
-    Verdict
+    `findings`: all checks, of the data and of the fits.
+    `next_step`: what to do where nothing is wrong.
+    `count`: what is judged, such as "7 conditions".
     """
     bad = sorted(
         (f for f in findings if f.verdict in _ORDER), key=lambda f: _ORDER.index(f.verdict)

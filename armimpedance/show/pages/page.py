@@ -211,13 +211,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Checks:
-    """What was held against the data.
-
-    Attributes
-    ----------
-    findings : tuple of Finding
-    caption : str
-    """
+    """What was held against the data."""
 
     findings: tuple[Finding, ...]
     caption: str = ""

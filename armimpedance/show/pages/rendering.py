@@ -50,16 +50,7 @@ def write_page(page: Page, path: str | Path) -> None:
 
 
 def html_of(page: Page) -> str:
-    """The page as HTML.
-
-    Parameters
-    ----------
-    page : Page
-
-    Returns
-    -------
-    str
-    """
+    """The page as HTML."""
     linked = [block for block in page.blocks if isinstance(block, Linked)]
     pictures = [block for block in page.blocks if isinstance(block, Picture)]
     drawn = {block.name: block.drawn for block in pictures if block.drawn is not None}
@@ -131,17 +122,10 @@ def _write(text: str, path: str | Path) -> None:
 def columns_of(frame: pd.DataFrame) -> dict[str, Any]:
     """Each column as a list: numbers rounded, null where there is none, all else as text.
 
-    Parameters
-    ----------
-    frame : DataFrame
-
-    Returns
-    -------
-    dict from str to list or dict
-        A column of texts that come again stands as its different texts, ``{"texts": [...]}``, and
-        the number of the text of each row, ``"of": [...]``. A long column of numbers stands as
-        16-bit integers in base 64, ``{"int16": "..."}``, and what one of them is worth, ``"step"``:
-        it is drawn, not read.
+    Returns a column of texts that come again stands as its different texts, ``{"texts": [...]}``,
+    and the number of the text of each row, ``"of": [...]``. A long column of numbers stands as
+    16-bit integers in base 64, ``{"int16": "..."}``, and what one of them is worth, ``"step"``: it
+    is drawn, not read.
     """
     return {str(name): _column(frame[name].to_numpy()) for name in frame.columns}
 

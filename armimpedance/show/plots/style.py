@@ -36,16 +36,8 @@ def settled(figure: Figure, dpi: float) -> Iterator[None]:
     Matplotlib would lay a figure out anew, and draw it twice, for each format. Each format now
     shows the same places, whichever others are written.
 
-    Parameters
-    ----------
-    figure : Figure
-        Left as it is where it has no layout.
-    dpi : float
-        Dots per inch at which letters are measured.
-
-    Returns
-    -------
-    context manager
+    `figure`: left as it is where it has no layout.
+    `dpi`: dots per inch at which letters are measured.
     """
     engine = figure.get_layout_engine()
     if engine is None or not figure.axes:

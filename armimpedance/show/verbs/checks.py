@@ -70,14 +70,9 @@ def _nothing(_: object) -> tuple[Finding, ...]:
 class TopicChecks:
     """What only a topic can judge. A verb hands over its own; `inspect` asks all topics.
 
-    Attributes
-    ----------
-    response : function
-        Of a limb that was pushed and returned: what its response says.
-    pushes : function
-        Of reaches: how many are free, how many pushed.
-    plates : function
-        Of joint angles: what the contact forces say.
+    `response`: of a limb that was pushed and returned: what its response says.
+    `pushes`: of reaches: how many are free, how many pushed.
+    `plates`: of joint angles: what the contact forces say.
     """
 
     response: Callable[[Recording], Sequence[Finding]] = _nothing
@@ -90,17 +85,7 @@ NO_CHECKS: Final = TopicChecks()
 
 
 def findings_of(recording: AnyRecording, own: TopicChecks = NO_CHECKS) -> list[Finding]:
-    """All checks of a recording, with those that a topic hands over.
-
-    Parameters
-    ----------
-    recording : Recording, MarkerRecording or MotionRecording
-    own : TopicChecks
-
-    Returns
-    -------
-    list of Finding
-    """
+    """All checks of a recording, with those that a topic hands over."""
     if isinstance(recording, Recording):
         return [*recording.findings, *_checks(recording, own), *_missing(recording)]
     if isinstance(recording, MarkerRecording):

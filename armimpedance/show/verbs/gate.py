@@ -38,24 +38,11 @@ def checked(
 ) -> tuple[str, ...]:
     """Check a recording as `inspect` does, before anything is fitted.
 
-    Parameters
-    ----------
-    recording : Recording, MarkerRecording or MotionRecording
-        Of more than 4000 trials as many are checked, spread over all.
-    despite : str or collection of str
-        Names of checks whose STOP is overruled.
-    own : TopicChecks
-        The checks that only the verb's topic can make.
-
-    Returns
-    -------
-    tuple of str
-        What each result is to be marked with; see `marks_of`.
-
-    Raises
-    ------
-    InputError
-        A check says STOP and is not named in `despite`; or `despite` names no check.
+    `recording`: of more than 4000 trials as many are checked, spread over all.
+    `despite`: names of checks whose STOP is overruled.
+    `own`: the checks that only the verb's topic can make.
+    Returns what each result is to be marked with; see `marks_of`.
+    Raises InputError: a check says STOP and is not named in `despite`; or `despite` names no check.
     """
     if isinstance(recording, Recording):
         recording = spread(recording)
@@ -65,21 +52,9 @@ def checked(
 def marks_of(found: Iterable[Finding], despite: str | Collection[str] = ()) -> tuple[str, ...]:
     """Refuse where a check says STOP; what results are marked with where none does.
 
-    Parameters
-    ----------
-    found : iterable of Finding
-    despite : str or collection of str
-        Names of checks whose STOP is overruled.
-
-    Returns
-    -------
-    tuple of str
-        The checks that were overruled, and assumptions of the fit that the data contradict.
-
-    Raises
-    ------
-    InputError
-        A check says STOP and is not named in `despite`; or `despite` names no check.
+    `despite`: names of checks whose STOP is overruled.
+    Returns the checks that were overruled, and assumptions of the fit that the data contradict.
+    Raises InputError: a check says STOP and is not named in `despite`; or `despite` names no check.
     """
     found = list(found)
     named = (despite,) if isinstance(despite, str) else tuple(despite)

@@ -22,12 +22,7 @@ COLUMNS: Final = ("kind", "name", "state", "value", "unit", "would_have_seen", "
 class Fact:
     """One thing that a recording holds.
 
-    Attributes
-    ----------
-    name : str
-    value : float, int or str
-    unit : str
-        "" of a count or a text.
+    `unit`: "" of a count or a text.
     """
 
     name: str

@@ -16,17 +16,9 @@ if TYPE_CHECKING:
 def position_of(which: object, groups: Sequence[tuple[Any, ...]]) -> int:
     """Number of the group that a name means.
 
-    Parameters
-    ----------
-    which : object
-        The value of one of the group's columns, or a tuple of the values of all of them.
-    groups : sequence of tuples
-        The values of each group's columns.
-
-    Raises
-    ------
-    InputError
-        No group has this name, or several have; the message lists the names.
+    `which`: the value of one of the group's columns, or a tuple of the values of all of them.
+    `groups`: the values of each group's columns.
+    Raises InputError: no group has this name, or several have; the message lists the names.
     """
     wanted = tuple(map(str, which)) if isinstance(which, tuple) else None
     texts = [tuple(map(str, values)) for values in groups]
@@ -69,18 +61,9 @@ class WrittenResult:
     def write(self, path: PathLike, *, long: bool = False, about: About | None = None) -> None:
         """Write the result; the ending decides the format.
 
-        Parameters
-        ----------
-        path : path
-            Ends in .csv, .json, .parquet, .xlsx (a workbook) or .mat (MATLAB structs).
-        long : bool
-            The table of `to_long` in place of that of `to_frame`: .csv, .json and .parquet.
-        about : About, optional
-            Methods paragraph, checks and options, for the formats that have a place for them.
-
-        Raises
-        ------
-        InputError
-            Another ending, nothing to write, or the file cannot be written.
+        `path`: ends in .csv, .json, .parquet, .xlsx (a workbook) or .mat (MATLAB structs).
+        `long`: the table of `to_long` in place of that of `to_frame`: .csv, .json and .parquet.
+        `about`: methods paragraph, checks and options, for the formats that have a place for them.
+        Raises InputError: another ending, nothing to write, or the file cannot be written.
         """
         write_content(self.content, path, long=long, about=about)

@@ -77,24 +77,10 @@ def read_recording(
 ) -> Recording:
     """The recording of the hand or of joints at a path; any other one is refused.
 
-    Parameters
-    ----------
-    source : recording or path
-    condition : str, optional
-        Only the trials of this condition.
-    force_by : {"limb", "device"}, optional
-    **options
-        See `read`.
-
-    Returns
-    -------
-    Recording
-
-    Raises
-    ------
-    InputError
-        As `read`; it is a recording of markers or of joint motion, which other verbs take; or
-        there is no such condition.
+    `condition`: only the trials of this condition.
+    `**options`: see `read`.
+    Raises InputError: as `read`; it is a recording of markers or of joint motion, which other verbs
+    take; or there is no such condition.
     """
     recording = read(source, force_by=force_by, **options)
     if isinstance(recording, Recording):
@@ -111,19 +97,7 @@ def read_recording(
 def of_condition(recording: Recording, condition: str | None) -> Recording:
     """The trials of one condition; all of them where none is named.
 
-    Parameters
-    ----------
-    recording : Recording
-    condition : str or None
-
-    Returns
-    -------
-    Recording
-
-    Raises
-    ------
-    InputError
-        There is no such condition; the message lists those that there are.
+    Raises InputError: there is no such condition; the message lists those that there are.
     """
     if condition is None:
         return recording
@@ -141,22 +115,11 @@ LeftOut = PathLike | Mapping[int, str] | Collection[int]
 def without_trials(recording: Recording, left_out: LeftOut | None) -> Recording:
     """The recording without the trials of a list; its provenance names them.
 
-    Parameters
-    ----------
-    recording : Recording
-    left_out : path, mapping from a trial's number to a reason, or collection of int; optional
-        A path is that of a CSV with the columns ``trial`` and ``why``, as ``armimpedance trials``
-        saves it.
-
-    Returns
-    -------
-    Recording
-        The same one where nothing is left out.
-
-    Raises
-    ------
-    InputError
-        The list cannot be read, holds a trial that the recording does not, or all of them.
+    `left_out`: a path is that of a CSV with the columns ``trial`` and ``why``, as ``armimpedance
+    trials`` saves it.
+    Returns the same one where nothing is left out.
+    Raises InputError: the list cannot be read, holds a trial that the recording does not, or all of
+    them.
     """
     file = left_out if isinstance(left_out, str | os.PathLike) else None
     chosen = left_out_trials(left_out)
@@ -191,10 +154,7 @@ def left_out_sentence(chosen: Mapping[int, str]) -> str:
 def naming(source: object) -> Iterator[None]:
     """Put a recording's path before what is wrong with it, where no file is named yet.
 
-    Parameters
-    ----------
-    source : object
-        What the caller was given; errors pass unchanged where it is no path.
+    `source`: what the caller was given; errors pass unchanged where it is no path.
     """
     path = Path(source) if isinstance(source, str | os.PathLike) else None
     try:

@@ -67,14 +67,9 @@ class Dask:
     def _until_lost(self, work: Work[Asked, Given], tasks: list[Asked]) -> Iterator[Given]:
         """Work until all is done.
 
-        Raises
-        ------
-        OSError
-            The scheduler cannot be reached.
-        InputError
-            A worker would not give the same bits.
-        EstimationError
-            There are no workers any more.
+        Raises OSError: the scheduler cannot be reached.
+        Raises InputError: a worker would not give the same bits.
+        Raises EstimationError: there are no workers any more.
         """
         with self._client() as to:
             to.wait_for_workers(1, timeout=self.patience_s)

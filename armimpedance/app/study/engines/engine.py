@@ -39,13 +39,5 @@ class Engine(Protocol):
     def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """What each task came to, in any order.
 
-        Parameters
-        ----------
-        work : Work
-        tasks : iterable
-            Of names that differ.
-
-        Yields
-        ------
-        What `work` gives, one for each task.
+        `tasks`: of names that differ.
         """

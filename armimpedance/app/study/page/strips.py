@@ -34,17 +34,8 @@ def strip_pictures(
 ) -> list[Picture]:
     """The pictures of every table: of ellipses first, then of the other numbers.
 
-    Parameters
-    ----------
-    strips : sequence of mapping
-    far : mapping
-        (table, condition, quantity) -> the sessions that are far from the others.
-    names : sequence of str
-        Of the sessions, by number.
-
-    Returns
-    -------
-    list of Picture
+    `far`: (table, condition, quantity) -> the sessions that are far from the others.
+    `names`: of the sessions, by number.
     """
     return [
         _picture(table, kind, panels, far, names)

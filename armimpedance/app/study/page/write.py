@@ -71,24 +71,15 @@ def write_cohort(
 ) -> None:
     """Write the page of many sessions as one HTML file that needs no network.
 
-    Parameters
-    ----------
-    path : Path
-        The file, in the group's folder; the sessions' folders lie beside that.
-    title : str
-        Name of the study.
-    sessions : rows
-        participant, session, name, state ("ok", "warning", "unusable", "failed" or "missing"),
-        reason, kind (a reason that several share), copy_of, report and log (below the study's
-        folder), checks: name -> (state, message).
-    strips : rows
-        table, condition, quantity, unit, kind, and arrays sessions, values, low, high.
-    outliers, groups : rows
-        As the tables outliers.csv and people_groups.csv hold them.
-    steps, group_steps : sequence of str
-        Commands.
-    files : sequence of str
-        What the group's steps wrote, in the page's folder.
+    `path`: the file, in the group's folder; the sessions' folders lie beside that.
+    `title`: name of the study.
+    `sessions`: participant, session, name, state ("ok", "warning", "unusable", "failed" or
+    "missing"), reason, kind (a reason that several share), copy_of, report and log (below the
+    study's folder), checks: name -> (state, message).
+    `strips`: table, condition, quantity, unit, kind, and arrays sessions, values, low, high.
+    `outliers`, `groups`: as the tables outliers.csv and people_groups.csv hold them.
+    `steps`, `group_steps`: commands.
+    `files`: what the group's steps wrote, in the page's folder.
     """
     far = list(dict.fromkeys(_who(row) for row in outliers))
     page = Page(

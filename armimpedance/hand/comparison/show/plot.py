@@ -191,12 +191,7 @@ def _side_by_side(names: Sequence[str]) -> FloatArray:
 class _Shown:
     """What a figure shows, and how its groups are told apart.
 
-    Attributes
-    ----------
-    groups : sequence of n ComparedGroup
-    places : (n, 2)
-    which : str
-    scale : float
+    `places` (n, 2).
     """
 
     groups: Sequence[ComparedGroup]

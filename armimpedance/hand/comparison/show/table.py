@@ -38,18 +38,10 @@ def comparison_rows(
     Tests are rows of kind "test": quantity "distance" (`change` is the affine-invariant distance)
     or "t2" (`change` is Hotelling's T2), with `p` and `p_adjusted`.
 
-    Parameters
-    ----------
-    pairs : sequence of Pair
-        Every change and test of each pair is a row.
-    over_subjects : sequence of SubjectsChange
-        Where there are any, the rows are these mean changes and the sd between subjects.
-
-    Returns
-    -------
-    columns : tuple of str
-    rows : sequence of mappings
-        Those of many pairs are made one after another as they are asked for.
+    `pairs`: every change and test of each pair is a row.
+    `over_subjects`: where there are any, the rows are these mean changes and the sd between
+    subjects.
+    Returns `rows`: those of many pairs are made one after another as they are asked for.
     """
     if over_subjects:
         found = [_subjects_cells(change.in_degrees()) for change in over_subjects]
@@ -111,17 +103,8 @@ def comparison_content(
 ) -> Content:
     """What a file holds of a comparison.
 
-    Parameters
-    ----------
-    pairs, over_subjects
-        As for `comparison_rows`.
-    warnings : sequence of str
-        Each row is marked with them.
-    checks : sequence of Finding
-
-    Returns
-    -------
-    Content
+    `pairs`, `over_subjects`: as for `comparison_rows`.
+    `warnings`: each row is marked with them.
     """
     columns, rows = comparison_rows(pairs, over_subjects)
     if warnings:

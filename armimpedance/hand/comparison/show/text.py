@@ -58,15 +58,8 @@ _SUBJECTS = (
 def comparison_text(pairs: Sequence[Pair]) -> str:
     """Ellipses, elements and tests of all pairs, then notes.
 
-    Parameters
-    ----------
-    pairs : sequence of Pair
-        Compared pairs of groups.
-
-    Returns
-    -------
-    str
-        A block of text per pair, and explanations at the end.
+    `pairs`: compared pairs of groups.
+    Returns a block of text per pair, and explanations at the end.
     """
     if len(pairs) > _MOST_SHOWN:
         shown = _most_different(pairs)
@@ -121,15 +114,8 @@ def _counted(pairs: Sequence[Pair], shown: int) -> str:
 def subjects_text(found: Sequence[SubjectsChange]) -> str:
     """Mean changes of each pair of groups, a table per pair.
 
-    Parameters
-    ----------
-    found : sequence of SubjectsChange
-        Mean changes over subjects, one for each pair of groups.
-
-    Returns
-    -------
-    str
-        A table per pair, and an explanation at the end.
+    `found`: mean changes over subjects, one for each pair of groups.
+    Returns a table per pair, and an explanation at the end.
     """
     blocks = []
     for first, second in dict.fromkeys((c.first, c.second) for c in found):

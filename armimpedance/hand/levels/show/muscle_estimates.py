@@ -45,16 +45,9 @@ Cells = dict[str, Any]
 def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) -> None:
     """Write all rows through a temporary name; what is not known stays empty.
 
-    Parameters
-    ----------
-    estimates : sequence of MuscleEstimate
-    path : path
-        Its ending decides the format, see `write_content`.
-
-    Raises
-    ------
-    InputError
-        Without estimates, or when a group's column is named like a column of the results.
+    `path`: its ending decides the format, see `write_content`.
+    Raises InputError: without estimates, or when a group's column is named like a column of the
+    results.
     """
     require_results(estimates, path)
     write_content(muscles_content(estimates), path)
@@ -63,18 +56,7 @@ def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) 
 def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:
     """What a file holds of estimates of muscles.
 
-    Parameters
-    ----------
-    estimates : sequence of MuscleEstimate
-
-    Returns
-    -------
-    Content
-
-    Raises
-    ------
-    InputError
-        A group's column is named like a column of the results.
+    Raises InputError: a group's column is named like a column of the results.
     """
     columns, rows = muscle_rows(estimates)
     groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
@@ -85,19 +67,7 @@ def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:
 def muscle_rows(estimates: Sequence[MuscleEstimate]) -> tuple[list[str], list[Cells]]:
     """The columns of the table, the group's first, and the cells of each row.
 
-    Parameters
-    ----------
-    estimates : sequence of MuscleEstimate
-
-    Returns
-    -------
-    columns : list of str
-    rows : list of mappings from a column's name to a number, a text or None
-
-    Raises
-    ------
-    InputError
-        A group's column is named like a column of the results.
+    Raises InputError: a group's column is named like a column of the results.
     """
     groups = [group_cells(e.keys) for e in estimates]
     rows = [_cells(e) for e in estimates]
@@ -184,10 +154,6 @@ class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
 
     It is a sequence of `MuscleEstimate`; a group's name finds its estimate, as
     ``muscles["relaxed"].stiffness.single``.
-
-    Attributes
-    ----------
-    estimates : tuple of MuscleEstimate
     """
 
     estimates: tuple[MuscleEstimate, ...]
@@ -207,10 +173,7 @@ class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
     ) -> MuscleEstimate | MuscleEstimates:
         """Look up estimates by position, or one by the values of its group's columns.
 
-        Raises
-        ------
-        InputError
-            No group has this name, or several have; the message lists the names.
+        Raises InputError: no group has this name, or several have; the message lists the names.
         """
         if isinstance(which, slice):
             return MuscleEstimates(self.estimates[which])
@@ -282,14 +245,7 @@ _LEGEND = (
 def muscle_text(estimates: Sequence[MuscleEstimate]) -> str:
     """What is identifiable, the ranges of what is not, tensions, notes.
 
-    Parameters
-    ----------
-    estimates : sequence of MuscleEstimate
-
-    Returns
-    -------
-    str
-        Lines of at most 100 characters.
+    Returns lines of at most 100 characters.
     """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     blocks = [

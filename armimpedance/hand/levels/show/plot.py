@@ -99,20 +99,9 @@ def plot_muscle_ranges(estimates: Sequence[MuscleEstimate]) -> Figure:
 
     Dark where the joint matrix as measured allows it, light with its 95 % interval.
 
-    Parameters
-    ----------
-    estimates : sequence of MuscleEstimate
-        Of one arm; of many the first twelve are drawn.
-
-    Returns
-    -------
-    Figure
-        A panel for each muscle, a bar for each row.
-
-    Raises
-    ------
-    InputError
-        Nothing to draw.
+    `estimates`: of one arm; of many the first twelve are drawn.
+    Returns a panel for each muscle, a bar for each row.
+    Raises InputError: nothing to draw.
     """
     if not estimates:
         raise InputError("nothing to draw", expected="at least one row")

@@ -65,10 +65,7 @@ def plot_interval_over_trials(
 ) -> Axes:
     """Half-width of the 95 % interval of K in % against the number of trials, both logarithmic.
 
-    Parameters
-    ----------
-    wish : float, optional
-        Drawn as a line: the half-width asked for, as a part of K.
+    `wish`: drawn as a line: the half-width asked for, as a part of K.
     """
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 

@@ -29,17 +29,10 @@ _BAND: Final = 1.96
 def plot_response_matrix(fit: RandomFit, axes: Any = None) -> Any:
     """Draw the impedance over frequency, measured without a model and as fitted, and coherence.
 
-    Parameters
-    ----------
-    fit : RandomFit
-        One group of `random`.
-    axes : (d + 1,) array of Axes, optional
-        Coherence, then one for each direction of force; without it a new figure is made.
-
-    Returns
-    -------
-    ax : Axes
-        The first of them.
+    `fit`: one group of `random`.
+    `axes` (d + 1,) of Axes: coherence, then one for each direction of force; without it a new
+    figure is made.
+    Returns `ax`: the first of them.
     """
     response, d = fit.response, fit.estimate.k
     with print_style():

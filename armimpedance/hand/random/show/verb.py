@@ -20,10 +20,7 @@ from armimpedance.show.verbs.sources import PathLike
 class RandomEstimates(Estimates):
     """Estimates of random perturbations, with what stands beside each.
 
-    Attributes
-    ----------
-    fits : tuple of RandomFit
-        In the order of the estimates: reflex, lag and frequency response.
+    `fits`: in the order of the estimates: reflex, lag and frequency response.
 
     Examples
     --------

@@ -38,22 +38,11 @@ LEAST_FORCE_N: Final = 0.5
 def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> Any:
     """Draw K's ellipses along the path, and the elements of K and B over the way.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        Of a moving hand or its joints, phase by phase or as a course; several conditions have
-        colours of their own.
-    axes : (3,) array of Axes, optional
-        Where to draw; without it a new figure is made.
-
-    Returns
-    -------
-    axes : (3,) array of Axes
-
-    Raises
-    ------
-    InputError
-        An estimate has no place.
+    `estimates`: of a moving hand or its joints, phase by phase or as a course; several conditions
+    have colours of their own.
+    `axes` (3,) of Axes: where to draw; without it a new figure is made.
+    Returns `axes` (3,) array of Axes.
+    Raises InputError: an estimate has no place.
     """
     if not estimates or any(e.level == "muscle" or e.position is None for e in estimates):
         raise InputError("no estimates of a moving hand", expected="rows of `movement`")

@@ -54,16 +54,10 @@ from armimpedance.numerics.regression import t_factor
 def in_common(errors: Sequence[Mapping[str, FloatArray]]) -> list[dict[str, FloatArray]]:
     """One vector of each departure for each group, which together hold most of its variance.
 
-    Parameters
-    ----------
-    errors : sequence of mapping of str to (columns, p)
-        Of each group what each column of each departure makes wrong, in standard deviations; none
-        of a group of which nothing is known.
-
-    Returns
-    -------
-    list of dict of str to (p,)
-        Signs are those of the columns' sum: departures of one recording and of the next add.
+    `errors` sequence of mapping of str to (columns, p): of each group what each column of each
+    departure makes wrong, in standard deviations; none of a group of which nothing is known.
+    Returns list of dict of str to (p,): signs are those of the columns' sum: departures of one
+    recording and of the next add.
     """
     names = dict.fromkeys(name for one in errors for name in one)
     found: list[dict[str, FloatArray]] = [{} for _ in errors]

@@ -44,15 +44,8 @@ LEAST_REPEATED: Final = 0.9
 def check_own_motion(models: Sequence[Model]) -> tuple[Finding, ...]:
     """The finding "own motion"; empty without trials of the same disturbance.
 
-    Parameters
-    ----------
-    models : sequence of Model
-        Of the conditions.
-
-    Returns
-    -------
-    tuple of Finding
-        None or one.
+    `models`: of the conditions.
+    Returns None or one.
     """
     found = [part for model in models if (part := _repeated(model)) is not None]
     if not found:
@@ -169,17 +162,9 @@ MOST_CONDITIONS: Final = 32
 def check_departures(recording: Recording) -> tuple[Finding, ...]:
     """What departs from M, B and K, and lack of fit; over all conditions together.
 
-    Parameters
-    ----------
-    recording : Recording
-
-    Returns
-    -------
-    tuple of Finding
-        "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit" and
-        "gain", each
-        with the smallest violation that it would have seen; empty where the perturbation is
-        stochastic.
+    Returns "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit" and
+    "gain", each with the smallest violation that it would have seen; empty where the perturbation
+    is stochastic.
     """
     if recording.perturbation != "returning":
         return ()
@@ -330,10 +315,7 @@ def _models(recording: Recording) -> list[Model]:
 def models_of(recording: Recording, groups: Sequence[IntArray]) -> Iterator[Model | None]:
     """The fit of each group of trials, made as it is asked for; None where it cannot be made.
 
-    Raises
-    ------
-    InputError
-        The column `wrist` of a recording in space is not as it should be.
+    Raises InputError: the column `wrist` of a recording in space is not as it should be.
     """
     timing = disturbance_times(recording)
     in_space = recording.position.shape[1] >= FEWEST_AXES

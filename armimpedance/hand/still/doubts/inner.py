@@ -128,18 +128,11 @@ LEAST_TOLD: Final = 0.05
 class Inner:
     """What an inner mode makes of M, B and K (3 d^2,), row by row.
 
-    Attributes
-    ----------
-    probability : float
-        Of a mode at all, by the trials.
-    wrong : (3 d^2,)
-        By how much the second-order fit is wrong, the mean.
-    spread : (3 d^2, 3 d^2)
-        Covariance about that mean.
-    hz : float
-        Natural frequency that is likeliest.
-    wrist : bool
-        Whether a free wrist was allowed for, too.
+    `probability`: of a mode at all, by the trials.
+    `wrong` (3 d^2,): by how much the second-order fit is wrong, the mean.
+    `spread` (3 d^2, 3 d^2): covariance about that mean.
+    `hz`: natural frequency that is likeliest.
+    `wrist`: whether a free wrist was allowed for, too.
     """
 
     probability: float
@@ -154,21 +147,9 @@ def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
 
     A wrist that is free counts as much as an elbow.
 
-    Parameters
-    ----------
-    recording : Recording
-    rows : (R,) int
-        Trials.
-
-    Returns
-    -------
-    {"held", "free"} or None
-        "free" where the elbow or the wrist was.
-
-    Raises
-    ------
-    InputError
-        A column says something else.
+    `rows` (R,) int: trials.
+    Returns "free" where the elbow or the wrist was.
+    Raises InputError: a column says something else.
     """
     return "free" if is_wrist_free(recording, rows) else elbow_told(recording, rows)
 

@@ -67,15 +67,9 @@ def columns_of(
 ) -> tuple[dict[str, FloatArray], float]:
     """The columns z (T, d, n) of all departures, and the median peak displacement (m, rad).
 
-    Parameters
-    ----------
-    window : Window
-    equation : ModalEquation
-        The window's, T usable trials of d axes in n modes.
-    Z : (T, 3 d, n) or None
-        Motion free of its noise.
-    theta : (3 d^2,)
-        M, B, K of the plain fit.
+    `equation`: the window's, T usable trials of d axes in n modes.
+    `Z` (T, 3 d, n) or None: motion free of its noise.
+    `theta` (3 d^2,): M, B, K of the plain fit.
     """
     d, used, smooth = equation.axes, window.usable, equation.modes.smooth
     M_B_K = theta.reshape(3, d, d)
@@ -153,20 +147,14 @@ LEVEL: Final = {
 class Departure:
     """The number of one departure.
 
-    Attributes
-    ----------
-    size, error : float
-        k and its standard error.
-    expected : float
-        The standard error that the estimated noise leads to expect: rougher than `error`, but of
-        one measure for all columns, which `error` (of few trials) is not.
-    share : float
-        By how much of K (of B, for delay and friction) the plain fit is wrong for each unit of k.
-    known : float
-        Standard error of that matrix along itself, as a part of it: what is less does not matter.
-    dof : float
-    level : float
-        How often chance alone may reach `limit`.
+    `size`, `error`: k and its standard error.
+    `expected`: the standard error that the estimated noise leads to expect: rougher than `error`,
+    but of one measure for all columns, which `error` (of few trials) is not.
+    `share`: by how much of K (of B, for delay and friction) the plain fit is wrong for each unit of
+    k.
+    `known`: standard error of that matrix along itself, as a part of it: what is less does not
+    matter.
+    `level`: how often chance alone may reach `limit`.
     """
 
     size: float
@@ -197,20 +185,12 @@ class Departure:
 class Model:
     """A condition's weighted fit and the columns of the departures.
 
-    Attributes
-    ----------
-    equation : ModalEquation
-    weight : (d n, d n)
-        V, the inverse of the noise's covariance.
-    instruments : (T, 3 d, n) or None
-    equations : TrialEquations
-        The plain fit's, W against Z.
-    parameters : (3 d^2,)
-        Theirs.
-    covariance : (3 d^2, 3 d^2)
-    columns : mapping str -> (T, d, n)
-    way : float
-        Median peak displacement.
+    `instruments` (T, 3 d, n) or None, `covariance` (3 d^2, 3 d^2), `columns` mapping str -> (T, d,
+    n).
+    `weight` (d n, d n): V, the inverse of the noise's covariance.
+    `equations`: the plain fit's, W against Z.
+    `parameters` (3 d^2,): theirs.
+    `way`: median peak displacement.
     """
 
     equation: ModalEquation

@@ -49,10 +49,8 @@ def within(free: Callable[[Window, Kind], Prepared]) -> Callable[[Window, Kind],
 def constrained(made: Prepared, equations: TrialEquations, axes: int) -> Prepared:
     """The same with M, B, K symmetric and positive semidefinite.
 
-    Raises
-    ------
-    EstimationError
-        Three axes whose symmetric fit is not positive semidefinite, or nothing but zero is left.
+    Raises EstimationError: three axes whose symmetric fit is not positive semidefinite, or nothing
+    but zero is left.
     """
     centred = _symmetric_information(equations)
     H, theta = centred.A.sum(axis=0), solve_total(centred)

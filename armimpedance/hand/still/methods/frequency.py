@@ -63,13 +63,9 @@ _STEP = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
 class FrequencyLines:
     """Real and imaginary parts of the tapered lines as modes, and to which line each belongs.
 
-    Attributes
-    ----------
-    modes : Modes
-        n rows of unit length.
-    line : (n,) int
-    drift : (n, 2)
-        Coefficients of an offset and of a ramp in the modes.
+    `line` (n,) int.
+    `modes`: n rows of unit length.
+    `drift` (n, 2): coefficients of an offset and of a ramp in the modes.
     """
 
     modes: Modes
@@ -80,10 +76,8 @@ class FrequencyLines:
 def prepare(window: Window, kind: Kind) -> Prepared:
     """Weighted equations of one group of trials.
 
-    Raises
-    ------
-    InputError
-        If there are too few repeats of the same disturbance to see noise, or the window is short.
+    Raises InputError: if there are too few repeats of the same disturbance to see noise, or the
+    window is short.
     """
     plain = exact.prepare(window, kind)
     labels = _replicates(window)
@@ -192,14 +186,9 @@ def replicate_noise(
 ) -> FloatArray:
     """Covariance (lines, d, d) of what trials of the same direction do not share.
 
-    Parameters
-    ----------
-    equation : ModalEquation
-    lines : FrequencyLines
-    labels : (T,) int
-        Direction of every trial, from 0, none left out.
-    parameters : (3 d^2,)
-        Parameters of a first fit; they take out what differs in the motion between replicates.
+    `labels` (T,) int: direction of every trial, from 0, none left out.
+    `parameters` (3 d^2,): parameters of a first fit; they take out what differs in the motion
+    between replicates.
     """
     d, n = equation.axes, equation.modes.count
     residual = equation.residual(parameters).reshape(-1, d, n) @ _free_of_drift(lines)

@@ -42,10 +42,7 @@ from armimpedance.numerics.signals import choose_span, respond
 def prepare(window: Window, kind: Kind) -> Prepared:
     """Equations of one group of trials, from the best instruments that it has.
 
-    Raises
-    ------
-    InputError
-        Without commanded motion and without two trials of the same disturbance.
+    Raises InputError: without commanded motion and without two trials of the same disturbance.
     """
     # narrower kernels would not bias this method, but gain nothing either
     return instrumented(window, kind)
@@ -54,10 +51,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 def instrumented(window: Window, kind: Kind, **kernel: float) -> Prepared:
     """The same with a given kernel (options of `numerics.signals.choose_span`).
 
-    Raises
-    ------
-    InputError
-        The same cases as in `prepare`.
+    Raises InputError: the same cases as in `prepare`.
     """
     span = choose_span(window, **kernel)  # type: ignore[arg-type]
     smooth = partial(respond, span=span)
@@ -77,12 +71,8 @@ def instrumented(window: Window, kind: Kind, **kernel: float) -> Prepared:
 def instrument_equations(Z: FloatArray, W: FloatArray, y: FloatArray, kind: Kind) -> TrialEquations:
     """``A_t = Z_t^T W_t``, ``b_t = Z_t^T y_t`` of every cluster for M, B, K row by row.
 
-    Parameters
-    ----------
-    Z, W : (T, S, 3 d)
-        Columns acceleration, velocity, displacement of each axis.
-    y : (T, S, d)
-    kind : {"hand", "joint"}
+    `y` (T, S, d).
+    `Z`, `W` (T, S, 3 d): columns acceleration, velocity, displacement of each axis.
     """
     T, d = len(W), y.shape[2]
     # (3 d, S) (S, 3 d), the same for every row of M, B and K

@@ -30,10 +30,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 def source_response(window: Window) -> Response:
     """dX, its differences and dF_d between t0 and tf, referenced raw and filtered afterwards.
 
-    Raises
-    ------
-    InputError
-        If the trials' disturbances differ in duration: (29) needs one tf.
+    Raises InputError: if the trials' disturbances differ in duration: (29) needs one tf.
     """
     durations = window.duration_s[window.usable]
     if np.ptp(durations) > 1.5 / window.sample_rate_hz:

@@ -45,10 +45,7 @@ FEWEST = 8
 class TestFunctions(FrozenRecord):
     """Sums of a signal x against the rows give what psi makes of x, x' and x''.
 
-    Attributes
-    ----------
-    smooth, first, second : (n, S)
-        psi, -psi', psi'' on the samples.
+    `smooth`, `first`, `second` (n, S): psi, -psi', psi'' on the samples.
     """
 
     __test__ = False  # not a test case, whatever its name
@@ -61,10 +58,7 @@ class TestFunctions(FrozenRecord):
 def prepare(window: Window, kind: Kind) -> Prepared:
     """Factors of the weak form for one group of trials, and notes on how.
 
-    Raises
-    ------
-    InputError
-        If the window is too short for eight test functions.
+    Raises InputError: if the window is too short for eight test functions.
     """
     return weak_rows(window, kind, SUPPORT_S)
 
@@ -72,10 +66,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 def weak_rows(window: Window, kind: Kind, support_s: float) -> Prepared:
     """The same with a given support.
 
-    Raises
-    ------
-    InputError
-        The same cases as in `prepare`.
+    Raises InputError: the same cases as in `prepare`.
     """
     samples, rate = len(window.lag_s), window.sample_rate_hz
     spacing = _spacing(samples, rate, support_s)

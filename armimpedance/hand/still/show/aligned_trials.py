@@ -34,22 +34,15 @@ MOST_POINTS = 240
 class Aligned(FrozenRecord):
     """Trials around their onsets, less the mean of the rest before.
 
-    Attributes
-    ----------
-    lag_s : (S,)
-        Time from the onset; of a stochastic perturbation from the trial's start.
-    moved, pushed : (T, S, d)
-        Displacement (m or rad) and force by the limb (N or N m), less their mean at rest.
-    trial : (T,) int
-        Numbers of the trials.
-    used : (T,) bool
-        False where an estimate leaves the trial out.
-    duration_s : (T,)
-        From the onset to the disturbance's end; the trial's length of a stochastic one.
-    direction : (T,) int or None
-        Trials of the same number saw the same disturbance.
-    direction_names : tuple of str
-        Their names, such as ``45°``.
+    `lag_s` (S,): time from the onset; of a stochastic perturbation from the trial's start.
+    `moved`, `pushed` (T, S, d): displacement (m or rad) and force by the limb (N or N m), less
+    their mean at rest.
+    `trial` (T,) int: numbers of the trials.
+    `used` (T,) bool: False where an estimate leaves the trial out.
+    `duration_s` (T,): from the onset to the disturbance's end; the trial's length of a stochastic
+    one.
+    `direction` (T,) int or None: trials of the same number saw the same disturbance.
+    `direction_names`: their names, such as ``45°``.
     """
 
     lag_s: Annotated[FloatArray, "S"]
@@ -76,10 +69,7 @@ class Aligned(FrozenRecord):
 def rows_of(recording: Recording, keys: Mapping[str, Any]) -> IntArray:
     """Rows of the trial table that a group's columns name; keys that are no column are passed over.
 
-    Raises
-    ------
-    InputError
-        No trial is of that group.
+    Raises InputError: no trial is of that group.
     """
     columns = [name for name in keys if name in recording.trials]
     wanted = [str(keys[name]) for name in columns]
@@ -93,20 +83,8 @@ def rows_of(recording: Recording, keys: Mapping[str, Any]) -> IntArray:
 def aligned_group(recording: Recording, keys: Mapping[str, Any]) -> Aligned:
     """All trials of one group, those that an estimate leaves out too.
 
-    Parameters
-    ----------
-    recording : Recording
-    keys : mapping
-        The group's columns of the trial table, as an estimate holds them.
-
-    Returns
-    -------
-    Aligned
-
-    Raises
-    ------
-    InputError
-        No trial is of that group, or no onset is stated or seen.
+    `keys`: the group's columns of the trial table, as an estimate holds them.
+    Raises InputError: no trial is of that group, or no onset is stated or seen.
     """
     return align(recording, rows_of(recording, keys))
 
@@ -114,10 +92,7 @@ def aligned_group(recording: Recording, keys: Mapping[str, Any]) -> Aligned:
 def align(recording: Recording, rows: IntArray | None = None) -> Aligned:
     """All trials of these rows, those that an estimate leaves out too.
 
-    Raises
-    ------
-    InputError
-        No onset is stated or seen.
+    Raises InputError: no onset is stated or seen.
     """
     rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
     if recording.perturbation == "stochastic":
@@ -266,18 +241,10 @@ ROWS_PER_KERNEL = 80
 class FittedForce(FrozenRecord):
     """Usable trials of a group (blocks of a stochastic perturbation).
 
-    Attributes
-    ----------
-    lag_s : (S,)
-    measured, fitted : (T, S, d)
-        Force by the limb, offset and ramp removed from both, N or N m.
-    trial : (T,) int
-    rate_hz : float
-    kind : {"hand", "joint"}
-    direction : (T,) int or None
-        Trials of the same number saw the same disturbance.
-    unit_name : str
-        "trial", or "block" of a stochastic perturbation.
+    `lag_s` (S,), `trial` (T,) int.
+    `measured`, `fitted` (T, S, d): force by the limb, offset and ramp removed from both, N or N m.
+    `direction` (T,) int or None: trials of the same number saw the same disturbance.
+    `unit_name`: "trial", or "block" of a stochastic perturbation.
     """
 
     lag_s: Annotated[FloatArray, "S"]
@@ -305,10 +272,7 @@ class FittedForce(FrozenRecord):
 def fitted_force(recording: Recording, estimate: ImpedanceEstimate) -> FittedForce:
     """Each trial's force and what M, B and K of the estimate make of its motion.
 
-    Raises
-    ------
-    InputError
-        No trial of the recording is of the estimate's group.
+    Raises InputError: no trial of the recording is of the estimate's group.
     """
     rows = rows_of(recording, estimate.keys)
     stochastic = recording.perturbation == "stochastic"

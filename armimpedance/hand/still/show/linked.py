@@ -50,32 +50,16 @@ LARGER: Final = 1.7
 def ellipse_outlines(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
     """Outlines and bands of all ellipses where they are drawn.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        Of two axes each.
-
-    Returns
-    -------
-    DataFrame
-        Columns group, matrix, part ("outline" or "band"), order, x, y: metres where the hands were
-        at several places, the matrix' own unit where they were at one.
+    `estimates`: of two axes each.
+    Returns columns group, matrix, part ("outline" or "band"), order, x, y: metres where the hands
+    were at several places, the matrix' own unit where they were at one.
     """
     rows = [row for which in FIELDS for row in _outlines_of(estimates, which)]
     return pd.DataFrame(rows, columns=["group", "matrix", "part", "order", "x", "y"])
 
 
 def apart(estimates: Sequence[ImpedanceEstimate]) -> bool:
-    """Whether these are hands at several places.
-
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-
-    Returns
-    -------
-    bool
-    """
+    """Whether these are hands at several places."""
     hands = [e.position for e in estimates if e.level == "hand" and e.position is not None]
     return len(hands) == len(estimates) and float(np.ptp(hands, axis=0).max()) > ONE_PLACE_M
 
@@ -104,14 +88,7 @@ def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterat
 def ellipse_numbers(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
     """Size, orientation and shape of every ellipse with 95 % limits.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-
-    Returns
-    -------
-    DataFrame
-        Columns group, matrix, quantity, value, low, high, unit.
+    Returns columns group, matrix, quantity, value, low, high, unit.
     """
     rows = [
         (condition_of(e), which, name, *values, _unit(e, which, name))
@@ -132,15 +109,8 @@ def _unit(estimate: ImpedanceEstimate, which: Which, quantity: str) -> str:
 def linked_ellipses(estimates: Sequence[ImpedanceEstimate], outlines: str, numbers: str) -> Linked:
     """The ellipses of all groups beside their numbers; a choice shows in every panel.
 
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-    outlines, numbers : str
-        Names of the page's data that `ellipse_outlines` and `ellipse_numbers` made.
-
-    Returns
-    -------
-    Linked
+    `outlines`, `numbers`: names of the page's data that `ellipse_outlines` and `ellipse_numbers`
+    made.
     """
     import altair as alt
 

@@ -33,20 +33,10 @@ def trial_data(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Which trials there are, and their courses.
 
-    Parameters
-    ----------
-    recording : Recording
-    groups : mapping from a group's name to its keys
-        Columns of the trial table and their values.
-    most_rows : int
-        Rows of the courses; of very many trials fewer points are held.
-
-    Returns
-    -------
-    trials : DataFrame
-        Columns trial, group, direction, look ("outlier", "left out" or "used").
-    courses : DataFrame
-        Columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or N m).
+    `groups`: columns of the trial table and their values.
+    `most_rows`: rows of the courses; of very many trials fewer points are held.
+    Returns `trials`: columns trial, group, direction, look ("outlier", "left out" or "used").
+    `courses`: columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or N m).
     """
     heads: list[tuple[int, str, str, str]] = []
     courses = []
@@ -77,13 +67,7 @@ def _direction(aligned: Aligned, row: int) -> str:
 def panels(recording: Recording) -> list[tuple[str, str]]:
     """Columns of the courses and their labels: per axis displacement, then force.
 
-    Parameters
-    ----------
-    recording : Recording
-
-    Returns
-    -------
-    list of (str, str)
+    Returns list of (str, str).
     """
     hand = recording.kind == "hand"
     units = {"moved": ("displacement", "mm" if hand else "mrad"), "pushed": ("force", "N")}
@@ -99,17 +83,8 @@ def panels(recording: Recording) -> list[tuple[str, str]]:
 def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses: str) -> Linked:
     """Displacement and force of every trial of the chosen group.
 
-    Parameters
-    ----------
-    recording : Recording
-    told : DataFrame
-        Which trials there are, as `trial_data` tells.
-    trials, courses : str
-        Names of the page's data that hold both tables of `trial_data`.
-
-    Returns
-    -------
-    Linked
+    `told`: which trials there are, as `trial_data` tells.
+    `trials`, `courses`: names of the page's data that hold both tables of `trial_data`.
     """
     import altair as alt
 

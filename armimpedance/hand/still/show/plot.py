@@ -77,24 +77,12 @@ def plot_response(
     Measured is solid, the prediction of the force dashed. Columns share their scale, so that the
     axes compare.
 
-    Parameters
-    ----------
-    response : Response
-    predicted_force : (T, S, d) or (S, d)
-        Of all trials, or of this one.
-    trial_index : int
-        Row of the response, from 0.
-    axes : (4, d) array of Axes, optional
-    kind : {"hand", "joint"}
-
-    Returns
-    -------
-    axes : (4, d) array of Axes
-
-    Raises
-    ------
-    InputError
-        When there is no such trial, it is not usable, or the prediction has another shape.
+    `axes` (4, d) of Axes.
+    `predicted_force` (T, S, d) or (S, d): of all trials, or of this one.
+    `trial_index`: row of the response, from 0.
+    Returns `axes` (4, d) array of Axes.
+    Raises InputError: when there is no such trial, it is not usable, or the prediction has another
+    shape.
     """
     predicted = _of_trial(response, predicted_force, trial_index)
     with print_style():

@@ -132,10 +132,7 @@ def plot_window_ends(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:
     Where a reflex was found: the intrinsic K dashed, the interval of the delay shaded. Dotted up
     to 70 ms, where the spline's error at the onset may exceed the band.
 
-    Raises
-    ------
-    InputError
-        If the verdict holds no window ends.
+    Raises InputError: if the verdict holds no window ends.
     """
     ends = verdict.ends
     if ends is None:

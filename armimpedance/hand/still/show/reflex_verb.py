@@ -123,10 +123,7 @@ class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
     ) -> ReflexVerdict | ReflexVerdicts:
         """Look up verdicts by position, slice or name.
 
-        Raises
-        ------
-        InputError
-            No group has this name, or several have; the message lists the names.
+        Raises InputError: no group has this name, or several have; the message lists the names.
         """
         if isinstance(which, slice):
             return ReflexVerdicts(self.verdicts[which], self.warnings)

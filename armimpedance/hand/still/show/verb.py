@@ -41,15 +41,9 @@ if TYPE_CHECKING:
 class ComparedMethods(FrozenRecord):
     """Every method on every group of trials.
 
-    Attributes
-    ----------
-    groups : tuple of SideBySide
-        What each method found in each group, and how far it lies from the reference.
-    reference : str
-        The method that the others are measured against.
-    subject : Subject or None
-    gravity_m_s2 : (d,) tuple or None
-        Gravity along the hand's axes, as the recording says.
+    `groups`: what each method found in each group, and how far it lies from the reference.
+    `reference`: the method that the others are measured against.
+    `gravity_m_s2` (d,) tuple or None: gravity along the hand's axes, as the recording says.
     """
 
     groups: tuple[SideBySide, ...]

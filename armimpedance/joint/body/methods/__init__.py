@@ -16,17 +16,11 @@ if TYPE_CHECKING:
 class BodyMethod:
     """A way to base parameters.
 
-    Attributes
-    ----------
-    label : str
-        What FIT.json calls it, after ``body_``.
-    assumes : str
-        What must hold for the estimate to be right, in one sentence.
-    weighting : {"none", "levels"}
-        How the least squares weight the rows. Where rows are weighted, the bias from noise of the
-        angles is taken off too.
-    improve : function, optional
-        What is made of the least-squares solution; None: it stands.
+    `label`: what FIT.json calls it, after ``body_``.
+    `assumes`: what must hold for the estimate to be right, in one sentence.
+    `weighting`: how the least squares weight the rows. Where rows are weighted, the bias from noise
+    of the angles is taken off too.
+    `improve`: what is made of the least-squares solution; None: it stands.
     """
 
     label: str

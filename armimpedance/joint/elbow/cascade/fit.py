@@ -36,10 +36,7 @@ def fitted(
 ) -> FittedCourses:
     """Courses under a prior; None: the one of greater marginal likelihood.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine them.
+    Raises EstimationError: the record does not determine them.
     """
     part = _part(task, cells)
     start = before.of if before is not None and isinstance(before.of, Strengths) else None
@@ -122,10 +119,7 @@ def in_rounds(
 ) -> CascadeCourses:
     """Courses under a prior; None: the one of greater marginal likelihood.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine them.
+    Raises EstimationError: the record does not determine them.
     """
     task = replace(task, noise=_first_noise(task))
     made: FittedCourses = fitted(task, task.cells(), prior)
@@ -158,12 +152,8 @@ def _end(task: CascadeTask, noise: FloatArray) -> float:
 def over_realizations(task: CascadeTask, segment_s: float) -> CascadeCourses:
     """I, B, K and gain by least squares over all trials, in a segment about every cell.
 
-    Parameters
-    ----------
-    task : CascadeTask
-        Aligned trials.
-    segment_s : float
-        Length of the segments; 0: a cell.
+    `task`: aligned trials.
+    `segment_s`: length of the segments; 0: a cell.
     """
     cells = task.cells()
     n, m = len(cells.rows), cells.courses

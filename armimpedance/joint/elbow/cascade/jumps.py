@@ -43,17 +43,11 @@ STILL: Final = 1e-3
 class Stretches:
     """Hyperparameters.
 
-    Attributes
-    ----------
-    mean, spread : (m + 1,)
-        Of the values of stretches, I last.
-    rate : float
-        Jumps per cell.
-    noise : float
-        Variance.
-    torn : int
-        Cells after a jump that belong to neither stretch: the jump lies within them, or the noise's
-        autoregression reaches over it.
+    `mean`, `spread` (m + 1,): of the values of stretches, I last.
+    `rate`: jumps per cell.
+    `noise`: variance.
+    `torn`: cells after a jump that belong to neither stretch: the jump lies within them, or the
+    noise's autoregression reaches over it.
     """
 
     mean: FloatArray
@@ -275,12 +269,8 @@ class _Place:
 def sharpened(task: CascadeTask, found: FoundCourses) -> FoundCourses:
     """Courses at the centres of cells, the cells of sure jumps divided at the jump's instant.
 
-    Parameters
-    ----------
-    task : CascadeTask
-        In time.
-    found : FoundCourses
-        Of jumps, with `begins`.
+    `task`: in time.
+    `found`: of jumps, with `begins`.
     """
     mean, variance = found.mean.copy(), found.variance.copy()
     for place in _places(task, found):

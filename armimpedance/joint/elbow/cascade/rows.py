@@ -30,14 +30,9 @@ SEGMENT_S: Final = 2.0
 class CascadeRows(FrozenRecord):
     """Decimated rows of T trials, one after another.
 
-    Attributes
-    ----------
-    rate_hz : float
-    offsets : (T + 1,) int
-    torque : (N,)
-        N m on the limb, its mean taken off.
-    motion : (N, 3)
-        Angular acceleration, velocity and angle: rad/s^2, rad/s, rad.
+    `offsets` (T + 1,) int.
+    `torque` (N,): N m on the limb, its mean taken off.
+    `motion` (N, 3): angular acceleration, velocity and angle: rad/s^2, rad/s, rad.
     """
 
     rate_hz: float
@@ -60,19 +55,10 @@ def cascade_rows(
 ) -> CascadeRows:
     """Rows of torque and angle, averaged over blocks.
 
-    Parameters
-    ----------
-    samples : JointSamples
-    data : VaryingData
-        The same, decimated: its rate, band and noise.
-    slow_hz : float
-        What the angle does below is a posture and no deflection; it is left out of the motion.
-    aligned : bool
-        Trials share one operating point, the mean of all; else each has its own mean.
-
-    Returns
-    -------
-    CascadeRows
+    `data`: the same, decimated: its rate, band and noise.
+    `slow_hz`: what the angle does below is a posture and no deflection; it is left out of the
+    motion.
+    `aligned`: trials share one operating point, the mean of all; else each has its own mean.
     """
     motion, torque = np.empty((len(data.angle), 3)), np.empty(len(data.angle))
     for row in range(len(data.trials)):
@@ -90,13 +76,8 @@ def cascade_rows(
 class RawRows(FrozenRecord):
     """Samples of one trial about an instant, as they were recorded.
 
-    Attributes
-    ----------
-    rate_hz : float
-    within : (S,) int
-        Number of each in its trial.
-    torque : (S,)
-    motion : (S, 3)
+    `torque` (S,), `motion` (S, 3).
+    `within` (S,) int: number of each in its trial.
     """
 
     rate_hz: float
@@ -114,20 +95,10 @@ def raw_rows(
 ) -> RawRows | None:
     """Samples of a trial between two numbers at the raw rate, and what was before.
 
-    Parameters
-    ----------
-    samples : JointSamples
-    data : VaryingData
-    row : int
-        Number of the trial.
-    between : (int, int)
-    aligned : bool
-        As for `cascade_rows`.
-
-    Returns
-    -------
-    RawRows or None
-        None where the trial ends before.
+    `between` (int, int).
+    `row`: number of the trial.
+    `aligned`: as for `cascade_rows`.
+    Returns None where the trial ends before.
     """
     inside, rate = samples.samples_of(row), samples.sample_rate_hz
     around, count = round(AROUND_S * rate), inside.stop - inside.start
@@ -205,10 +176,7 @@ ORDER: Final = 16
 def autoregression(residual: FloatArray) -> FloatArray:
     """Coefficients ``1, a_1, ...`` (p + 1,) of what is left of the torque, after Burg (1968).
 
-    Parameters
-    ----------
-    residual : (N,)
-        NaN where there is none.
+    `residual` (N,): NaN where there is none.
     """
     known = np.where(np.isfinite(residual), residual, 0.0)
     forward, backward = known[1:].copy(), known[:-1].copy()
@@ -298,15 +266,9 @@ def columns_of(rows: CascadeRows, answer: FloatArray | None) -> FloatArray:
 def cells_of(columns: FloatArray, cell: IntArray, count: int, width: float, a: FloatArray) -> Cells:
     """Sums over rows whose noise is white.
 
-    Parameters
-    ----------
-    columns : (N, q)
-    cell : (N,) int
-        Cell of each row; -1: it is not used.
-    count : int
-    width : float
-    a : (p + 1,)
-        The noise's autoregression.
+    `columns` (N, q).
+    `cell` (N,) int: cell of each row; -1: it is not used.
+    `a` (p + 1,): the noise's autoregression.
     """
     q = columns.shape[1]
     sums, rows = np.zeros((count, q * q)), np.zeros(count, dtype=np.int64)
@@ -334,17 +296,11 @@ def cells_of(columns: FloatArray, cell: IntArray, count: int, width: float, a: F
 class FoundCourses(FrozenRecord):
     """Courses at n cells.
 
-    Attributes
-    ----------
-    mean, variance : (n, m)
-        B, K, reflex gain if there is one, offset.
-    inertia, var_inertia : float
-    evidence : float
-        Logarithm of the marginal likelihood.
-    noise : float
-        Variance of the white noise.
-    begins : (n,) or (0,)
-        Probability that courses jump at the beginning of each cell; none where they are smooth.
+    `mean`, `variance` (n, m): B, K, reflex gain if there is one, offset.
+    `evidence`: logarithm of the marginal likelihood.
+    `noise`: variance of the white noise.
+    `begins` (n,) or (0,): probability that courses jump at the beginning of each cell; none where
+    they are smooth.
     """
 
     mean: Annotated[FloatArray, "n m"]

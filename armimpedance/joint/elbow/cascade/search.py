@@ -43,11 +43,7 @@ SEEN: Final = 12.0
 class Searched:
     """The likeliest reflex.
 
-    Attributes
-    ----------
-    pathway : Pathway
-    gained : float
-        By how much it raises the logarithm of the marginal likelihood.
+    `gained`: by how much it raises the logarithm of the marginal likelihood.
     """
 
     pathway: Pathway
@@ -69,10 +65,7 @@ class Searched:
 def searched(task: CascadeTask) -> Searched:
     """Look for the likeliest reflex.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine the courses.
+    Raises EstimationError: the record does not determine the courses.
     """
     coarse = _Coarse(_beginning(task))
     without = coarse.tuned(None)
@@ -176,13 +169,8 @@ MOST: Final = 40
 class Refined:
     """The pathway of greatest likelihood.
 
-    Attributes
-    ----------
-    pathway : Pathway
-    covariance : (2, 2)
-        Of delay (s) and of the logarithm of the cut-off.
-    moved : (2, m)
-        How far the courses' means go with either.
+    `covariance` (2, 2): of delay (s) and of the logarithm of the cut-off.
+    `moved` (2, m): how far the courses' means go with either.
     """
 
     pathway: Pathway
@@ -193,10 +181,7 @@ class Refined:
 def refined(start: Pathway, task: CascadeTask) -> Refined:
     """The same pathway with delay and cut-off of greatest likelihood beside fine courses.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine the courses.
+    Raises EstimationError: the record does not determine the courses.
     """
     from scipy.optimize import minimize
 

@@ -62,10 +62,7 @@ def scales_of(cells: Cells) -> FloatArray:
 def smooth(cells: Cells, strengths: Strengths) -> FoundCourses:
     """Courses and their variances under given strengths.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine them.
+    Raises EstimationError: the record does not determine them.
     """
     s = _solved(cells, strengths)
     n, m = len(cells.rows), cells.courses
@@ -79,10 +76,7 @@ def smooth(cells: Cells, strengths: Strengths) -> FoundCourses:
 def smooth_means(cells: Cells, of: Strengths) -> tuple[float, FloatArray]:
     """Logarithm of the marginal likelihood, and means (m,) of the courses over the cells.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine them.
+    Raises EstimationError: the record does not determine them.
     """
     s = _solved(cells, of)
     course = (s.course - s.inertia * s.of_inertia).reshape(-1, cells.courses)
@@ -92,10 +86,7 @@ def smooth_means(cells: Cells, of: Strengths) -> tuple[float, FloatArray]:
 def strengths_of(cells: Cells, start: Strengths | None = None) -> Strengths:
     """The strengths of greatest marginal likelihood, by Nelder and Mead's search.
 
-    Raises
-    ------
-    EstimationError
-        The record does not determine the courses.
+    Raises EstimationError: the record does not determine the courses.
     """
     from scipy.optimize import minimize
 

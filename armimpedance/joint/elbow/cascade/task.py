@@ -35,14 +35,8 @@ FORGOTTEN: Final = 8.0
 class Pathway:
     """A reflex but for its gain.
 
-    Attributes
-    ----------
-    delay_s : float
-    cutoff_hz : float
-        Of the low-pass, whose poles are all alike.
-    order : int
-    side : {"both", "positive", "negative"}
-        Which velocities it answers.
+    `cutoff_hz`: of the low-pass, whose poles are all alike.
+    `side`: which velocities it answers.
     """
 
     delay_s: float
@@ -99,26 +93,14 @@ OUTLYING: Final = 4.5
 class CascadeTask:
     """Rows of T trials, and the cells in which they are summed up.
 
-    Attributes
-    ----------
-    samples : JointSamples
-    data : VaryingData
-    rows : CascadeRows
-    cell : (N,) int
-        Cell of each row; -1: it is not used.
-    strips : (S + 1,) int
-        Cells of a strip follow one another: of a trial, or of all where they are aligned.
-    width : float
-        Of a cell.
-    start : float
-        Where the first cell of a strip begins.
-    over : str
-        "time_s", or the variable of which the courses are functions.
-    cyclic : bool
-        Whether the last cell has the first as its neighbour.
-    pathway : Pathway or None
-    noise : (p + 1,)
-        The torque's noise as an autoregression.
+    `cell` (N,) int: cell of each row; -1: it is not used.
+    `strips` (S + 1,) int: cells of a strip follow one another: of a trial, or of all where they are
+    aligned.
+    `width`: of a cell.
+    `start`: where the first cell of a strip begins.
+    `over`: "time_s", or the variable of which the courses are functions.
+    `cyclic`: whether the last cell has the first as its neighbour.
+    `noise` (p + 1,): the torque's noise as an autoregression.
     """
 
     samples: JointSamples
@@ -262,12 +244,7 @@ class CascadeCourses:
 class CascadeMethod:
     """A method for I, B, K and the reflex's gain, given the pathway.
 
-    Attributes
-    ----------
-    name, description, reference : str
-    realizations : int
-        Trials of the same course that it needs.
-    estimate : function
+    `realizations`: trials of the same course that it needs.
     """
 
     name: str

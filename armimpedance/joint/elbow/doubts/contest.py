@@ -45,22 +45,13 @@ def excess_over_bands(
 ) -> FloatArray:
     """By how much I, B and K vary over the band more than their lines allow, (3,); 1: they do not.
 
-    Parameters
-    ----------
-    X : (n, 2, p)
-        Real and imaginary part of each line's columns; the first three are those of I, B and K.
-    y : (n, 2)
-    eta : (n,)
-        Logarithm of the noise power over what the rows are weighed by.
-    frequency : (n,)
-        Order of the lines.
-    bound : (p,)
-        One over the variance of each parameter before the record; 0 = free.
-
-    Returns
-    -------
-    (3,)
-        Ratio of what leaving out a part moves to what the lines allow.
+    `y` (n, 2).
+    `X` (n, 2, p): real and imaginary part of each line's columns; the first three are those of I, B
+    and K.
+    `eta` (n,): logarithm of the noise power over what the rows are weighed by.
+    `frequency` (n,): order of the lines.
+    `bound` (p,): one over the variance of each parameter before the record; 0 = free.
+    Returns (3,): ratio of what leaving out a part moves to what the lines allow.
     """
     size = np.sqrt((X**2).sum(axis=(0, 1))) + np.finfo(float).tiny
     weight = np.exp(-eta)
@@ -123,18 +114,11 @@ KINDS: Final = tuple(Kind(late, answers) for late in (False, True) for answers i
 class Contest:
     """The kinds, fitted about the best of them.
 
-    Attributes
-    ----------
-    fits : mapping of Kind to WhittleFit
-        Parameters I, B, K, then T, K_r, B_r and the bends as the kind has them; those with an
-        answer hold one model of each delay.
-    delays_s : (D,)
-    about : LimbModel
-    bends : tuple of int
-        Which terms of amplitude all of them hold.
-    reference : (n,)
-        Logarithm of the power that the lines are weighed by over that of the sensors.
-    rows : Posed
+    `delays_s` (D,).
+    `fits`: parameters I, B, K, then T, K_r, B_r and the bends as the kind has them; those with an
+    answer hold one model of each delay.
+    `bends`: which terms of amplitude all of them hold.
+    `reference` (n,): logarithm of the power that the lines are weighed by over that of the sensors.
     """
 
     fits: dict[Kind, WhittleFit]
@@ -172,14 +156,9 @@ def contest(
 ) -> Contest:
     """Fit all kinds, from I, B, K (3,) alone.
 
-    Parameters
-    ----------
-    doubted : Doubted
-    driver : Driver
-        Of the doubted band.
-    limb : (3,)
-    bends : tuple of int
-        Numbers of the terms of amplitude that every kind holds.
+    `limb` (3,).
+    `driver`: of the doubted band.
+    `bends`: numbers of the terms of amplitude that every kind holds.
     """
     made = _settled(doubted, driver, limb, bends, skew_first=False)
     if not made.winner().answers:
@@ -287,15 +266,10 @@ _WORTH_OF_AMPLITUDE: Final = 12.0
 class Bent:
     """The terms of amplitude that the record asks for.
 
-    Attributes
-    ----------
-    terms : tuple of int
-        Numbers among `record.BENDS`; () where none is clearly there.
-    gain : float
-        By how much the deviance falls with all of them.
-    smallest : float
-        The smallest change of the stiffness at the rms deflection that would have been seen,
-        N m/rad.
+    `terms`: numbers among `record.BENDS`; () where none is clearly there.
+    `gain`: by how much the deviance falls with all of them.
+    `smallest`: the smallest change of the stiffness at the rms deflection that would have been
+    seen, N m/rad.
     """
 
     terms: tuple[int, ...]
@@ -306,11 +280,7 @@ class Bent:
 def bent(made: Contest, deflection: float) -> Bent:
     """Judge the terms of amplitude beside the best of a contest without them.
 
-    Parameters
-    ----------
-    made : Contest
-    deflection : float
-        Rms of the angle, rad.
+    `deflection`: rms of the angle, rad.
     """
     kind = min(KINDS, key=lambda k: made.best(k)[0])
     without, number = made.best(kind)

@@ -64,14 +64,8 @@ _SEEN: Final = 6.0
 class Doubt:
     """An estimate after its doubts.
 
-    Attributes
-    ----------
-    parameters : Parameters
-    checks : tuple of Finding
-        "reflex", "skew", "amplitude".
-    seen : bool
-        The limb has more than I, B and K: what they leave is explained.
-    details : mapping
+    `checks`: "reflex", "skew", "amplitude".
+    `seen`: the limb has more than I, B and K: what they leave is explained.
     """
 
     parameters: Parameters
@@ -83,12 +77,7 @@ class Doubt:
 def doubt(estimate: Estimate, prepared: PreparedSamples, band: Band) -> Doubt:
     """Hold I, B, K against late answers, channels out of step, and amplitude.
 
-    Parameters
-    ----------
-    estimate : Estimate
-    prepared : PreparedSamples
-    band : Band
-        The whole record, weighed as the estimate was.
+    `band`: the whole record, weighed as the estimate was.
     """
     own = estimate.parameters
     if explained(band, own.values) > 1 - ENOUGH:

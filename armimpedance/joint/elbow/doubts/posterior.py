@@ -33,18 +33,11 @@ _POINT: Final = 1e-9
 class Posterior:
     """A mixture of c normal parts over I, B, K, T, K_r, B_r.
 
-    Attributes
-    ----------
-    log_weight : (c,)
-        Up to a constant: a part that is all but impossible still has its place among its like.
-    mean : (c, 6)
-    covariance : (c, 6, 6)
-    shift : (c, 3)
-        By how much I, B, K differ from those of a limb that has neither.
-    excess : (c, 3, 3)
-        By how much they are more uncertain.
-    late_angle, answers : (c,) bool
-    delay_s : (c,)
+    `mean` (c, 6), `covariance` (c, 6, 6), `late_angle`, `answers` (c,) bool, `delay_s` (c,).
+    `log_weight` (c,): up to a constant: a part that is all but impossible still has its place among
+    its like.
+    `shift` (c, 3): by how much I, B, K differ from those of a limb that has neither.
+    `excess` (c, 3, 3): by how much they are more uncertain.
     """
 
     log_weight: FloatArray
@@ -145,11 +138,7 @@ def half_widths(
 ) -> FloatArray:
     """Half of the interval about `centre` (p,) that holds `LEVEL` of a mixture, (p,).
 
-    Parameters
-    ----------
-    weight : (c,)
-    mean, sd : (c, p)
-    centre : (p,)
+    `weight` (c,), `mean`, `sd` (c, p), `centre` (p,).
     """
     from scipy.special import ndtr
 

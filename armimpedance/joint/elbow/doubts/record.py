@@ -32,12 +32,8 @@ _SLOW: Final = 0.1
 class Past:
     """One trial's coefficients beside those of its `Bins`.
 
-    Attributes
-    ----------
-    late : (n, D)
-        The angle of each delay ago, as measured.
-    bends : (n, C)
-        Terms of amplitude of the measured motion.
+    `late` (n, D): the angle of each delay ago, as measured.
+    `bends` (n, C): terms of amplitude of the measured motion.
     """
 
     late: Complex
@@ -48,15 +44,9 @@ class Past:
 class Doubted:
     """A band of the record from `LATEST_S` on, with what the doubts ask of it.
 
-    Attributes
-    ----------
-    band : Band
-        Weighed by the sensors' floors.
-    trials : tuple of Past
-    delays_s : (D,)
-        Whole samples.
-    samples : tuple of int
-        Of each trial.
+    `band`: weighed by the sensors' floors.
+    `delays_s` (D,): whole samples.
+    `samples`: of each trial.
     """
 
     band: Band
@@ -68,10 +58,7 @@ class Doubted:
 def doubted(prepared: PreparedSamples, whole_band: Band) -> Doubted:
     """The record without its first moments, and their part in what follows.
 
-    Raises
-    ------
-    InputError
-        The band holds too few coefficients.
+    Raises InputError: the band holds too few coefficients.
     """
     whole = prepared.source
     rate = whole.sample_rate_hz
@@ -140,10 +127,7 @@ _LONGEST: Final = 1.0
 class Spectrum:
     """Hats over the lines, and how many squares each line holds.
 
-    Attributes
-    ----------
-    hats : (n, k)
-    squares : (n,)
+    `hats` (n, k), `squares` (n,).
     """
 
     hats: FloatArray
@@ -171,15 +155,10 @@ class Spectrum:
 class WhittleFit:
     """m models of p parameters, each with its own spectrum.
 
-    Attributes
-    ----------
-    values : (m, p)
-    information : (m, p, p)
-        X^T W X with the model's own weights; its inverse is the covariance.
-    deviance : (m,)
-        Minus twice the logarithm of the likelihood, up to a constant that all share.
-    eta : (m, n)
-        Logarithm of the model's noise power over the reference.
+    `values` (m, p).
+    `information` (m, p, p): X^T W X with the model's own weights; its inverse is the covariance.
+    `deviance` (m,): minus twice the logarithm of the likelihood, up to a constant that all share.
+    `eta` (m, n): logarithm of the model's noise power over the reference.
     """
 
     values: FloatArray
@@ -198,14 +177,9 @@ class WhittleFit:
 def fit_models(X: FloatArray, y: FloatArray, spectrum: Spectrum, prior: FloatArray) -> WhittleFit:
     """Fit m models ``y = X p + e`` to the same rows.
 
-    Parameters
-    ----------
-    X : (m, n, 2, p)
-        Real and imaginary part of each line's columns, weighed by the reference.
-    y : (n, 2)
-    spectrum : Spectrum
-    prior : (p,)
-        One over the variance of each parameter before the record, about zero; 0 = free.
+    `y` (n, 2).
+    `X` (m, n, 2, p): real and imaginary part of each line's columns, weighed by the reference.
+    `prior` (p,): one over the variance of each parameter before the record, about zero; 0 = free.
     """
     m, n, _, p = X.shape
     eta = np.zeros((m, n))
@@ -242,16 +216,10 @@ def fit_models(X: FloatArray, y: FloatArray, spectrum: Spectrum, prior: FloatArr
 class LimbModel:
     """Limb, late answer, lateness of the angle, terms of amplitude.
 
-    Attributes
-    ----------
-    limb : (3,)
-        I, B, K.
-    answer : (2,)
-        K_r, N m/rad, and B_r, N m s/rad.
-    delay_s : float
-    lateness_s : float
-        By how much the angle is late.
-    bends : (C,)
+    `bends` (C,).
+    `limb` (3,): I, B, K.
+    `answer` (2,): K_r, N m/rad, and B_r, N m s/rad.
+    `lateness_s`: by how much the angle is late.
     """
 
     limb: FloatArray
@@ -273,15 +241,9 @@ class LimbModel:
 class Posed:
     """Real and imaginary parts of each line, weighed: what the models are fitted to.
 
-    Attributes
-    ----------
-    y : (n, 2)
-    limb : (n, 2, 4)
-        What I, B, K and the lateness beyond the model's multiply.
-    late : (n, 2, D, 2)
-        What K_r and B_r of each delay multiply.
-    bends : (n, 2, C)
-    spectrum : Spectrum
+    `y` (n, 2), `bends` (n, 2, C).
+    `limb` (n, 2, 4): what I, B, K and the lateness beyond the model's multiply.
+    `late` (n, 2, D, 2): what K_r and B_r of each delay multiply.
     """
 
     y: FloatArray
@@ -294,14 +256,8 @@ class Posed:
 def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatArray]) -> Posed:
     """All trials' rows about a model.
 
-    Parameters
-    ----------
-    doubted : Doubted
-    driver : Driver
-        Of the doubted band.
-    model : LimbModel
-    power : one (n,) of each trial
-        Noise of the equation that the lines are weighed by.
+    `driver`: of the doubted band.
+    `power` one (n,) of each trial: noise of the equation that the lines are weighed by.
     """
     parts, shares = [], []
     for row, (bins, past) in enumerate(zip(doubted.band.trials, doubted.trials, strict=True)):

@@ -25,16 +25,10 @@ LIKELY: Final = 0.9
 class Lateness:
     """By how much the angle comes after the torque.
 
-    Attributes
-    ----------
-    value_s : float
-    ci95_s : (2,)
-    probability : float
-        That it does at all.
-    if_late_s : float
-        What it is if it does.
-    smallest_s : float
-        The smallest that would have been seen.
+    `ci95_s` (2,).
+    `probability`: that it does at all.
+    `if_late_s`: what it is if it does.
+    `smallest_s`: the smallest that would have been seen.
     """
 
     value_s: float
@@ -48,20 +42,11 @@ class Lateness:
 class Reflex:
     """``K_r theta(t - d) + B_r theta'(t - d)`` beside I, B, K: the parallel cascade's second path.
 
-    Attributes
-    ----------
-    K_r : float
-        N m/rad, if there is an answer.
-    ci95 : (2,)
-    B_r : float
-        N m s/rad, if there is an answer.
-    B_r_ci95 : (2,)
-    delay_s : float
-    delay_ci95_s : (2,)
-    probability : float
-        That there is an answer.
-    smallest : float
-        The smallest K_r after 60 ms that would have been seen.
+    `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,).
+    `K_r`: N m/rad, if there is an answer.
+    `B_r`: N m s/rad, if there is an answer.
+    `probability`: that there is an answer.
+    `smallest`: the smallest K_r after 60 ms that would have been seen.
     """
 
     K_r: float
@@ -78,17 +63,10 @@ class Reflex:
 class Amplitude:
     """What depends on how far and how fast the joint moves.
 
-    Attributes
-    ----------
-    stiffens, rubs : bool
-    more_stiffness : float
-        What the rms deflection adds to the stiffness of small ones, N m/rad.
-    friction : float
-        Torque against the velocity's sign, N m.
-    deflection : float
-        Rms, rad.
-    smallest : float
-        The smallest change of the stiffness that would have been seen, as part of it.
+    `more_stiffness`: what the rms deflection adds to the stiffness of small ones, N m/rad.
+    `friction`: torque against the velocity's sign, N m.
+    `deflection`: rms, rad.
+    `smallest`: the smallest change of the stiffness that would have been seen, as part of it.
     """
 
     stiffens: bool
@@ -109,12 +87,8 @@ def findings(
 ) -> tuple[Finding, ...]:
     """The three checks.
 
-    Parameters
-    ----------
-    neither : float
-        Probability that the channels are in step and nothing answers.
-    rate_hz : float
-        A skew below half a sample is named, not warned of.
+    `neither`: probability that the channels are in step and nothing answers.
+    `rate_hz`: a skew below half a sample is named, not warned of.
     """
     K = float(parameters.values[2])
     either = neither < 1 - SURE

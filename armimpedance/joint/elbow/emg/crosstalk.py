@@ -49,14 +49,10 @@ MOST: Final = 0.7
 class Crosstalk(FrozenRecord):
     """Parts of the other muscle's raw EMG in the channels of two muscles.
 
-    Attributes
-    ----------
-    gain : (2,)
-        Of the second muscle's EMG (V) in the first channel, of the first's in the second.
-    covariance : (2, 2) or None
-        None where the EMG cannot tell: it is no raw EMG, or its levels do not differ.
-    p : float
-        Probability of gains as large if there is no crosstalk.
+    `gain` (2,): of the second muscle's EMG (V) in the first channel, of the first's in the second.
+    `covariance` (2, 2) or None: None where the EMG cannot tell: it is no raw EMG, or its levels do
+    not differ.
+    `p`: probability of gains as large if there is no crosstalk.
     """
 
     gain: Annotated[FloatArray, "2"]
@@ -67,10 +63,7 @@ class Crosstalk(FrozenRecord):
     def of(cls, pair: Recording) -> Crosstalk:
         """What the two electrodes of a recording hear of the other muscle.
 
-        Parameters
-        ----------
-        pair : Recording
-            With the EMG of two muscles.
+        `pair`: with the EMG of two muscles.
         """
         rate = pair.sample_rate_hz
         high = min(BAND_HZ[1], HIGHEST * rate)
@@ -126,12 +119,8 @@ class Crosstalk(FrozenRecord):
     def finding(self, muscles: tuple[str, ...], cost: str = "") -> Finding:
         """What to say of it.
 
-        Parameters
-        ----------
-        muscles : 2 str
-            Names of the channels.
-        cost : str
-            What it could do to what is made of the amplitudes, where it cannot be told.
+        `muscles`: names of the channels.
+        `cost`: what it could do to what is made of the amplitudes, where it cannot be told.
         """
         if self.covariance is None or not self.told:
             said = f"the EMG does not tell it (no raw EMG, or levels that are all alike){cost}"

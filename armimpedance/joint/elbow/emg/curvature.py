@@ -33,12 +33,8 @@ LEAST: Final = 0.02
 class Bend:
     """What was found, and by how much a bend moves the coefficients of the straight law.
 
-    Attributes
-    ----------
-    finding : Finding
-    shift : (m + 1,)
-        Coefficients of the bent law at silent muscles less those of the straight one; 0 where no
-        bend was found.
+    `shift` (m + 1,): coefficients of the bent law at silent muscles less those of the straight one;
+    0 where no bend was found.
     """
 
     finding: Finding
@@ -50,15 +46,9 @@ def bend_of(
 ) -> Bend:
     """Hold a law against one that is bent.
 
-    Parameters
-    ----------
-    symbol : str
-    W : (L, m + 1)
-        A constant and the amplitudes.
-    y, variance : (L,)
-        Values, and their variances about the law.
-    slopes : (m,)
-        Of the straight law.
+    `W` (L, m + 1): a constant and the amplitudes.
+    `y`, `variance` (L,): values, and their variances about the law.
+    `slopes` (m,): of the straight law.
     """
     L, p = W.shape
     root = 1 / np.sqrt(variance)

@@ -36,12 +36,8 @@ STILL_RAD: Final = 0.02
 class ImcjCalibration(FrozenRecord):
     """What an activation of 1 of each muscle does to the joint's torque.
 
-    Attributes
-    ----------
-    law : LinearLaw
-        ``torque = a_0 + sum a_i s_i``, N m, flexion positive.
-    roles : (m,) tuple of Role
-    notes, warnings : tuples of str
+    `roles` (m,) tuple of Role.
+    `law`: ``torque = a_0 + sum a_i s_i``, N m, flexion positive.
     """
 
     law: LinearLaw

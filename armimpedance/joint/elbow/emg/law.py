@@ -47,26 +47,16 @@ def fit_emg_law(
 ) -> EmgLaw:
     """Fit (4) to L operating points.
 
-    Parameters
-    ----------
-    stiffness, stiffness_sd : (L,)
-        N m/rad, and standard errors (0: not known, points count alike).
-    amplitude : (L, m)
-        Parts of the maximum contraction.
-    amplitude_sd : (L, m), (m,) or float
-        Standard errors.
-    viscosity, viscosity_sd : (L,), optional
-        N m s/rad.
-    muscles : sequence of m str
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, negative errors, no more points than coefficients.
-    NotIdentifiableError
-        Amplitudes that do not vary, that vary together, or that are errors for the most part.
-    EstimationError
-        Weights and slopes do not settle.
+    `stiffness`, `stiffness_sd` (L,): N m/rad, and standard errors (0: not known, points count
+    alike).
+    `amplitude` (L, m): parts of the maximum contraction.
+    `amplitude_sd` (L, m), (m,) or: standard errors.
+    `viscosity`, `viscosity_sd` (L,): N m s/rad.
+    Raises InputError: shapes that do not belong together, negative errors, no more points than
+    coefficients.
+    Raises NotIdentifiableError: amplitudes that do not vary, that vary together, or that are errors
+    for the most part.
+    Raises EstimationError: weights and slopes do not settle.
     """
     K = fit_law("K", stiffness, stiffness_sd, amplitude, amplitude_sd, muscles=muscles)
     if viscosity is None:

@@ -28,15 +28,10 @@ _BEYOND: Final = 0.05
 class LawPrediction(FrozenRecord):
     """What a law says at P amplitudes.
 
-    Attributes
-    ----------
-    value, sd : (P,)
-        The law itself and its standard error; single points scatter about it by
-        `LinearLaw.scatter` more.
-    dof : float
-        Degrees of freedom of the t distribution.
-    outside : (P,) bool
-        Beyond the amplitudes that the law was fitted to.
+    `value`, `sd` (P,): the law itself and its standard error; single points scatter about it by
+    `LinearLaw.scatter` more.
+    `dof`: degrees of freedom of the t distribution.
+    `outside` (P,) bool: beyond the amplitudes that the law was fitted to.
     """
 
     value: Annotated[FloatArray, "p"]
@@ -166,16 +161,12 @@ class LinearLaw(FrozenRecord):
 class OperatingPoints(FrozenRecord):
     """I, B, K and EMG amplitudes of L trials, of which a law is made.
 
-    Attributes
-    ----------
-    trials : (L,) int
-    muscles : tuple of m str
-    amplitude : (L, m)
-        Parts of the maximum contraction.
-    K, sd_K, B, sd_B : (L,)
-        Stiffness (N m/rad) and viscosity (N m s/rad) with their standard errors.
-    imcj, sd_imcj : (L,) or None
-        Index of co-contraction, N m, and its standard error, where it was calibrated.
+    `trials` (L,) int.
+    `amplitude` (L, m): parts of the maximum contraction.
+    `K`, `sd_K`, `B`, `sd_B` (L,): stiffness (N m/rad) and viscosity (N m s/rad) with their standard
+    errors.
+    `imcj`, `sd_imcj` (L,) or None: index of co-contraction, N m, and its standard error, where it
+    was calibrated.
     """
 
     trials: Annotated[IntArray, "l"]

@@ -54,10 +54,8 @@ def roles_of(
 ) -> tuple[Role, ...]:
     """The role of each muscle: as given, else by its name.
 
-    Raises
-    ------
-    InputError
-        A name that says nothing, a role that is none, or no flexor or no extensor among them.
+    Raises InputError: a name that says nothing, a role that is none, or no flexor or no extensor
+    among them.
     """
     given = {} if given is None else given
     roles = []
@@ -103,17 +101,9 @@ _WHAT_TO_DO: Final = (
 def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Finding:
     """Hold the muscles' names against the signs of a law of their torque.
 
-    Parameters
-    ----------
-    law : LinearLaw
-        Of the limb's mean torque on the device, N m, flexion positive.
-    roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles whose names do not say it.
-
-    Returns
-    -------
-    Finding
-        "muscles".
+    `law`: of the limb's mean torque on the device, N m, flexion positive.
+    `roles`: for muscles whose names do not say it.
+    Returns "muscles".
     """
     try:
         sign = np.array([role.sign for role in roles_of(law.muscles, roles)], dtype=float)
@@ -166,10 +156,8 @@ def refuse_alike(
 ) -> tuple[float, float]:
     """Raw condition of [1, s] (L, m + 1), and that of s about its means with unit columns.
 
-    Raises
-    ------
-    NotIdentifiableError
-        A muscle whose amplitude does not vary beyond its errors; muscles that vary together.
+    Raises NotIdentifiableError: a muscle whose amplitude does not vary beyond its errors; muscles
+    that vary together.
     """
     spread = amplitude.std(axis=0)
     noise = np.sqrt((amplitude_sd**2).mean(axis=0))
@@ -212,14 +200,8 @@ LEAST_POWER: Final = 1e-9
 class Directions:
     """Combinations (c) of m amplitudes.
 
-    Attributes
-    ----------
-    weights : (m, c)
-        The identity where all amplitudes are told apart.
-    complete : bool
-        Whether they are.
-    told : str
-    warnings : tuple of str
+    `weights` (m, c): the identity where all amplitudes are told apart.
+    `complete`: whether they are.
     """
 
     weights: FloatArray
@@ -233,18 +215,10 @@ def directions_of(
 ) -> Directions:
     """The amplitudes (N, m) themselves, or those combinations that errors do not explain.
 
-    Parameters
-    ----------
-    amplitude : (N, m)
-    sd : (m,) or None
-        Their standard errors.
-    words : m str
-        What the muscles are called.
-
-    Raises
-    ------
-    NotIdentifiableError
-        Errors explain most of every combination.
+    `amplitude` (N, m).
+    `sd` (m,) or None: their standard errors.
+    `words`: what the muscles are called.
+    Raises NotIdentifiableError: errors explain most of every combination.
     """
     about = amplitude - amplitude.mean(axis=0)
     m = len(words)

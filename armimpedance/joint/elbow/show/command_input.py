@@ -32,10 +32,7 @@ _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
 def analysis_of(arguments: argparse.Namespace) -> str:
     """Which analysis is asked for: "fit", "law" or a time-varying method's name.
 
-    Raises
-    ------
-    InputError
-        Two of them, an unknown method, or an option that has no effect on this one.
+    Raises InputError: two of them, an unknown method, or an option that has no effect on this one.
     """
     from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
     from armimpedance.joint.elbow.stationary.methods import METHODS
@@ -61,10 +58,7 @@ def analysis_of(arguments: argparse.Namespace) -> str:
 def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
     """The options of this analysis as its verb takes them.
 
-    Raises
-    ------
-    InputError
-        A word that is no number, or none that the option allows.
+    Raises InputError: a word that is no number, or none that the option allows.
     """
     common = {name: getattr(arguments, name) for name in ("joint", "condition", "despite")}
     muscles = {"flexor": arguments.flexor, "extensor": arguments.extensor}

@@ -207,10 +207,7 @@ def _with_index(
 def two_muscles(recording: Recording, flexor: str | None, extensor: str | None) -> Recording:
     """The recording with the EMG of flexor and extensor alone, in this order.
 
-    Raises
-    ------
-    InputError
-        There is no EMG, no such muscle, or which is which is not known.
+    Raises InputError: there is no EMG, no such muscle, or which is which is not known.
     """
     muscles = recording.muscles
     if recording.emg is None or not muscles:

@@ -204,12 +204,9 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
 class AveragedResponse(FrozenRecord):
     """A frequency response as it is drawn.
 
-    Attributes
-    ----------
-    frequency_hz, gain, phase_deg, coherence : (p,)
-        The phase is that within half a turn of the model's.
-    error : (p,)
-        Standard error of the gain as a part of it, and of the phase in rad.
+    `frequency_hz`, `gain`, `phase_deg`, `coherence` (p,): the phase is that within half a turn of
+    the model's.
+    `error` (p,): standard error of the gain as a part of it, and of the phase in rad.
     """
 
     frequency_hz: Annotated[FloatArray, "p"]
@@ -225,11 +222,7 @@ def averaged(measured: FrequencyResponse, parameters: FloatArray) -> AveragedRes
     The error of gain and phase is ``sqrt((1 - c) / (2 c n))``, c the coherence, n independent
     averages (Bendat and Piersol, Random Data). Bins of too little coherence are left out.
 
-    Parameters
-    ----------
-    measured : FrequencyResponse
-    parameters : (3,)
-        I, B, K of the model whose turn the phase keeps to.
+    `parameters` (3,): I, B, K of the model whose turn the phase keeps to.
     """
     f = measured.frequency_hz
     bins = np.floor(_BINS_PER_DECADE * np.log10(f)).astype(int)
@@ -304,13 +297,8 @@ def plot_law(
 ) -> Axes:
     """Measured values over those that the law gives for the same EMG, with 95 % error bars.
 
-    Parameters
-    ----------
-    law : LinearLaw
-    value, sd : (L,)
-        Measured value of each trial, and its standard error.
-    amplitude : (L, m)
-    ax : Axes, optional
+    `amplitude` (L, m).
+    `value`, `sd` (L,): measured value of each trial, and its standard error.
     """
     predicted = law.predict(amplitude).value
     with print_style():

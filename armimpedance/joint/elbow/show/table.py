@@ -11,31 +11,14 @@ from armimpedance.show.files import About, Content, course_struct, table_content
 def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
     """One row per point of the result's grid, whole or not at all.
 
-    Parameters
-    ----------
-    varying : VaryingImpedance
-    path : path
-        Its ending decides the format, see `write_content`.
-
-    Raises
-    ------
-    InputError
-        Another ending, or the file cannot be written.
+    `path`: its ending decides the format, see `write_content`.
+    Raises InputError: another ending, or the file cannot be written.
     """
     write_content(varying_content(varying), path)
 
 
 def varying_content(varying: VaryingImpedance) -> Content:
-    """What a file holds of a course, its numbers to ten digits.
-
-    Parameters
-    ----------
-    varying : VaryingImpedance
-
-    Returns
-    -------
-    Content
-    """
+    """What a file holds of a course, its numbers to ten digits."""
     table = varying.to_frame()
     rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
     columns = list(table.columns)

@@ -41,20 +41,12 @@ FEWEST: Final = 10
 class Bins:
     """One trial's coefficients, unitary: white noise of variance s^2 has ``E|N|^2 = s^2``.
 
-    Attributes
-    ----------
-    s : (n,) complex
-        i w of each.
-    torque, angle : (n,) complex
-    ends : (n, 6) complex
-        Columns of the ends' polynomial, degrees -1 to 4.
-    seconds : float
-    torque_noise, angle_noise : (n,)
-        Variances s_tau^2, s_theta^2 to weigh by.
-    perturbation : (n,) complex or None
-        What the device was told to add.
-    command : (n,) complex or None
-        The angle that it was told to take.
+    `torque`, `angle` (n,) complex.
+    `s` (n,) complex: i w of each.
+    `ends` (n, 6) complex: columns of the ends' polynomial, degrees -1 to 4.
+    `torque_noise`, `angle_noise` (n,): variances s_tau^2, s_theta^2 to weigh by.
+    `perturbation` (n,) complex or None: what the device was told to add.
+    `command` (n,) complex or None: the angle that it was told to take.
     """
 
     s: Complex
@@ -116,14 +108,9 @@ class Bins:
 class Band:
     """All trials' coefficients and the variances of the channels' white noise (0 = not seen).
 
-    Attributes
-    ----------
-    trials : tuple of Bins
-    torque_noise, angle_noise : float
-    source : {"perturbation", "command", "torque", "angle"}
-        What the instruments are made of. Where it is the torque, it is the imposed one, and what
-        the subject adds moves the joint; where it is the angle, that is imposed, and what the
-        subject adds stands in the torque alone.
+    `source`: what the instruments are made of. Where it is the torque, it is the imposed one, and
+    what the subject adds moves the joint; where it is the angle, that is imposed, and what the
+    subject adds stands in the torque alone.
     """
 
     trials: tuple[Bins, ...]
@@ -166,16 +153,8 @@ def source_of(samples: JointSamples) -> Source | None:
 def band_of(prepared: PreparedSamples, source: Source | None = None) -> Band:
     """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
 
-    Parameters
-    ----------
-    prepared : PreparedSamples
-    source : {"perturbation", "command", "torque", "angle"}, optional
-        What instruments are made of: what was recorded or told, or else the torque.
-
-    Raises
-    ------
-    InputError
-        The band holds too few coefficients.
+    `source`: what instruments are made of: what was recorded or told, or else the torque.
+    Raises InputError: the band holds too few coefficients.
     """
     spectra = prepared.spectra
     noises = (spectra.torque.noise_variance or 0.0, spectra.angle.noise_variance or 0.0)

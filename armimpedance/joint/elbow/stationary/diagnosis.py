@@ -41,15 +41,11 @@ def residual_whiteness(
 ) -> tuple[Whiteness, str | None]:
     """Ljung-Box test of the weighed residual at I, B, K (3,), and a warning where it is far off.
 
-    Parameters
-    ----------
-    floors : Band
-        Weighed by the sensors' noise alone.
-    values : (3,)
-    unexplained : float
-        Part of the angle's power that I, B and K do not explain.
-    weighed : bool
-        The fit's weights follow the residual's spectrum: what is in it is allowed for already.
+    `values` (3,).
+    `floors`: weighed by the sensors' noise alone.
+    `unexplained`: part of the angle's power that I, B and K do not explain.
+    `weighed`: the fit's weights follow the residual's spectrum: what is in it is allowed for
+    already.
     """
     white = ljung_box([in_time(bins.residual(values)) for bins in floors.trials])
     return white, _warning(white, unexplained, weighed)
@@ -58,12 +54,8 @@ def residual_whiteness(
 def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
     """``Q = N (N + 2) sum_k r_k^2 / (N - k)``, chi-squared with as many degrees as lags.
 
-    Parameters
-    ----------
-    series : list of (S_t,)
-        Never correlated across trials.
-    lags : int, optional
-        20, or a fifth of the shortest series.
+    `series` list of (S_t,): never correlated across trials.
+    `lags`: 20, or a fifth of the shortest series.
     """
     from scipy.stats import chi2
 
@@ -115,12 +107,8 @@ def least_squares(
 ) -> LeastSquares:
     """Fit all trials together, the ends' polynomials taken off.
 
-    Parameters
-    ----------
-    band : Band
-    columns : one (n, p + 1) of each trial
-        The last column is the one to be explained.
-    weights : one (n,) of each trial
+    `weights` one (n,) of each trial.
+    `columns` one (n, p + 1) of each trial: the last column is the one to be explained.
     """
     trials = zip(band.trials, columns, weights, strict=True)
     table = np.concatenate([bins.free(w, c) for bins, c, w in trials])
@@ -173,13 +161,8 @@ def compare_orders(
 ) -> tuple[tuple[OrderScore, ...], Finding]:
     """Scores of `GRID`, the best BIC first, and whether the joint is clearly worse.
 
-    Parameters
-    ----------
-    band : Band
-    rate_hz : float
-        Rate in whose samples nk counts.
-    unexplained : float
-        Part of the angle's power that I, B and K do not explain.
+    `rate_hz`: rate in whose samples nk counts.
+    `unexplained`: part of the angle's power that I, B and K do not explain.
     """
     rows, scores = band.rows, []
     for na, nb, nk in GRID:
@@ -253,14 +236,8 @@ def diagnosed(
 ) -> ElbowFit:
     """The estimate with all that tells how far it can be trusted.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        Made by `method` with the weights of `band`.
-    method : ElbowMethod
-    prepared : PreparedSamples
-    floors, band : Band
-        Weighed by the sensors' noise alone, and as used.
+    `estimate`: made by `method` with the weights of `band`.
+    `floors`, `band`: weighed by the sensors' noise alone, and as used.
     """
     samples, values = prepared.source, estimate.parameters.values
     r2 = explained(band, values)

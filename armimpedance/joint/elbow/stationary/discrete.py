@@ -42,12 +42,7 @@ _AT_ZERO: Final = 1e-12
 class DiscreteModel:
     """``y(t) + a1 y(t-1) + a2 y(t-2) = b1 u(t-nk) + b2 u(t-nk-1) + ...``.
 
-    Attributes
-    ----------
-    a : (2,)
-    b : (2,) for "zoh" with nk = 1, (3,) for "tustin" with nk = 0
-    rate_hz : float
-    structure : {"zoh", "tustin"}
+    `a` (2,), `b` (2,) for "zoh" with nk = 1, (3,) for "tustin" with nk = 0.
     """
 
     a: FloatArray
@@ -98,17 +93,8 @@ def to_discrete(
 ) -> DiscreteModel:
     """The difference equation of ``tau = I theta'' + B theta' + K theta`` (3).
 
-    Parameters
-    ----------
-    I, B, K : float
-        kg m^2, N m s/rad, N m/rad; positive.
-    rate_hz : float
-    structure : {"zoh", "tustin"}
-
-    Raises
-    ------
-    InputError
-        A parameter, rate or structure that cannot be.
+    `I`, `B`, `K`: kg m^2, N m s/rad, N m/rad; positive.
+    Raises InputError: a parameter, rate or structure that cannot be.
     """
     _check(rate_hz, structure)
     if not (np.isfinite([I, B, K]).all() and min(I, B, K) > 0):
@@ -148,11 +134,9 @@ def _held(I: float, B: float, K: float, rate_hz: float) -> DiscreteModel:  # noq
 def to_continuous(model: DiscreteModel) -> FloatArray:
     """I, B, K (3,) of a difference equation: its poles give B/I and K/I, its gain at rest 1/K.
 
-    Raises
-    ------
-    EstimationError
-        No joint has these poles or this gain: unstable, on the negative real axis, at a place
-        where the logarithm has no value, or I, B or K not positive. Says which, and what to do.
+    Raises EstimationError: no joint has these poles or this gain: unstable, on the negative real
+    axis, at a place where the logarithm has no value, or I, B or K not positive. Says which, and
+    what to do.
     """
     _refuse_poles(model)
     values = _continuous(model)
@@ -168,10 +152,7 @@ def to_continuous(model: DiscreteModel) -> FloatArray:
 def jacobian(model: DiscreteModel) -> FloatArray:
     """Derivative of I, B, K by (a1, a2, b1, ...), (3, 2 + nb), for the delta method.
 
-    Raises
-    ------
-    EstimationError
-        As `to_continuous`.
+    Raises EstimationError: as `to_continuous`.
     """
     values = to_continuous(model)
     b_sum = float(model.b.sum())
@@ -268,12 +249,8 @@ def lagged(
 ) -> Lagged:
     """``y(t)`` and ``[-y(t-1), -y(t-2), u ...]`` for t from the third sample on.
 
-    Parameters
-    ----------
-    angle, torque : (S,)
-    structure : {"zoh", "tustin"}
-    shape : (nb, columns)
-        `SHAPE` or `FREE` of the structure.
+    `angle`, `torque` (S,).
+    `shape` (nb, columns): `SHAPE` or `FREE` of the structure.
     """
     now, one, two = angle[2:], angle[1:-1], angle[:-2]
     inputs = np.column_stack([torque[2:], torque[1:-1], torque[:-2]])[:, DELAY[structure] :]
@@ -294,12 +271,8 @@ def solve_structure(
 ) -> Estimate:
     """Least squares in one of the two structures, its b in their proportions or `free`.
 
-    Raises
-    ------
-    EstimationError
-        The fitted poles or gain are no joint's.
-    NotIdentifiableError
-        The record does not tell the coefficients apart.
+    Raises EstimationError: the fitted poles or gain are no joint's.
+    Raises NotIdentifiableError: the record does not tell the coefficients apart.
     """
     shape = (FREE if free else SHAPE)[structure]
     rows = []

@@ -32,12 +32,8 @@ BLOCK_S: Final = 1.0
 class Rows:
     """Rows of one trial: ``y = X p + e`` with instruments Z, in order of time.
 
-    Attributes
-    ----------
-    X, Z : (S, p)
-    y : (S,)
-    seconds : float
-        The time that the rows span.
+    `X`, `Z` (S, p), `y` (S,).
+    `seconds`: the time that the rows span.
     """
 
     X: FloatArray
@@ -50,16 +46,12 @@ class Rows:
 class Solved(FrozenRecord):
     """Parameters of pooled rows.
 
-    Attributes
-    ----------
-    parameters : Parameters
-        Their covariance is clustered by blocks; the plain one takes residuals as independent.
-    n : int
-        Number of rows.
-    conditioning : Conditioning
-        Condition of the regressors X.
-    moved : (T, p) or None
-        By how much each of T blocks moved the parameters; ``moved^T moved`` is the covariance.
+    `parameters`: their covariance is clustered by blocks; the plain one takes residuals as
+    independent.
+    `n`: number of rows.
+    `conditioning`: condition of the regressors X.
+    `moved` (T, p) or None: by how much each of T blocks moved the parameters; ``moved^T moved`` is
+    the covariance.
     """
 
     parameters: Parameters
@@ -72,10 +64,7 @@ class Solved(FrozenRecord):
     ) -> Solved:
         """Other parameters (m,), whose derivative by these is D (m, p): the delta method.
 
-        Raises
-        ------
-        EstimationError
-            A parameter or its covariance is not finite.
+        Raises EstimationError: a parameter or its covariance is not finite.
         """
         own, moved = self.parameters, self.moved
         plain = own.covariance if own.plain_covariance is None else own.plain_covariance
@@ -103,12 +92,8 @@ def solve_rows(
 
     Least squares has ``Z = X``.
 
-    Raises
-    ------
-    NotIdentifiableError
-        X loses rank, or the instruments do not tell the parameters apart.
-    EstimationError
-        A parameter or its covariance is not finite.
+    Raises NotIdentifiableError: X loses rank, or the instruments do not tell the parameters apart.
+    Raises EstimationError: a parameter or its covariance is not finite.
     """
     X = np.concatenate([t.X for t in trials])
     state = conditioning(np.asarray(np.linalg.qr(X, mode="r")), len(X))
@@ -159,10 +144,7 @@ def _finite(
 ) -> Parameters:
     """Parameters with their clustered (CR3) and plain covariance, all finite.
 
-    Raises
-    ------
-    EstimationError
-        A number is not finite.
+    Raises EstimationError: a number is not finite.
     """
     if not all(np.isfinite(numbers).all() for numbers in (values, covariance, plain)):
         raise EstimationError("an estimate or its covariance is not finite")
@@ -173,18 +155,9 @@ def _finite(
 class Estimate(Solved):
     """I, B, K of one method.
 
-    Attributes
-    ----------
-    parameters, n, conditioning, moved
-        As of `rows.Solved`; the parameters are I, B and K.
-    details : mapping
-    warnings, notes : tuple of str
-        What a reader must know, and what the intervals allow for already.
-
-    Raises
-    ------
-    EstimationError
-        One of the three is not positive.
+    `parameters`, `n`, `conditioning`, `moved`: as of `rows.Solved`; the parameters are I, B and K.
+    `warnings`, `notes`: what a reader must know, and what the intervals allow for already.
+    Raises EstimationError: one of the three is not positive.
     """
 
     details: Mapping[str, Any] = field(default_factory=dict)
@@ -224,9 +197,6 @@ class Estimate(Solved):
 def estimate_of(solved: Solved, **details: Any) -> Estimate:
     """Where the parameters that were solved for are I, B, K themselves.
 
-    Raises
-    ------
-    EstimationError
-        One is not positive.
+    Raises EstimationError: one is not positive.
     """
     return Estimate(solved.parameters, solved.n, solved.conditioning, solved.moved, details)

@@ -51,10 +51,8 @@ _LONGEST: Final = 1.0
 def start_values(band: Band) -> FloatArray:
     """Rough positive I, B, K (3,) by linear least squares, weights from the fit before.
 
-    Raises
-    ------
-    EstimationError
-        The torque takes energy from the joint at all frequencies together: its sign is wrong.
+    Raises EstimationError: the torque takes energy from the joint at all frequencies together: its
+    sign is wrong.
     """
     _refuse_wrong_sign(band)
     columns = [np.column_stack([b.powers * b.angle[:, None], b.torque]) for b in band.trials]
@@ -93,10 +91,7 @@ def _refuse_wrong_sign(band: Band) -> None:
 def fit_band(band: Band) -> FloatArray:
     """I, B, K (3,) of output error, at the minimum nearest to `start_values`.
 
-    Raises
-    ------
-    EstimationError
-        The search does not settle, or the torque has the wrong sign.
+    Raises EstimationError: the search does not settle, or the torque has the wrong sign.
     """
     logs = np.log(start_values(band))
     cost = _cost(band, logs)
@@ -157,14 +152,8 @@ _RIDGE: Final = 1e-9
 def explained_motion(angle: Complex, command: Complex) -> Complex:
     """What the command explains of the angle, each line left out of the fit for it.
 
-    Parameters
-    ----------
-    angle, command : (n,) complex
-        Neighbouring Fourier coefficients of one trial.
-
-    Returns
-    -------
-    (n,) complex
+    `angle`, `command` (n,) complex: neighbouring Fourier coefficients of one trial.
+    Returns (n,) complex.
     """
     n = len(angle)
     width = min(2 * SIDE + 1, n)
@@ -202,16 +191,11 @@ _BESIDE: Final = 25
 class Driver:
     """What the angle of the instruments is made from, and by what.
 
-    Attributes
-    ----------
-    band : Band or None
-        With the perturbation for the torque; None = the measured torque.
-    values : (3,) or None
-        I, B, K of limb and device together, under the perturbation; None = the limb's own.
-    motion : tuple of (n,) complex, or None
-        What a command explains of each trial's angle.
-    imposed : bool
-        The measured angle is imposed, and serves itself.
+    `band`: with the perturbation for the torque; None = the measured torque.
+    `values` (3,) or None: I, B, K of limb and device together, under the perturbation; None = the
+    limb's own.
+    `motion` tuple of (n,) complex, or None: what a command explains of each trial's angle.
+    `imposed`: the measured angle is imposed, and serves itself.
     """
 
     band: Band | None = None
@@ -243,10 +227,7 @@ def imposed_correction(bins: Bins, Z: Complex, residual: Complex) -> Complex:
     with the noise of the equation, as the likelihood of both channels has it. Where the residual is
     larger than the band's weights say, the rest is the subject's own torque, which tells nothing.
 
-    Parameters
-    ----------
-    bins : Bins
-    Z, residual : (n,)
+    `Z`, `residual` (n,).
     """
     power = bins.noise_power(Z)
     level = _beside(np.abs(residual) ** 2) / _beside(power)
@@ -300,10 +281,7 @@ def round_of(band: Band, driver: Driver, values: FloatArray) -> Solved:
 def refined(solve_from: Callable[[FloatArray], Solved], start: FloatArray) -> Estimate:
     """Rounds of instruments, each from what the one before gave, until they settle.
 
-    Raises
-    ------
-    EstimationError
-        I, B or K is not positive at the end, or the rounds do not settle.
+    Raises EstimationError: I, B or K is not positive at the end, or the rounds do not settle.
     """
     values = start
     for number in range(ROUNDS):

@@ -50,15 +50,9 @@ def predicted_bias(
 ) -> FloatArray | None:
     """Relative error of I, B, K (3,); None where no joint comes out.
 
-    Parameters
-    ----------
-    prepared : PreparedSamples
-    band : Band
-        Holds the floors of the channels.
-    values : (3,)
-        I, B, K about which is asked.
-    structure, free
-        As in `lagged.solve_structure`.
+    `band`: holds the floors of the channels.
+    `values` (3,): I, B, K about which is asked.
+    `structure`, `free`: as in `lagged.solve_structure`.
     """
     shape = (FREE if free else SHAPE)[structure]
     noiseless = _without_noise(prepared, values)

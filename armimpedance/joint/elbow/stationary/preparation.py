@@ -33,31 +33,17 @@ ANTI_ALIAS: Final = 0.4
 class PreparedSamples(FrozenRecord):
     """Samples of T trials after drift removal, filter and decimation.
 
-    Attributes
-    ----------
-    sample_rate_hz : float
-        After decimation.
-    offsets : (T + 1,) int
-    torque, angle : (N,)
-    perturbation : (N,) or None
-        Through the same filter.
-    cutoff_hz : float or None
-        Edge of the zero-phase low-pass; None where there was none.
-    decimation : int
-    edge : int
-        Samples at each end of each trial in which the filter rings: not to be used in a fit.
-    band_hz : float
-        Up to here the channels hold signal; a fit in the frequency domain ends here.
-    source : JointSamples
-        What was prepared.
-    spectra : Spectra
-        Those of the source's torque and angle.
-    notes : tuple of str
-        What was chosen, and why, one sentence each.
-    lowest_hz : float
-        A fit in the frequency domain begins here.
-    band_why : str
-        Why it ends at `band_hz`.
+    `offsets` (T + 1,) int, `torque`, `angle` (N,).
+    `sample_rate_hz`: after decimation.
+    `perturbation` (N,) or None: through the same filter.
+    `cutoff_hz`: edge of the zero-phase low-pass; None where there was none.
+    `edge`: samples at each end of each trial in which the filter rings: not to be used in a fit.
+    `band_hz`: up to here the channels hold signal; a fit in the frequency domain ends here.
+    `source`: what was prepared.
+    `spectra`: those of the source's torque and angle.
+    `notes`: what was chosen, and why, one sentence each.
+    `lowest_hz`: a fit in the frequency domain begins here.
+    `band_why`: why it ends at `band_hz`.
     """
 
     sample_rate_hz: float
@@ -104,26 +90,15 @@ def prepare(
 ) -> PreparedSamples:
     """Take offset and drift off each trial, filter all channels alike, decimate.
 
-    Parameters
-    ----------
-    samples : JointSamples
-    spectra : Spectra
-        Those of the samples' channels.
-    cutoff_hz : float, None or "auto"
-        Edge in Hz of the zero-phase low-pass (second order, forward and backward: four poles).
-        "auto": as far up as both channels stand above their noise; None: no filter, save against
-        aliases.
-    decimation : int or "auto"
-        Every how many samples one is kept. "auto": 50 samples per period of the cut-off.
-    lowest_hz : float, optional
-        Nothing below is fitted: where the subject answers, by reflex or at will. The samples
-        themselves are left as they are.
-
-    Raises
-    ------
-    InputError
-        A cut-off at or above half of the rate, a decimation that is no whole number from 1, a
-        lowest frequency that is not positive or not below the band's end.
+    `spectra`: those of the samples' channels.
+    `cutoff_hz`: edge in Hz of the zero-phase low-pass (second order, forward and backward: four
+    poles). "auto": as far up as both channels stand above their noise; None: no filter, save
+    against aliases.
+    `decimation`: every how many samples one is kept. "auto": 50 samples per period of the cut-off.
+    `lowest_hz`: nothing below is fitted: where the subject answers, by reflex or at will. The
+    samples themselves are left as they are.
+    Raises InputError: a cut-off at or above half of the rate, a decimation that is no whole number
+    from 1, a lowest frequency that is not positive or not below the band's end.
     """
     band, why = _band(spectra, samples.sample_rate_hz)
     cutoff, notes = _cutoff(samples, cutoff_hz, decimation, band, why)

@@ -55,14 +55,8 @@ def with_comparisons(
 ) -> Estimate:
     """The estimate with a word, and a wider interval, where another way differs.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        Of `method` with the weights of `band`.
-    method : ElbowMethod
-    prepared : PreparedSamples
-    floors, band : Band
-        Weights of the sensors alone, and those used.
+    `estimate`: of `method` with the weights of `band`.
+    `floors`, `band`: weights of the sensors alone, and those used.
     """
     if method.name == "output-error" and band.source in ("perturbation", "command"):
         estimate = _compared(

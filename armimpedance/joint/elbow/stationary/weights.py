@@ -49,12 +49,8 @@ def weighed_band(floors: Band) -> Band:
 
     `floors`, of `band.band_of`, come back themselves where nothing is left beyond chance.
 
-    Raises
-    ------
-    EstimationError
-        The torque has the wrong sign.
-    NotIdentifiableError
-        The motion does not tell I, B and K apart.
+    Raises EstimationError: the torque has the wrong sign.
+    Raises NotIdentifiableError: the motion does not tell I, B and K apart.
     """
     band, driver, values = floors, driver_of(floors), start_values(floors)
     for _ in range(SPECTRA):

@@ -38,18 +38,10 @@ BLOCK_S: Final = 0.5
 class BasisFit:
     """Coefficients of the functions of B, then of K, and what they make.
 
-    Attributes
-    ----------
-    course : Course
-    coefficients : (p,)
-        Functions of B, then of K.
-    covariance : (p, p)
-        With `excess`.
-    sd_inertia : float
-    excess : float
-        Power of the residuals where the joint moves, over that of the noise; 1 or more.
-    eq : Linearised
-        About the course.
+    `coefficients` (p,): functions of B, then of K.
+    `covariance` (p, p): with `excess`.
+    `excess`: power of the residuals where the joint moves, over that of the noise; 1 or more.
+    `eq`: about the course.
     """
 
     course: Course
@@ -73,25 +65,15 @@ def fit_basis(
 ) -> BasisFit:
     """Solve for B = of_B b and K = of_K k.
 
-    Parameters
-    ----------
-    data : VaryingData
-    first : Course
-    of_B, of_K : (N, p_B), (N, p_K)
-        Functions at the samples.
-    error : (M, N, p_B + p_K) or None
-        Draws of what the functions carry as errors: their moments are taken off.
-    prior : (p_B + p_K, p_B + p_K) or None
-        Information that the coefficients have before the samples.
-    strict : bool
-        Rounds that still move count as a failure.
-    rounds : int
-        At most.
-
-    Raises
-    ------
-    EstimationError
-        The functions are not determined by the record, or the rounds do not settle.
+    `of_B`, `of_K` (N, p_B), (N, p_K): functions at the samples.
+    `error` (M, N, p_B + p_K) or None: draws of what the functions carry as errors: their moments
+    are taken off.
+    `prior` (p_B + p_K, p_B + p_K) or None: information that the coefficients have before the
+    samples.
+    `strict`: rounds that still move count as a failure.
+    `rounds`: at most.
+    Raises EstimationError: the functions are not determined by the record, or the rounds do not
+    settle.
     """
     course, pB, step = first, of_B.shape[1], Step()
     for turn in range(rounds):

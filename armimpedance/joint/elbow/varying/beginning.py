@@ -63,14 +63,9 @@ MOST: Final = 0.9995
 class Residual:
     """Power of the equation's residuals over frequency, F bins of neighbours together.
 
-    Attributes
-    ----------
-    frequency : (F,)
-        Cycles per sample.
-    power, floor : (F,)
-        Seen, and expected of the sensors' noise alone; N m^2.
-    count : (F,)
-        Independent values in each bin.
+    `frequency` (F,): cycles per sample.
+    `power`, `floor` (F,): seen, and expected of the sensors' noise alone; N m^2.
+    `count` (F,): independent values in each bin.
     """
 
     frequency: FloatArray
@@ -82,11 +77,7 @@ class Residual:
 def own_torque(residual: Residual, near: Autoregression | None = None) -> Autoregression:
     """The process v that, beside the sensors' noise, explains the residuals.
 
-    Parameters
-    ----------
-    residual : Residual
-    near : Autoregression or None
-        A process that is near, whose order is kept.
+    `near`: a process that is near, whose order is kept.
     """
     if near is not None and near.order:
         return _fitted(near.order, residual, near)
@@ -104,13 +95,8 @@ def own_torque(residual: Residual, near: Autoregression | None = None) -> Autore
 def residual_of(data: VaryingData, course: Course, doubt: FloatArray | None = None) -> Residual:
     """Spectrum of the residuals about a course.
 
-    Parameters
-    ----------
-    data : VaryingData
-    course : Course
-    doubt : (R, M) or None
-        Draws of the torque by which the course may be wrong: their power is what the course
-        took from the residuals.
+    `doubt` (R, M) or None: draws of the torque by which the course may be wrong: their power is
+    what the course took from the residuals.
     """
     eq = linearise(data, course)
     sums = np.zeros((4, BINS))
@@ -228,11 +214,7 @@ def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginni
     a course that is free to vary as fast as can be resolved. It is then estimated by expectation
     and maximisation: the uncertainty of the course is added to the power of the residuals.
 
-    Parameters
-    ----------
-    data : VaryingData
-    tick : function
-        Called after each step.
+    `tick`: called after each step.
     """
     constant = start(data)
     scale = np.array([np.abs(constant.B).mean(), np.abs(constant.K).mean()])
@@ -260,14 +242,8 @@ def with_own_torque(
 
     None where the weights that it gives change the inertia: it is no such torque.
 
-    Parameters
-    ----------
-    data : VaryingData
-    constant : Course
-    intensity : float
-        Of B and K, from which the rounds start, s^-1.5.
-    tick : function
-        Called after each step.
+    `intensity`: of B and K, from which the rounds start, s^-1.5.
+    `tick`: called after each step.
     """
     scale = np.array([np.abs(constant.B).mean(), np.abs(constant.K).mean()])
     try:

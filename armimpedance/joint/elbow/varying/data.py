@@ -35,11 +35,8 @@ from armimpedance.joint.elbow.samples import JointSamples
 class Autoregression:
     """A stationary process of order p; order 0 with `sd` 0 is no torque at all.
 
-    Attributes
-    ----------
-    coefficients : (p,)
-    sd : float
-        Standard deviation of the innovation, N m.
+    `coefficients` (p,).
+    `sd`: standard deviation of the innovation, N m.
     """
 
     coefficients: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -196,22 +193,13 @@ EDGE: Final = 4
 class VaryingData(FrozenRecord):
     """Decimated torque and angle of T trials, means taken off, with their noise.
 
-    Attributes
-    ----------
-    rate_hz : float
-    trials : (T,) tuple of str
-    offsets : (T + 1,) int
-    torque, angle : (N,)
-        N m on the limb, rad.
-    sd_torque, sd_angle : (T,)
-        Standard deviation of white noise at this rate with the density that the raw channel shows.
-    snr : ChannelSnr
-        Signal to noise of the raw channels.
-    every : int
-        Raw samples per sample.
-    notes : tuple of str
-    own : Autoregression
-        The torque that the subject adds unasked, one draw per trial; none at first.
+    `trials` (T,) tuple of str, `offsets` (T + 1,) int.
+    `torque`, `angle` (N,): N m on the limb, rad.
+    `sd_torque`, `sd_angle` (T,): standard deviation of white noise at this rate with the density
+    that the raw channel shows.
+    `snr`: signal to noise of the raw channels.
+    `every`: raw samples per sample.
+    `own`: the torque that the subject adds unasked, one draw per trial; none at first.
     """
 
     rate_hz: float
@@ -241,18 +229,10 @@ class VaryingData(FrozenRecord):
 def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> VaryingData:
     """Decimate, take the operating point off, and read the noise off the raw channels.
 
-    Parameters
-    ----------
-    samples : JointSamples
-    cutoff_hz : float or None
-        Highest frequency of the motion that counts; None: from the torque's spectrum, at most
-        `HIGHEST_HZ`.
-
-    Raises
-    ------
-    InputError
-        Samples that no method can use (`checks.check_samples`), too much noise, or a cut-off beyond
-        what the rate holds.
+    `cutoff_hz`: highest frequency of the motion that counts; None: from the torque's spectrum, at
+    most `HIGHEST_HZ`.
+    Raises InputError: samples that no method can use (`checks.check_samples`), too much noise, or a
+    cut-off beyond what the rate holds.
     """
     rate = samples.sample_rate_hz
     rows = [samples.samples_of(t) for t in range(samples.n_trials)]
@@ -321,10 +301,8 @@ def decimated_amplitudes(
 ) -> tuple[FloatArray, FloatArray | None]:
     """Amplitudes (N, m) at the decimated rate, (N', m), and their standard errors.
 
-    Raises
-    ------
-    InputError
-        No amplitudes, others than of these samples, or standard errors that cannot be.
+    Raises InputError: no amplitudes, others than of these samples, or standard errors that cannot
+    be.
     """
     if amplitude is None:
         raise InputError("method 'emg' without EMG amplitudes", expected="amplitude (N, m)")

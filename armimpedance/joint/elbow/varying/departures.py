@@ -51,14 +51,9 @@ LOWEST_HZ: Final = 1.0
 class LawDeparture:
     """Terms beside the linear law: their probability, and how far they move B and K.
 
-    Attributes
-    ----------
-    p : float
-        Probability of a statistic as large if the law holds.
-    moves : (2,)
-        rms of the change of B and K over their means.
-    size : (k,)
-        Coefficients of the terms.
+    `p`: probability of a statistic as large if the law holds.
+    `moves` (2,): rms of the change of B and K over their means.
+    `size` (k,): coefficients of the terms.
     """
 
     p: float
@@ -74,12 +69,8 @@ class LawDeparture:
 class LawTerms:
     """Further functions of time, and draws of what they carry of the amplitudes' errors.
 
-    Attributes
-    ----------
-    of_B, of_K : (N, f)
-    error_B, error_K : (M, N, f) or None
-    shared : bool
-        One coefficient for a function of B and that of K, not one each.
+    `of_B`, `of_K` (N, f), `error_B`, `error_K` (M, N, f) or None.
+    `shared`: one coefficient for a function of B and that of K, not one each.
     """
 
     of_B: FloatArray
@@ -115,14 +106,8 @@ def departures(
 ) -> tuple[str, ...]:
     """Sentences of what the law misses: a lag, squares, a course beside the amplitudes.
 
-    Parameters
-    ----------
-    data : VaryingData
-    fit : BasisFit
-    law : (N, 1 + m)
-        One and the amplitudes.
-    error : (M, N, 2 (1 + m)) or None
-        Draws of the amplitudes' errors.
+    `law` (N, 1 + m): one and the amplitudes.
+    `error` (M, N, 2 (1 + m)) or None: draws of the amplitudes' errors.
     """
     told = []
     late = departure(data, fit, law, lag_terms(data, fit, law, error), error)

@@ -45,12 +45,9 @@ SHORTEST_STEP: Final = 0.125
 class Course:
     """Where an iteration stands.
 
-    Attributes
-    ----------
-    inertia : float
-    B, K : (N,)
-    torque_offset, angle_offset : (T,)
-        Difference of a trial's operating point from its means: N m, rad.
+    `B`, `K` (N,).
+    `torque_offset`, `angle_offset` (T,): difference of a trial's operating point from its means: N
+    m, rad.
     """
 
     inertia: float
@@ -106,26 +103,15 @@ SECOND: Final = np.array(
 class Linearised:
     """The equation about a `Course`: ``y = I x2 + B x1 + K x0 + U u + e``, Sigma of e.
 
-    Attributes
-    ----------
-    centre : (R,) int
-        Sample of each row.
-    trial : (R,) int
-    L : (R, 9)
-        Coefficients of the angle about each row's sample.
-    x2, x1, x0 : (R,)
-        Acceleration, velocity and angle that are most likely.
-    y, torque_side : (R,)
-        ``y = torque_side - L theta_m``.
-    nuisance : (R, 2 T)
-        Columns of each trial's offset of torque, then of angle.
-    prior_sd : (2 T,)
-        Prior standard deviation of the offsets; inf = none.
-    sd_torque, sd_angle : (R,), (N,)
-    own : Autoregression
-        The subject's own torque.
-    e : (R,)
-        Error of the equation under the course itself, with the angle as measured.
+    `trial` (R,) int, `sd_torque`, `sd_angle` (R,), (N,).
+    `centre` (R,) int: sample of each row.
+    `L` (R, 9): coefficients of the angle about each row's sample.
+    `x2`, `x1`, `x0` (R,): acceleration, velocity and angle that are most likely.
+    `y`, `torque_side` (R,): ``y = torque_side - L theta_m``.
+    `nuisance` (R, 2 T): columns of each trial's offset of torque, then of angle.
+    `prior_sd` (2 T,): prior standard deviation of the offsets; inf = none.
+    `own`: the subject's own torque.
+    `e` (R,): error of the equation under the course itself, with the angle as measured.
     """
 
     centre: IntArray
@@ -163,11 +149,8 @@ class Linearised:
     def whitened(self, columns: FloatArray, rows: slice | None = None) -> FloatArray:
         """``C^-1 A columns`` with ``Cov(A e) = C C^T``: white errors of unit variance.
 
-        Parameters
-        ----------
-        columns : (R, q), or those of some rows
-        rows : slice or None
-            Consecutive rows by themselves: their block of Sigma.
+        `columns` (R, q), or those of some rows.
+        `rows`: consecutive rows by themselves: their block of Sigma.
         """
         A, _, factor = self._whitening if rows is None else self._whitening_of(rows)
         # C (R, R) banded, A X (R, q)
@@ -191,10 +174,7 @@ def rows_of(data: VaryingData) -> IntArray:
 def start(data: VaryingData) -> Course:
     """A constant course from the weighted equation: what every method starts from.
 
-    Raises
-    ------
-    EstimationError
-        Torque and angle do not belong to a joint that could be started from.
+    Raises EstimationError: torque and angle do not belong to a joint that could be started from.
     """
     centre = rows_of(data)
     near = data.angle[centre[:, None] + np.arange(-HALF, HALF + 1)]
@@ -223,10 +203,7 @@ def start(data: VaryingData) -> Course:
 def linearise(data: VaryingData, course: Course) -> Linearised:
     """The equation about a course, the motion that is most likely under it as regressors.
 
-    Raises
-    ------
-    EstimationError
-        The covariance of the equation's noise is not positive definite.
+    Raises EstimationError: the covariance of the equation's noise is not positive definite.
     """
     centre, trial = rows_of(data), data.trial_of
     at = trial[centre]
@@ -272,14 +249,8 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
 def solve_weighted(eq: Linearised, X: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Generalised least squares of y on X (R, q), the last 2 T columns being the nuisance.
 
-    Returns
-    -------
-    parameters (q,), covariance (q, q)
-
-    Raises
-    ------
-    EstimationError
-        The columns do not determine the parameters.
+    Returns parameters (q,), covariance (q, q).
+    Raises EstimationError: the columns do not determine the parameters.
     """
     white = eq.whitened(np.column_stack([X, eq.y]))
     gram = white.T @ white
@@ -289,10 +260,7 @@ def solve_weighted(eq: Linearised, X: FloatArray) -> tuple[FloatArray, FloatArra
 def solve_gram(A: FloatArray, b: FloatArray, prior_sd: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Parameters and covariance of normal equations A (q, q), b (q,), priors on the last columns.
 
-    Raises
-    ------
-    EstimationError
-        A is singular.
+    Raises EstimationError: a is singular.
     """
     A = np.array(A)
     last = np.arange(len(A) - len(prior_sd), len(A))

@@ -47,21 +47,10 @@ def in_windows(
 ) -> EstimatedCourse:
     """B and K as polynomials of time inside windows, read at their centres.
 
-    Parameters
-    ----------
-    begun : Beginning
-    options : VaryingOptions
-        `window_s` and `every_s` are used instead of the following two where they are given.
-    length_s : float
-    per_window : int
-        Steps from window to window that make up a window's length.
-    degree : int
-        Degree of the polynomials.
-
-    Raises
-    ------
-    InputError
-        Windows that are too short for their coefficients, or longer than a trial.
+    `options`: `window_s` and `every_s` are used instead of the following two where they are given.
+    `per_window`: steps from window to window that make up a window's length.
+    `degree`: degree of the polynomials.
+    Raises InputError: Windows that are too short for their coefficients, or longer than a trial.
     """
     data, course = begun.data, begun.course
     length_s = length_s if options.window_s is None else options.window_s

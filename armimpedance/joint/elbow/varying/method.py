@@ -24,17 +24,9 @@ EVERY_S: Final = 0.02
 class EstimatedCourse:
     """B and K at L points of the trials, with what was chosen and warned of.
 
-    Attributes
-    ----------
-    at : (L,) int
-        Sample of each point, rising.
-    B, K, sd_B, sd_K : (L,)
-    inertia, sd_inertia : float
-    notes, warnings : tuple of str
-    details : mapping
-    checks : tuple of Finding
-    own : Autoregression or None
-        The subject's own torque, where the method itself has chosen it.
+    `B`, `K`, `sd_B`, `sd_K` (L,).
+    `at` (L,) int: sample of each point, rising.
+    `own`: the subject's own torque, where the method itself has chosen it.
     """
 
     at: IntArray
@@ -62,20 +54,13 @@ def grid(data: VaryingData, every_s: float | None) -> IntArray:
 class VaryingOptions:
     """What methods take beside the samples.
 
-    Attributes
-    ----------
-    window_s : float or None
-        Length of a window; None: the method's own.
-    every_s : float or None
-        Grid of the result; None: the method's own.
-    amplitude : (N, m)
-        EMG amplitudes at the decimated rate, 0..1; no muscles where none are needed.
-    amplitude_sd : (m,) or None
-        Their standard errors.
-    amplitude_cutoff_hz : float
-        Edge of the low-pass that made them: their errors lie below it.
-    tick : function
-        To be called after each step that takes a while.
+    `window_s`: length of a window; None: the method's own.
+    `every_s`: grid of the result; None: the method's own.
+    `amplitude` (N, m): EMG amplitudes at the decimated rate, 0..1; no muscles where none are
+    needed.
+    `amplitude_sd` (m,) or None: their standard errors.
+    `amplitude_cutoff_hz`: edge of the low-pass that made them: their errors lie below it.
+    `tick`: to be called after each step that takes a while.
     """
 
     window_s: float | None = None
@@ -90,15 +75,8 @@ class VaryingOptions:
 class VaryingMethod:
     """A method for B(t) and K(t) with constant I.
 
-    Attributes
-    ----------
-    name : str
-    description : str
-        What it takes B and K for, in one line.
-    needs : {"window", "amplitude", ""}
-        What it takes beside the samples: a window's length, EMG amplitudes.
-    reference : str
-    identify : function
+    `description`: what it takes B and K for, in one line.
+    `needs`: what it takes beside the samples: a window's length, EMG amplitudes.
     """
 
     name: str

@@ -51,15 +51,9 @@ FLOORS: Final = 5.0
 class ExplainedCourse:
     """The course by the likelier explanation, and others that its bands must hold as well.
 
-    Attributes
-    ----------
-    data : VaryingData
-        With the subject's own torque of this explanation.
-    made : SmoothedCourse
-    others : tuple of SmoothedCourse
-        By a torque of the subject's own that is slower, which so short a record does not exclude;
-        by the other explanation, where that is about as likely.
-    finding : Finding
+    `data`: with the subject's own torque of this explanation.
+    `others`: by a torque of the subject's own that is slower, which so short a record does not
+    exclude; by the other explanation, where that is about as likely.
     """
 
     data: VaryingData
@@ -71,10 +65,7 @@ class ExplainedCourse:
 def explained(begun: Beginning, tick: Callable[[], None]) -> ExplainedCourse:
     """Smooth with and, where the residuals ask for it, without a torque of the subject's own.
 
-    Raises
-    ------
-    EstimationError
-        No explanation settles.
+    Raises EstimationError: no explanation settles.
     """
     found: list[tuple[float, VaryingData, SmoothedCourse]] = []
     first: EstimationError | None = None
@@ -215,12 +206,8 @@ _CUBIC: Final = 3
 class AtRest:
     """A constant joint's fit to the record less what varies.
 
-    Attributes
-    ----------
-    fit : ElbowFit or None
-        None: no joint at rest could be fitted.
-    why : str
-        Then, why not.
+    `fit`: None: no joint at rest could be fitted.
+    `why`: then, why not.
     """
 
     fit: ElbowFit | None
@@ -292,15 +279,9 @@ def at_rest(
 ) -> AtRest:
     """Fit a constant joint to the record less what varies of a course.
 
-    Parameters
-    ----------
-    samples : JointSamples
-        As recorded.
-    data : VaryingData
-        Of the same samples.
-    course : EstimatedCourse
-    cutoff_hz : float or None
-        As of `identify_varying`.
+    `samples`: as recorded.
+    `data`: of the same samples.
+    `cutoff_hz`: as of `identify_varying`.
     """
     torque = np.array(samples.torque)
     about = course.B - course.B.mean(), course.K - course.K.mean()

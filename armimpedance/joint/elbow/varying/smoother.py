@@ -154,22 +154,12 @@ def smooth(
 ) -> SmoothedCourse:
     """B(t), K(t) and I of all trials.
 
-    Parameters
-    ----------
-    data : VaryingData
-    first : Course
-        Course to start from.
-    levels : Levels or None
-        Noise levels; None: those of maximum likelihood.
-    near : Levels or None
-        Levels from which their search starts.
-    tick : function
-        Called after each step.
-
-    Raises
-    ------
-    EstimationError
-        The likelihood has no maximum within reach, or the course does not settle.
+    `first`: course to start from.
+    `levels`: noise levels; None: those of maximum likelihood.
+    `near`: levels from which their search starts.
+    `tick`: called after each step.
+    Raises EstimationError: the likelihood has no maximum within reach, or the course does not
+    settle.
     """
     scale = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
     course, now = first, levels or near or Levels(START_INTENSITY, START_INTENSITY, 1.0)

@@ -23,12 +23,8 @@ ORDER: Final = len(DIFFERENCE) - 1
 class Levels:
     """Noise levels of the smoother.
 
-    Attributes
-    ----------
-    B, K : float
-        Intensity of the second derivative's white noise over the parameter's mean, s^-1.5.
-    torque : float
-        Torque noise over the floor that was read from the channel.
+    `B`, `K`: intensity of the second derivative's white noise over the parameter's mean, s^-1.5.
+    `torque`: torque noise over the floor that was read from the channel.
     """
 
     B: float
@@ -48,10 +44,7 @@ class SmootherModel:
     The information is ``H = torque / lambda^2 + angle + rough_B / q_B + rough_K / q_K``, all lower
     banded; likewise the right-hand sides.
 
-    Attributes
-    ----------
-    state : int
-        Unknowns per sample.
+    `state`: unknowns per sample.
     """
 
     state: int
@@ -93,12 +86,7 @@ class SmootherModel:
 def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> SmootherModel:
     """The model about a linearisation.
 
-    Parameters
-    ----------
-    data : VaryingData
-    eq : Linearised
-    scale : (2,)
-        Means of B and K, of which the levels are parts.
+    `scale` (2,): means of B and K, of which the levels are parts.
     """
     state, N = STATE + bool(eq.own.order), len(data.angle)
     n, c, band = state * N, eq.centre, 2 * HALF * state + state
@@ -209,18 +197,10 @@ class Smoothed:
 def smooth_chain(banded: FloatArray, right: FloatArray, size: int) -> Smoothed:
     """Mean ``H^-1 g`` and ``diag(H^-1)`` of information H (n, n) and g (n, q).
 
-    Parameters
-    ----------
-    banded : (w, n)
-        H in lower banded form: ``banded[k, i] = H[i + k, i]``.
-    right : (n, q)
-    size : int
-        Unknowns of a block, at least w - 1.
-
-    Raises
-    ------
-    EstimationError
-        H is not positive definite.
+    `right` (n, q).
+    `banded` (w, n): H in lower banded form: ``banded[k, i] = H[i + k, i]``.
+    `size`: unknowns of a block, at least w - 1.
+    Raises EstimationError: H is not positive definite.
     """
     n, q = right.shape
     own, below = _blocks(banded, size)

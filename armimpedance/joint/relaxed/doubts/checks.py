@@ -33,12 +33,7 @@ TABLE_MASS_SD: Final = 0.075
 
 
 def mass_finding(told: float | None) -> Finding:
-    """What is known of the limb's mass: its sd as a fraction, None where nobody told it.
-
-    Parameters
-    ----------
-    told : float or None
-    """
+    """What is known of the limb's mass: its sd as a fraction, None where nobody told it."""
     if told is not None:
         return Finding("mass", "ok", f"known to {100 * told:g} %, which the intervals count")
     return Finding(
@@ -55,16 +50,9 @@ def doubts(
 ) -> tuple[Finding, ...]:
     """The checks of one joint that its samples allow.
 
-    Parameters
-    ----------
-    samples : PassiveSamples
-        Of this joint only.
-    terms : Terms
-    method : str
-    fits : TwoFits
-        The method's fit of the columns.
-    elsewhere : str or None
-        Where the data put the rest angle, if not where it was stated.
+    `samples`: of this joint only.
+    `fits`: the method's fit of the columns.
+    `elsewhere`: where the data put the rest angle, if not where it was stated.
     """
     found = list(_causes(samples, terms))
     if samples.hinges is not None and method == "output-error":

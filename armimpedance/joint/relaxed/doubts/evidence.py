@@ -19,16 +19,11 @@ from armimpedance.joint.relaxed.state_noise import StateSteps
 class WhiteningNoise:
     """A model of the noise, and the rows that it makes white.
 
-    Attributes
-    ----------
-    triangle : (r, m + 1)
-        Holds the same products as all white rows, what is to be explained in the last column.
-    lost : float
-        Logarithm of the determinant that the rows lost when they were made white.
-    slow : float
-        Size of the slow torque that is part of it, over the noise of a sample; 0: none.
-    bump_sd : float
-        Standard error of a slow torque of half a second, likewise.
+    `triangle` (r, m + 1): holds the same products as all white rows, what is to be explained in the
+    last column.
+    `lost`: logarithm of the determinant that the rows lost when they were made white.
+    `slow`: size of the slow torque that is part of it, over the noise of a sample; 0: none.
+    `bump_sd`: standard error of a slow torque of half a second, likewise.
     """
 
     triangle: FloatArray
@@ -41,14 +36,9 @@ class WhiteningNoise:
 class WhiteFit:
     """The fit of some columns with the likeliest noise.
 
-    Attributes
-    ----------
-    deviance : float
-        Minus twice the log-likelihood, up to a constant.
-    values : (c,)
-    covariance : (c, c)
-    slow_Nm, bump_sd_Nm : float
-        As in `WhiteningNoise`.
+    `values` (c,), `covariance` (c, c).
+    `deviance`: minus twice the log-likelihood, up to a constant.
+    `slow_Nm`, `bump_sd_Nm`: as in `WhiteningNoise`.
     """
 
     deviance: float
@@ -62,13 +52,8 @@ class WhiteFit:
 class RowEvidence:
     """Rows that any choice of columns can be fitted to.
 
-    Attributes
-    ----------
-    names : tuple of m str
-        Of the columns.
-    noises : tuple of WhiteningNoise
-    count : int
-        Of samples.
+    `names`: of the columns.
+    `count`: of samples.
     """
 
     names: tuple[str, ...]
@@ -76,13 +61,7 @@ class RowEvidence:
     count: int
 
     def fit(self, columns: Sequence[str], *, slow: bool = True) -> WhiteFit:
-        """Fit these columns by the likeliest noise, with or without slow torque.
-
-        Parameters
-        ----------
-        columns : sequence of c str
-        slow : bool
-        """
+        """Fit these columns by the likeliest noise, with or without slow torque."""
         chosen = [self.names.index(name) for name in columns]
         tried = [noise for noise in self.noises if slow or noise.slow == 0]
         return min((self._fit(chosen, noise) for noise in tried), key=lambda fit: fit.deviance)
@@ -129,14 +108,9 @@ _BEFORE_S: Final = 5.0
 class TorqueRows:
     """A joint's torque and the curves of its motion, from which rows with any lateness are made.
 
-    Attributes
-    ----------
-    samples : PassiveSamples
-        Of a single joint.
-    terms : Terms
-        With a free rest angle.
-    trials : tuple of (TrialSpline, (c,))
-        The smoothest spline of each trial and its coefficients.
+    `samples`: of a single joint.
+    `terms`: with a free rest angle.
+    `trials` tuple of (TrialSpline, (c,)): the smoothest spline of each trial and its coefficients.
     """
 
     samples: PassiveSamples
@@ -154,11 +128,7 @@ class TorqueRows:
     ) -> tuple[RowEvidence, ...]:
         """White rows with the torque late by each of so many seconds on the angle.
 
-        Parameters
-        ----------
-        late_s : sequence of float
-        more : bool
-            Whether there are columns of what the model may lack.
+        `more`: whether there are columns of what the model may lack.
         """
         names: tuple[str, ...] = ()
         parts = []
@@ -251,10 +221,7 @@ class TorqueRows:
 def torque_rows(samples: PassiveSamples, terms: Terms) -> TorqueRows:
     """The rows of a single joint.
 
-    Raises
-    ------
-    InputError
-        The torque was not measured.
+    Raises InputError: the torque was not measured.
     """
     trials = tuple(smoothest(trial_spline(samples, part)) for part in samples.slices())
     return TorqueRows(samples, terms, trials)

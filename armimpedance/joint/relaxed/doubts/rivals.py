@@ -45,20 +45,10 @@ _FINE_S: Final = np.linspace(-0.005, 0.005, 21)
 class Cause:
     """A cause and what it explains.
 
-    Attributes
-    ----------
-    name : str
-    gain : float
-        Of twice the log-likelihood, less `price` times `parameters` where causes are compared.
-    parameters : int
-    price : float
-    says : str
-        What it would be, and what to do.
-    fine : str
-        What is said where it is not needed.
-    smallest : str
-    fit, alone : WhiteFit
-        With and without slow torque beside it.
+    `gain`: of twice the log-likelihood, less `price` times `parameters` where causes are compared.
+    `says`: what it would be, and what to do.
+    `fine`: what is said where it is not needed.
+    `fit`, `alone`: with and without slow torque beside it.
     """
 
     name: str
@@ -107,17 +97,9 @@ class Inquiry:
 def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
     """A finding for each cause that samples of a single joint can show.
 
-    Parameters
-    ----------
-    samples : PassiveSamples
-        With the limb's dynamics or a measured torque.
-    terms : Terms
-        The rest angle is fitted in any case: one that is stated wrong would look like a cause.
-
-    Raises
-    ------
-    EstimationError, NotIdentifiableError, InputError
-        The model cannot be fitted.
+    `samples`: with the limb's dynamics or a measured torque.
+    `terms`: the rest angle is fitted in any case: one that is stated wrong would look like a cause.
+    Raises EstimationError, NotIdentifiableError, InputError: the model cannot be fitted.
     """
     terms = replace(terms, rest_angle="free")
     if samples.hinges is not None:

@@ -29,17 +29,9 @@ _SIZES: Final = 10 ** np.linspace(-2.5, 0.5, 7)
 def swing_evidence(samples: PassiveSamples, terms: Terms) -> RowEvidence:
     """White rows of the swings of a single joint, by the model's columns and what it may lack.
 
-    Parameters
-    ----------
-    samples : PassiveSamples
-        With the hinge's dynamics.
-    terms : Terms
-        With a free rest angle.
-
-    Raises
-    ------
-    EstimationError, NotIdentifiableError, InputError
-        As `solve_swing`.
+    `samples`: with the hinge's dynamics.
+    `terms`: with a free rest angle.
+    Raises EstimationError, NotIdentifiableError, InputError: as `solve_swing`.
     """
     found = settled(samples, terms)
     swings = swings_of(samples, terms)

@@ -18,15 +18,9 @@ if TYPE_CHECKING:
 class PassiveMethod:
     """An estimator.
 
-    Attributes
-    ----------
-    assumes : str
-        What must hold for the estimate to be right, in one sentence.
-    reference : str
-    equations : function
-        The torque equations of a single joint that its validation uses.
-    solve : function
-        The estimate of a single joint.
+    `assumes`: what must hold for the estimate to be right, in one sentence.
+    `equations`: the torque equations of a single joint that its validation uses.
+    `solve`: the estimate of a single joint.
     """
 
     assumes: str

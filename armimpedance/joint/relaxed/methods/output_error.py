@@ -17,12 +17,8 @@ from armimpedance.joint.relaxed.swing import solve_swing
 def solve(samples: PassiveSamples, terms: Terms) -> TwoFits:
     """The fit that the samples allow.
 
-    Raises
-    ------
-    EstimationError
-        The search does not settle.
-    InputError
-        There is neither a skeleton nor a measured torque.
+    Raises EstimationError: the search does not settle.
+    Raises InputError: there is neither a skeleton nor a measured torque.
     """
     chosen = solve_joint_spline if samples.hinges is None else solve_swing
     return chosen(samples, terms)

@@ -169,10 +169,7 @@ def run(arguments: argparse.Namespace) -> int:
 def rest_angles(words: list[str]) -> RestAngle | dict[str, RestAngle]:
     """One rest angle for all joints, or one each; a joint that is not named is free.
 
-    Raises
-    ------
-    InputError
-        Not an angle, one joint twice, or one angle for all beside one for a joint.
+    Raises InputError: not an angle, one joint twice, or one angle for all beside one for a joint.
     """
     from armimpedance.core.errors import InputError
 

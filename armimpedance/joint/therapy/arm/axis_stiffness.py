@@ -38,39 +38,25 @@ NO_WEIGHT_NM: Final = 2.0
 class AxisFit:
     """What the passive movements about one axis say.
 
-    Attributes
-    ----------
-    fit : Fit
-        k_s, offset and, where the axis moved both ways, half the difference between the two.
-    single : (R, 2)
-        k_s and offset of every repetition alone.
-    scatter : Scatter
-    covariance : (2, 2)
-        Covariance of (k_s, offset), from the scatter: what the repetitions cannot tell.
-    noise_density : float
-        N m^2 s.
-    mass_gradient : (2,)
-    robot_gradient : (2, p)
-    speed_gradient : (2,)
-        What a viscosity of the arm of 1 N m s/rad adds to k_s and offset, which know of none.
-    viscosity, viscosity_sd : float
-        N m s/rad: what the torque that is left follows the speed by, and its standard error.
-    inertia, inertia_sd : float
-        What is missing of the inertia of robot and arm, as a part of it, and its standard error;
-        0 and infinite about an axis that weight loads: there weight hides it.
-    arm_inertia : float
-        Part of the inertial torque (rms) that the arm's is.
-    one_way : bool
-        The axis was moved in one direction only.
-    weight_Nm, elastic_Nm : float
-        Means of the arm's rigid torque, which is its weight, and of ``k_s q + offset``.
-    arm_rms_Nm : float
-        Root mean square of the arm's whole torque.
-    residual_rms_Nm : float
-        Root mean square about every repetition's own line.
-    range_rad : (2,)
-    left_out : float
-        Share of the samples that were too slow.
+    `mass_gradient` (2,), `robot_gradient` (2, p), `range_rad` (2,).
+    `fit`: k_s, offset and, where the axis moved both ways, half the difference between the two.
+    `single` (R, 2): k_s and offset of every repetition alone.
+    `covariance` (2, 2): covariance of (k_s, offset), from the scatter: what the repetitions cannot
+    tell.
+    `noise_density`: N m^2 s.
+    `speed_gradient` (2,): what a viscosity of the arm of 1 N m s/rad adds to k_s and offset, which
+    know of none.
+    `viscosity`, `viscosity_sd`: N m s/rad: what the torque that is left follows the speed by, and
+    its standard error.
+    `inertia`, `inertia_sd`: what is missing of the inertia of robot and arm, as a part of it, and
+    its standard error; 0 and infinite about an axis that weight loads: there weight hides it.
+    `arm_inertia`: part of the inertial torque (rms) that the arm's is.
+    `one_way`: the axis was moved in one direction only.
+    `weight_Nm`, `elastic_Nm`: means of the arm's rigid torque, which is its weight, and of ``k_s q
+    + offset``.
+    `arm_rms_Nm`: root mean square of the arm's whole torque.
+    `residual_rms_Nm`: root mean square about every repetition's own line.
+    `left_out`: share of the samples that were too slow.
     """
 
     fit: Fit
@@ -105,19 +91,10 @@ class AxisFit:
 def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
     """k_s and offset of one axis.
 
-    Parameters
-    ----------
-    movements : sequence of R MovementTorques
-        About the same axis; two or more of every movement.
-    rise_rad_s : float
-        v_s of the axis' friction.
-
-    Raises
-    ------
-    NotIdentifiableError
-        A repetition that covers a single angle.
-    InputError
-        A repetition without samples that are fast enough.
+    `movements`: about the same axis; two or more of every movement.
+    `rise_rad_s`: v_s of the axis' friction.
+    Raises NotIdentifiableError: a repetition that covers a single angle.
+    Raises InputError: a repetition without samples that are fast enough.
     """
     kept = [sliding_samples(m, rise_rad_s) for m in movements]
     q = [m.q[rows] for m, rows in zip(movements, kept, strict=True)]
@@ -197,10 +174,7 @@ def _inertia(
 def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:
     """From the first to the last sample in which the axis slides (see `FAST_SHARE`).
 
-    Raises
-    ------
-    InputError
-        Next to none is.
+    Raises InputError: next to none is.
     """
     speed = np.abs(movement.qd)
     fast = np.flatnonzero(speed >= min(least_speed(rise_rad_s), FAST_SHARE * float(speed.max())))

@@ -50,19 +50,9 @@ def viscosity_finding(
 ) -> Finding:
     """Whether the arm's resistance to its speed is apart from the rest angle.
 
-    Parameters
-    ----------
-    axis : str
-        Name of the axis.
-    fitted : AxisFit
-    rest : NamedParameter
-        q_0 of the axis.
-    direction : NamedParameter or None
-        Half the difference between the two ways, where the axis was moved both.
-
-    Returns
-    -------
-    Finding
+    `axis`: name of the axis.
+    `rest`: q_0 of the axis.
+    `direction`: half the difference between the two ways, where the axis was moved both.
     """
     if direction is not None:
         told = f"axis {axis} was moved both ways: {direction.value:.2g} N m that turn round with it"
@@ -97,14 +87,6 @@ def zero_finding(fits: Mapping[str, AxisFit]) -> Finding:
 
     The inertia about one axis goes with the angles of the others: an arm that is raised by ten
     degrees more than its encoder says shows another one, whatever its stiffness.
-
-    Parameters
-    ----------
-    fits : mapping from an axis' name to AxisFit
-
-    Returns
-    -------
-    Finding
     """
     name = "encoder zero"
     sds = {k: float(np.hypot(f.inertia_sd, _INERTIA_SD * f.arm_inertia)) for k, f in fits.items()}
@@ -135,23 +117,10 @@ def silence_finding(
 ) -> Finding:
     """Whether the muscles were silent while the arm was moved passively.
 
-    Parameters
-    ----------
-    recording : Recording
-        The passive trials.
-    limit_percent : float or None
-        The gate, in % of the maximum; None does not look.
-    fits : mapping from an axis' name to AxisFit
-
-    Returns
-    -------
-    Finding
-        A warning where somebody else than the robot carries the arm.
-
-    Raises
-    ------
-    InputError
-        A muscle above the gate; names it and the trial.
+    `recording`: the passive trials.
+    `limit_percent`: the gate, in % of the maximum; None does not look.
+    Returns a warning where somebody else than the robot carries the arm.
+    Raises InputError: a muscle above the gate; names it and the trial.
     """
     emg = recorded_emg(recording)
     looked = emg is not None and limit_percent is not None
@@ -187,19 +156,10 @@ def mass_finding(
 ) -> tuple[Finding, ...]:
     """Whether the segments weigh what the table says for the recording's subject.
 
-    Parameters
-    ----------
-    subject : Subject
-        Of the recording.
-    segments : sequence of ArmSegment
-        That were told, or made of a body mass that was.
-    mass_sd : float
-        Relative sd of the masses.
-
-    Returns
-    -------
-    tuple of Finding
-        Empty where the recording knows no mass.
+    `subject`: of the recording.
+    `segments`: that were told, or made of a body mass that was.
+    `mass_sd`: relative sd of the masses.
+    Returns empty where the recording knows no mass.
     """
     if subject.mass_kg is None:
         return ()

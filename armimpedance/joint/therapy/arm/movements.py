@@ -103,14 +103,8 @@ _CUT_S: Final = 0.005
 class Movement:
     """One movement of one trial, after the kernel, from its onset to its end.
 
-    Attributes
-    ----------
-    trial, condition, name : str
-        `name` as the column `movement` calls it, else the axis' name.
-    axis : int
-        Column of the recording, from 0.
-    motion : SmoothTrial
-    notes : tuple of str
+    `trial`, `condition`, `name`: `name` as the column `movement` calls it, else the axis' name.
+    `axis`: column of the recording, from 0.
     """
 
     trial: str
@@ -167,10 +161,7 @@ def movement_torques(
 def refuse_other_robot(arm: PassiveArm, robot: TherapyRobot) -> None:
     """Refuse an arm that was measured in another robot.
 
-    Raises
-    ------
-    InputError
-        The arm names a robot of another name.
+    Raises InputError: the arm names a robot of another name.
     """
     if arm.robot != robot.name:
         raise InputError(
@@ -186,10 +177,7 @@ def cut_movements(recording: Recording, robot: TherapyRobot) -> tuple[Movement, 
     the columns `onset_s` and `end_s`, else from the first to the last sample whose speed is at
     least `SPEED_SHARE` of the movement's peak.
 
-    Raises
-    ------
-    InputError
-        As `movement_torques`.
+    Raises InputError: as `movement_torques`.
     """
     if recording.axes != robot.n_axes:
         raise InputError(

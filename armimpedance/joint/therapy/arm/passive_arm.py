@@ -65,40 +65,27 @@ class ArmSegment:
 class Elastic(FrozenRecord):
     """Passive stiffness of one axis, (15): ``k_s (q - q_0) = k_s q + offset``.
 
-    Attributes
-    ----------
-    axis : str
-        As the robot calls it.
-    stiffness, offset : float
-        k_s, N m/rad, and ``-k_s q_0``, N m.
-    covariance : (2, 2)
-        Covariance of the two.
-    dof : float
-        Degrees of freedom of the t distribution for intervals.
-    range_rad : (2,)
-        Angles over which it was measured.
-    between : (2, 2)
-        Covariance of the two between repetitions: by what the next movement's arm may differ. The
-        slow torque of the person is not in it.
-    noise_density : float
-        N m^2 s, of the residual at low frequencies: its integral over T seconds has the variance
-        ``noise_density T``.
-    mass_gradient : (2,)
-        How stiffness and offset change per unit of the mass factor: they were fitted to what the
-        masses leave over, so that a mass that is too large is taken back by them in part.
-    robot_gradient : (2, p)
-        The same for `Loads.theta`.
-    stiffness_identified, rest_identified : bool
-        Whether k_s and q_0 are known well enough to be quoted.
-    verdict : str
-        Why, in one line.
-    repeatable : bool
-        Whether the repetitions agree. Where they do not, neither number is identified and no
-        contribution should be told of this axis. A number that is merely too uncertain to be quoted
-        is no such reason: its covariance carries that.
-    one_way : float
-        1 where the axis was measured while its angle grew only, -1 while it fell only, 0 both ways:
-        one way only, `offset` holds what the arm resists that movement by.
+    `axis`: as the robot calls it.
+    `stiffness`, `offset`: k_s, N m/rad, and ``-k_s q_0``, N m.
+    `covariance` (2, 2): covariance of the two.
+    `dof`: degrees of freedom of the t distribution for intervals.
+    `range_rad` (2,): angles over which it was measured.
+    `between` (2, 2): covariance of the two between repetitions: by what the next movement's arm may
+    differ. The slow torque of the person is not in it.
+    `noise_density`: N m^2 s, of the residual at low frequencies: its integral over T seconds has
+    the variance ``noise_density T``.
+    `mass_gradient` (2,): how stiffness and offset change per unit of the mass factor: they were
+    fitted to what the masses leave over, so that a mass that is too large is taken back by them in
+    part.
+    `robot_gradient` (2, p): the same for `Loads.theta`.
+    `stiffness_identified`, `rest_identified`: whether k_s and q_0 are known well enough to be
+    quoted.
+    `verdict`: why, in one line.
+    `repeatable`: whether the repetitions agree. Where they do not, neither number is identified and
+    no contribution should be told of this axis. A number that is merely too uncertain to be quoted
+    is no such reason: its covariance carries that.
+    `one_way`: 1 where the axis was measured while its angle grew only, -1 while it fell only, 0
+    both ways: one way only, `offset` holds what the arm resists that movement by.
     """
 
     axis: str
@@ -137,15 +124,9 @@ class Elastic(FrozenRecord):
 class Reference(FrozenRecord):
     """What the passive repetitions of one movement needed: the denominator of (19).
 
-    Attributes
-    ----------
-    movement : str
-        As the trial table calls it.
-    axis : str
-    support_Nm : (R,)
-        Mean support torque of every repetition, motor less robot.
-    from_rad, to_rad : float
-        Where the movement starts and ends.
+    `movement`: as the trial table calls it.
+    `support_Nm` (R,): mean support torque of every repetition, motor less robot.
+    `from_rad`, `to_rad`: where the movement starts and ends.
     """
 
     movement: str
@@ -244,19 +225,10 @@ def winter_segments(
 ) -> tuple[ArmSegment, ...]:
     """Upper arm, forearm and hand from body mass and segment lengths, after Winter.
 
-    Parameters
-    ----------
-    mass_kg : float
-        Mass of the whole body.
-    upper_arm_m, forearm_m, hand_m : float
-        Shoulder to elbow, elbow to wrist, wrist to finger tip.
-    point_masses : bool
-        As in the source: without the segments' own inertias.
-
-    Raises
-    ------
-    InputError
-        No such body.
+    `mass_kg`: mass of the whole body.
+    `upper_arm_m`, `forearm_m`, `hand_m`: shoulder to elbow, elbow to wrist, wrist to finger tip.
+    `point_masses`: as in the source: without the segments' own inertias.
+    Raises InputError: no such body.
     """
     for name, value, most in (
         ("body mass in kg", mass_kg, 400.0),
@@ -365,10 +337,7 @@ def segments_of(
 def upper_arm_length(subject: Subject, given: float | None = None) -> float:
     """Length of the upper arm, to which the robot is adjusted too.
 
-    Raises
-    ------
-    InputError
-        Neither it nor the height is known.
+    Raises InputError: neither it nor the height is known.
     """
     if given is not None:
         return given

@@ -48,22 +48,13 @@ _BAND_HZ: Final = 1.5
 class Scatter:
     """Covariance of one repetition's (k_s, offset) about the mean.
 
-    Attributes
-    ----------
-    covariance : (2, 2)
-        Moderated.
-    dof : float
-    seen : (2, 2)
-        As the repetitions scatter.
-    seen_dof : int
-    expected : (2, 2)
-    between : (2, 2)
-        What of `covariance` is the arm's: without the fluctuation of the person's torque, which
-        is the person's own in every movement.
-    rms_Nm : float
-        Root mean square of the seen scatter's torque over the angles of the movement.
-    chance : float
-        How often what is expected gives such scatter or more.
+    `expected` (2, 2).
+    `covariance` (2, 2): moderated.
+    `seen` (2, 2): as the repetitions scatter.
+    `between` (2, 2): what of `covariance` is the arm's: without the fluctuation of the person's
+    torque, which is the person's own in every movement.
+    `rms_Nm`: root mean square of the seen scatter's torque over the angles of the movement.
+    `chance`: how often what is expected gives such scatter or more.
     """
 
     covariance: FloatArray
@@ -91,18 +82,11 @@ def scatter_of(
 ) -> Scatter:
     """What the repetitions' own fits say of one another.
 
-    Parameters
-    ----------
-    single : (R, 2)
-        k_s, N m/rad, and offset, N m, of every repetition alone.
-    groups : sequence of R str
-        Movement of each; the mean of every movement is its own.
-    noise : (2, 2)
-        Covariance that the torque's fluctuation gives a repetition's fit.
-    q : (N,)
-        Angles of all samples, rad.
-    prior_dof : float
-        0: the scatter alone.
+    `single` (R, 2): k_s, N m/rad, and offset, N m, of every repetition alone.
+    `groups`: movement of each; the mean of every movement is its own.
+    `noise` (2, 2): covariance that the torque's fluctuation gives a repetition's fit.
+    `q` (N,): angles of all samples, rad.
+    `prior_dof`: 0: the scatter alone.
     """
     labels = np.asarray(groups)
     mean = np.stack([single[labels == g].mean(axis=0) for g in labels])
@@ -160,13 +144,8 @@ def fluctuation_covariance(
     averaged over that, since seconds do not tell it well. On processes of .05 to 2 s the median
     comes out at 1.5 to .65 of the true variance.
 
-    Parameters
-    ----------
-    W : sequence of (S_t, 2)
-        q and 1 of every repetition.
-    E : sequence of (S_t,)
-        What its line leaves, N m.
-    sample_rate_hz : float
+    `W` sequence of (S_t, 2): q and 1 of every repetition.
+    `E` sequence of (S_t,): what its line leaves, N m.
     """
     stride = max(round(_STEP_S * sample_rate_hz), 1)
     step = stride / sample_rate_hz

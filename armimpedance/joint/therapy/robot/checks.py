@@ -57,10 +57,7 @@ def check_recording(recording: Recording, robot: TherapyRobot) -> None:
 def refuse_person(recording: Recording) -> None:
     """Refuse a recording of somebody in the robot, where the empty robot is asked for.
 
-    Raises
-    ------
-    InputError
-        Its subject has a body mass.
+    Raises InputError: its subject has a body mass.
     """
     if recording.subject.mass_kg is not None:
         raise InputError(

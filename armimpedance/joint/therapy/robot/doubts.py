@@ -48,13 +48,8 @@ def robot_doubts(
 ) -> tuple[Finding, ...]:
     """Findings "delay" and "drawings or gain" of whole sweeps.
 
-    Parameters
-    ----------
-    recording : Recording
-    robot : TherapyRobot
-        Adjusted as it was.
-    axes : sequence of AxisSweeps
-        In the order of the robot's axes.
+    `robot`: adjusted as it was.
+    `axes`: in the order of the robot's axes.
     """
     from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
 

@@ -34,15 +34,9 @@ LEAST_ANGLES: Final = 4
 class SpringHolds(FrozenRecord):
     """The spring of one axis from holds at A angles.
 
-    Attributes
-    ----------
-    fit : Fit
-        spring_0, spring_1, spring_2, then the stiction: half the difference of both directions.
-    angle_rad : (A,)
-        Mean of the holds at each angle.
-    from_below_Nm, from_above_Nm : (A,)
-        Motor torque less weight.
-    notes : tuple of str
+    `fit`: spring_0, spring_1, spring_2, then the stiction: half the difference of both directions.
+    `angle_rad` (A,): mean of the holds at each angle.
+    `from_below_Nm`, `from_above_Nm` (A,): motor torque less weight.
     """
 
     fit: Fit
@@ -79,14 +73,8 @@ def polynomial_of(fitted: Fit, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
     """The spring's polynomial from holds of its axis.
 
-    Parameters
-    ----------
-    parts : sequence of SteadyPart
-
-    Raises
-    ------
-    InputError
-        Fewer than `LEAST_ANGLES` angles that were approached from below and from above.
+    Raises InputError: fewer than `LEAST_ANGLES` angles that were approached from below and from
+    above.
     """
     angles, alone = _both_approaches(parts)
     W, Y = [], []

@@ -22,10 +22,7 @@ from armimpedance.numerics.signals import Kernels, spline_kernels
 def number_in(line: Mapping[Any, Any], column: str) -> float | None:
     """The number that a trial's row has in this column; None where there is none.
 
-    Raises
-    ------
-    InputError
-        There is something else.
+    Raises InputError: there is something else.
     """
     value = line.get(column)
     if value is None:
@@ -86,10 +83,7 @@ def no_step() -> None:
 def kernels_for(sample_rate_hz: float, width_s: float = WIDTH_S) -> Kernels:
     """The kernels of one sample rate.
 
-    Raises
-    ------
-    InputError
-        The width holds too few samples.
+    Raises InputError: the width holds too few samples.
     """
     if not sample_rate_hz * width_s >= 12:
         raise InputError(
@@ -149,17 +143,10 @@ _LEAST_SAMPLES: Final = 5
 class SteadyPart(FrozenRecord):
     """One axis during a sweep or a hold; S samples, `EVERY_S` apart.
 
-    Attributes
-    ----------
-    trial : str
-    axis : int
-        Counted from 0.
-    q, qd : (S,)
-        rad, rad/s.
-    load : (S,)
-        N m, motor torque less that of the rigid bodies: friction, cables and spring.
-    approach : int
-        1 where the axis came from below, -1 from above; the direction of a sweep.
+    `axis`: counted from 0.
+    `q`, `qd` (S,): rad, rad/s.
+    `load` (S,): N m, motor torque less that of the rigid bodies: friction, cables and spring.
+    `approach`: 1 where the axis came from below, -1 from above; the direction of a sweep.
     """
 
     trial: str
@@ -188,20 +175,10 @@ def steady_parts(
 ) -> tuple[SteadyPart, ...]:
     """All trials of one condition, from `onset_s` to `end_s`, half a kernel off at either end.
 
-    Parameters
-    ----------
-    recording : Recording
-        Columns `axis`, `onset_s` and `end_s` in its trial table; `approach` for holds.
-    robot : TherapyRobot
-        Adjusted as it was.
-    condition : {"sweep", "hold"}
-    step : function, optional
-        Called after every trial.
-
-    Raises
-    ------
-    InputError
-        A column is missing or wrong, or a steady part is too short.
+    `recording`: columns `axis`, `onset_s` and `end_s` in its trial table; `approach` for holds.
+    `robot`: adjusted as it was.
+    `step`: called after every trial.
+    Raises InputError: a column is missing or wrong, or a steady part is too short.
     """
     from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
 

@@ -50,13 +50,9 @@ CABLE: Final = ("cable_offset", "cable_stiffness")
 class SpeedPoint:
     """What the sweeps of one speed say.
 
-    Attributes
-    ----------
-    speed_rad_s : float
-    up_Nm, down_Nm : float
-        Mean torque in positive and in negative direction, less what depends on the angle.
-    used : bool
-        Whether the speed lies above the static range.
+    `up_Nm`, `down_Nm`: mean torque in positive and in negative direction, less what depends on the
+    angle.
+    `used`: whether the speed lies above the static range.
     """
 
     speed_rad_s: float
@@ -149,19 +145,11 @@ def rise_speed(lowest_used_rad_s: float) -> float:
 def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
     """Friction and cables of one axis.
 
-    Parameters
-    ----------
-    parts : sequence of SteadyPart
-        All of one axis.
-    spring : bool
-        Whether the counterbalance spring acts on it (no cables then).
-
-    Raises
-    ------
-    InputError
-        One direction only, or fewer than `LEAST_SPEEDS` speeds above the static range.
-    NotIdentifiableError
-        The sweeps do not tell the terms apart.
+    `parts`: all of one axis.
+    `spring`: whether the counterbalance spring acts on it (no cables then).
+    Raises InputError: one direction only, or fewer than `LEAST_SPEEDS` speeds above the static
+    range.
+    Raises NotIdentifiableError: the sweeps do not tell the terms apart.
     """
     axis = parts[0].axis
     speeds, alone = _both_directions(parts)

@@ -39,17 +39,11 @@ FOREARM: Final = "forearm"
 class Loads(FrozenRecord):
     """What was identified: friction, cables and spring of a robot with n axes.
 
-    Attributes
-    ----------
-    theta : (4 n + 3,)
-        `AXIS_TERMS` of axis 1, of axis 2, ..., then `SPRING_TERMS`; 0 for a term that an axis does
-        not have.
-    covariance : (4 n + 3, 4 n + 3)
-        Zero rows and columns for terms that an axis does not have.
-    rise_rad_s : (n,)
-        v_s, over which the Coulomb friction builds up.
-    dof : float
-        Degrees of freedom of the t distribution for intervals; inf = normal.
+    `theta` (4 n + 3,): `AXIS_TERMS` of axis 1, of axis 2, ..., then `SPRING_TERMS`; 0 for a term
+    that an axis does not have.
+    `covariance` (4 n + 3, 4 n + 3): zero rows and columns for terms that an axis does not have.
+    `rise_rad_s` (n,): v_s, over which the Coulomb friction builds up.
+    `dof`: degrees of freedom of the t distribution for intervals; inf = normal.
     """
 
     theta: Annotated[FloatArray, "p"]
@@ -226,10 +220,7 @@ def load_rows(
 ) -> FloatArray:
     """Columns of one axis' loads, (..., 4) or with the spring's (..., 7).
 
-    Parameters
-    ----------
-    axis : int
-        Counted from 0; q and qd (..., n) of all axes.
+    `axis`: counted from 0; q and qd (..., n) of all axes.
     """
     own, velocity = q[..., axis], qd[..., axis]
     one = np.ones_like(own)
@@ -242,10 +233,7 @@ def load_rows(
 def load_torque(robot: TherapyRobot, q: FloatArray, qd: FloatArray) -> FloatArray:
     """Friction, cables and spring (..., n) at angles and velocities (..., n).
 
-    Raises
-    ------
-    InputError
-        The robot's loads are not known.
+    Raises InputError: the robot's loads are not known.
     """
     loads, k = robot.identified, len(AXIS_TERMS)
     torque = np.empty_like(q)
@@ -279,12 +267,8 @@ def load_gradient(robot: TherapyRobot, axis: int, q: FloatArray, qd: FloatArray)
 class RigidBodies:
     """Inverse dynamics of bodies on the robot's axes; columns in the order of a recording.
 
-    Attributes
-    ----------
-    model, data : pinocchio
-        `data` is scratch space: one object serves one thread.
-    chain : (n,) int
-        Axis of each of the model's coordinates.
+    `model`, `data`: `data` is scratch space: one object serves one thread.
+    `chain` (n,) int: axis of each of the model's coordinates.
     """
 
     model: Any
@@ -294,10 +278,7 @@ class RigidBodies:
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
         """``M qdd + C qd + G`` of one sample (n,) or of several (S, n).
 
-        Parameters
-        ----------
-        q, qd, qdd : (n,) or (S, n)
-            rad, rad/s, rad/s^2.
+        `q`, `qd`, `qdd` (n,) or (S, n): rad, rad/s, rad/s^2.
         """
         chain = self.chain
         torque = np.empty_like(q)

@@ -71,15 +71,11 @@ def fill_rows(
 ) -> None:
     """Write the rows of all samples of a movement, or the row of one.
 
-    Parameters
-    ----------
-    rows : (S, k) or (k,)
-        Written to.
-    q, qd, motor, robot, rigid_arm, elastic, robot_inertia : (S,) or ()
-        As in `MovementTorques`.
-    robot_gradient : (S, p) or (p,)
-    torque_limit_Nm : float
-        Limit of this axis' motor.
+    `robot_gradient` (S, p) or (p,).
+    `rows` (S, k) or (k,): written to.
+    `q`, `qd`, `motor`, `robot`, `rigid_arm`, `elastic`, `robot_inertia` (S,) or (): as in
+    `MovementTorques`.
+    `torque_limit_Nm`: limit of this axis' motor.
     """
     arm, support = rigid_arm + elastic, motor - robot
     rows[..., ONE] = 1.0
@@ -127,11 +123,8 @@ def products_of(rows: FloatArray) -> FloatArray:
 def window_sums(rows: FloatArray, window: int) -> FloatArray:
     """Sums (S, 6, k) over the last `window` samples up to each one; fewer at the start.
 
-    Parameters
-    ----------
-    rows : (S, k)
-    window : int
-        Samples, the last one included.
+    `rows` (S, k).
+    `window`: samples, the last one included.
     """
     products = products_of(rows)
     samples = len(products)
@@ -168,18 +161,12 @@ class VarianceShares:
 class ErrorLaw(FrozenRecord):
     """Errors of the torques about one axis, m of them, independent and of unit variance.
 
-    Attributes
-    ----------
-    user, arm : (k, m)
-        A sample with the row w errs by ``w user`` in tau_user and ``w arm`` in tau_h.
-    part : (m,) int
-        Which of `PARTS` each error belongs to.
-    noise : float
-        N m^2: variance that a sample adds to a sum of torques.
-    kernel_gain : float
-        What the kernel leaves of it in a single sample.
-    robot_dof, elastic_dof : float
-        Degrees of freedom of the robot's loads and of the arm's stiffness.
+    `user`, `arm` (k, m): a sample with the row w errs by ``w user`` in tau_user and ``w arm`` in
+    tau_h.
+    `part` (m,) int: which of `PARTS` each error belongs to.
+    `noise`: N m^2: variance that a sample adds to a sum of torques.
+    `kernel_gain`: what the kernel leaves of it in a single sample.
+    `robot_dof`, `elastic_dof`: degrees of freedom of the robot's loads and of the arm's stiffness.
     """
 
     user: Annotated[FloatArray, "k m"]
@@ -235,10 +222,8 @@ def error_law(
 ) -> ErrorLaw:
     """Errors of the torques about this axis.
 
-    Raises
-    ------
-    InputError
-        The robot or this axis of the arm was not calibrated, or the arm with another robot.
+    Raises InputError: the robot or this axis of the arm was not calibrated, or the arm with another
+    robot.
     """
     loads, elastic = robot.identified, arm.elastic_of(axis_name)
     p = len(loads.theta)

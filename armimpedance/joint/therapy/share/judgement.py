@@ -62,17 +62,11 @@ _ROUNDING: Final = 1e-9
 class Judged:
     """A metric in per cent, its errors, and whether it can be told.
 
-    Attributes
-    ----------
-    percent : (...)
-        NaN where its denominator is zero.
-    sd : (...)
-        Standard error, percentage points.
-    valid : (...) bool
-    errors : (..., m)
-        Change by one standard deviation of each error of the law.
-    noise : (...)
-        Variance by the noise of the torque.
+    `valid` (...) bool.
+    `percent` (...): NaN where its denominator is zero.
+    `sd` (...): standard error, percentage points.
+    `errors` (..., m): change by one standard deviation of each error of the law.
+    `noise` (...): variance by the noise of the torque.
     """
 
     percent: FloatArray
@@ -85,15 +79,10 @@ class Judged:
 class Judgement:
     """Every metric of some sums, each worked out and judged once, when it is first asked for.
 
-    Parameters
-    ----------
-    sums : (..., 6, k)
-        Sums of a movement, or of each of several samples or windows.
-    law : ErrorLaw
-        Errors of the torques about the axis.
-    so_far : bool
-        Nobody knows yet what follows: the share is then valid later than that of a movement that
-        is complete.
+    `sums` (..., 6, k): sums of a movement, or of each of several samples or windows.
+    `law`: errors of the torques about the axis.
+    `so_far`: nobody knows yet what follows: the share is then valid later than that of a movement
+    that is complete.
     """
 
     def __init__(self, sums: FloatArray, law: ErrorLaw, *, so_far: bool = False) -> None:
@@ -234,10 +223,7 @@ BEYOND_RAD: Final = np.deg2rad(5.0)
 def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> Elastic:
     """The axis' passive stiffness.
 
-    Raises
-    ------
-    InputError
-        It was not measured, or its repetitions are too different.
+    Raises InputError: it was not measured, or its repetitions are too different.
     """
     elastic = arm.elastic_of(axis_name)
     if not (elastic.repeatable or unrepeatable):
@@ -251,19 +237,11 @@ def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> El
 def refuse_no_torque(total: FloatArray, n_counted: float, where: str) -> None:
     """Refuse a movement that nothing can be a share of.
 
-    Parameters
-    ----------
-    total : (k,)
-        Sums of all its rows.
-    n_counted : float
-        Samples in which the axis moves.
-    where : str
-        Trial and axis.
-
-    Raises
-    ------
-    InputError
-        No motor torque, an axis on which the arm is no load, or one that does not move.
+    `total` (k,): sums of all its rows.
+    `n_counted`: samples in which the axis moves.
+    `where`: trial and axis.
+    Raises InputError: no motor torque, an axis on which the arm is no load, or one that does not
+    move.
     """
     if not n_counted > 0:
         raise InputError(f"{where}: it does not move", expected="a movement")

@@ -70,14 +70,9 @@ def reference_contribution(
 ) -> ReferenceContribution:
     """``C'`` (19) and its standard error, from the scatter of the reference's repetitions.
 
-    Parameters
-    ----------
-    judgement : Judgement
-        Judgement of the sums (6, k) of the movement.
-    reference : Reference
-        The support of its passive repetitions.
-    from_rad, to_rad : float
-        Where this movement starts and ends.
+    `judgement`: judgement of the sums (6, k) of the movement.
+    `reference`: the support of its passive repetitions.
+    `from_rad`, `to_rad`: where this movement starts and ends.
     """
     sums, law, repetitions = judgement.sums, judgement.law, len(reference.support_Nm)
     total = sums[ONE]
@@ -201,17 +196,10 @@ def contribution_from(
 ) -> Contribution:
     """The result of a movement: one code for a recording and for a running robot.
 
-    Parameters
-    ----------
-    judgement : Judgement
-        Judgement of the sums (6, k) of the samples that count.
-    everything : (6, k)
-        Sums of all samples.
-
-    Raises
-    ------
-    InputError
-        No motor torque, an axis on which the arm is no load, or one that does not move.
+    `judgement`: judgement of the sums (6, k) of the samples that count.
+    `everything` (6, k): sums of all samples.
+    Raises InputError: no motor torque, an axis on which the arm is no load, or one that does not
+    move.
     """
     total, samples = judgement.sums[ONE], everything[ONE, ONE]
     where = f"trial {labels.trial}, axis {labels.axis_name}"

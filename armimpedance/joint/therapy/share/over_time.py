@@ -72,15 +72,8 @@ def running_contribution(
 ) -> RunningContribution:
     """The projection in a causal window over the movement, with its standard error.
 
-    Parameters
-    ----------
-    window_s : float
-        Seconds up to each sample.
-
-    Raises
-    ------
-    InputError
-        A window shorter than two samples, or as `sample_contribution`.
+    `window_s`: seconds up to each sample.
+    Raises InputError: a window shorter than two samples, or as `sample_contribution`.
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = rows_of(torques, robot)
@@ -101,25 +94,11 @@ def contribution_so_far(
     the sums so far can, and end at the value of the whole movement. The share so far is valid later
     than that of a movement that is complete: nobody knows yet what follows.
 
-    Parameters
-    ----------
-    torques : MovementTorques
-        What acts on the moving axis.
-    robot : TherapyRobot
-        Identified.
-    arm : PassiveArm
-        The person's, calibrated in this robot.
-    metric : {"share", "projection"}
-        Which of the two.
-
-    Returns
-    -------
-    ContributionSoFar
-
-    Raises
-    ------
-    InputError
-        The robot or this axis of the arm was not calibrated.
+    `torques`: what acts on the moving axis.
+    `robot`: identified.
+    `arm`: the person's, calibrated in this robot.
+    `metric`: which of the two.
+    Raises InputError: the robot or this axis of the arm was not calibrated.
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = rows_of(torques, robot)
@@ -139,10 +118,7 @@ def _steady(valid: BoolArray, samples: int) -> BoolArray:
 def window_samples(window_s: float, sample_rate_hz: float) -> int:
     """Samples of a running window.
 
-    Raises
-    ------
-    InputError
-        Fewer than two, or more than a minute.
+    Raises InputError: fewer than two, or more than a minute.
     """
     if not 2 <= window_s * sample_rate_hz <= 60 * sample_rate_hz:
         raise InputError(f"a running window of {window_s} s", expected="two samples to 60 s")

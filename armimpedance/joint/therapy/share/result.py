@@ -14,14 +14,9 @@ from armimpedance.joint.therapy.share.error_law import PARTS, VarianceShares
 class Metric(FrozenRecord):
     """One metric of a movement, per cent of what the passive arm needs.
 
-    Attributes
-    ----------
-    percent, sd : float
-        The value and its standard error; NaN where the denominator is zero.
-    ci95 : (2,)
-        The limits of its 95 % interval.
-    valid : bool
-        Whether it can be told.
+    `percent`, `sd`: the value and its standard error; NaN where the denominator is zero.
+    `ci95` (2,): the limits of its 95 % interval.
+    `valid`: whether it can be told.
     """
 
     percent: float
@@ -34,16 +29,10 @@ class Metric(FrozenRecord):
 class ReferenceContribution:
     """``C'`` (19) of one movement.
 
-    Attributes
-    ----------
-    percent, sd : float
-        The value and its standard error; NaN where the mean reference is zero.
-    mean_reference_Nm : float
-        Mean support of the passive repetitions.
-    valid : bool
-        Whether the reference can serve.
-    why_not : str
-        Empty where valid.
+    `percent`, `sd`: the value and its standard error; NaN where the mean reference is zero.
+    `mean_reference_Nm`: mean support of the passive repetitions.
+    `valid`: whether the reference can serve.
+    `why_not`: empty where valid.
     """
 
     percent: float
@@ -170,16 +159,10 @@ def _cells(name: str, metric: Metric) -> dict[str, Any]:
 class SampleContribution(FrozenRecord):
     """(3) over a movement of S samples.
 
-    Attributes
-    ----------
-    time_s, user, arm : (S,)
-        s, N m.
-    counts : (S,) bool
-        Whether the axis moves.
-    percent, sd : (S,)
-        NaN where tau_h is exactly zero.
-    valid : (S,) bool
-        Whether tau_h is well away from zero.
+    `time_s`, `user`, `arm` (S,): s, N m.
+    `counts` (S,) bool: whether the axis moves.
+    `percent`, `sd` (S,): NaN where tau_h is exactly zero.
+    `valid` (S,) bool: whether tau_h is well away from zero.
     """
 
     time_s: Annotated[FloatArray, "S"]
@@ -197,14 +180,9 @@ class RunningContribution(FrozenRecord):
 
     Where the axis stands still it is that of the samples before; NaN once there are none left.
 
-    Attributes
-    ----------
-    window_s : float
-        Length of the window, s; it is shorter at the movement's start.
-    time_s, percent, sd : (S,)
-        s, per cent, percentage points.
-    valid : (S,) bool
-        Whether it can be told.
+    `window_s`: length of the window, s; it is shorter at the movement's start.
+    `time_s`, `percent`, `sd` (S,): s, per cent, percentage points.
+    `valid` (S,) bool: whether it can be told.
     """
 
     window_s: float
@@ -220,14 +198,10 @@ class ContributionSoFar(FrozenRecord):
 
     It ends at that of the whole movement. Where the axis stands still it does not change.
 
-    Attributes
-    ----------
-    metric : str
-        "share" or "projection".
-    time_s, percent, sd : (S,)
-        s, per cent, percentage points; NaN before there is a denominator.
-    valid : (S,) bool
-        Whether it can be told, and could for a while already.
+    `metric`: "share" or "projection".
+    `time_s`, `percent`, `sd` (S,): s, per cent, percentage points; NaN before there is a
+    denominator.
+    `valid` (S,) bool: whether it can be told, and could for a while already.
     """
 
     metric: str

@@ -37,15 +37,8 @@ def samples_content(
 ) -> Content:
     """What a file holds of the samples of every movement: one row a sample.
 
-    Parameters
-    ----------
-    movements : pairs of MovementTorques and SampleContribution
-        A movement and (3) of its samples.
-
-    Returns
-    -------
-    Content
-        Without a long table: a sample is no estimate.
+    `movements`: a movement and (3) of its samples.
+    Returns without a long table: a sample is no estimate.
     """
     rows = [
         {name: finite(cell) for name, cell in row.items()}

@@ -212,10 +212,7 @@ def refuse_other_robot(arm: PassiveArm, identified: TherapyRobot, robot: Robot) 
 def notes_on_person(arm: PassiveArm, subject: Subject) -> tuple[str, ...]:
     """A note where the robot was adjusted differently; another person's arm is refused.
 
-    Raises
-    ------
-    InputError
-        The arm and the recording are of different subjects.
+    Raises InputError: the arm and the recording are of different subjects.
     """
     if Subject.id not in (arm.subject, subject.id) and arm.subject != subject.id:
         raise InputError(
@@ -234,10 +231,7 @@ def notes_on_person(arm: PassiveArm, subject: Subject) -> tuple[str, ...]:
 def axes_without_model(axes: Iterable[str], arm: PassiveArm, unrepeatable: bool) -> dict[str, str]:
     """The moving axes that have no passive model, each with a sentence that says why.
 
-    Raises
-    ------
-    InputError
-        An axis without passive calibration, or no axis with a model.
+    Raises InputError: an axis without passive calibration, or no axis with a model.
     """
     moving = [arm.elastic_of(axis) for axis in dict.fromkeys(axes)]
     refused = {

@@ -43,14 +43,7 @@ _MASSES = (
 def robot_text(calibration: RobotCalibration) -> str:
     """Friction and cables per axis, the spring, predictions of other movements, then notes.
 
-    Parameters
-    ----------
-    calibration : RobotCalibration
-        Calibration of the robot, with or without a validation.
-
-    Returns
-    -------
-    str
+    `calibration`: calibration of the robot, with or without a validation.
     """
     robot, summary = calibration.robot, calibration.summary
     rows = [
@@ -98,14 +91,7 @@ def _validation_table(validation: Sequence[AxisValidation]) -> str:
 def arm_text(calibration: ArmCalibration) -> str:
     """Masses, stiffness and verdict per axis, references of (19), then warnings.
 
-    Parameters
-    ----------
-    calibration : ArmCalibration
-        Calibration of one person's arm.
-
-    Returns
-    -------
-    str
+    `calibration`: calibration of one person's arm.
     """
     arm = calibration.arm
     masses = ", ".join(f"{s.name} {s.mass_kg:.3g} kg at {s.com_m:.3g} m" for s in arm.segments)
@@ -152,14 +138,7 @@ def _spread(values: Any) -> str:
 def mockup_text(check: MockupCheck) -> str:
     """What the robot measures of a mock-up beside what it weighs.
 
-    Parameters
-    ----------
-    check : MockupCheck
-        Gravity and inertia.
-
-    Returns
-    -------
-    str
+    `check`: gravity and inertia.
     """
     header = ("", "measured", "from masses and lengths", "difference", "rms left (N m)")
     rows = [
@@ -222,14 +201,7 @@ _MEANS_LEGEND = "Means are over movements, valid values only, ± sd between them
 def contribution_text(results: Sequence[Contribution]) -> str:
     """All movements, then conditions by their means.
 
-    Parameters
-    ----------
-    results : sequence of Contribution
-        Contributions of all movements.
-
-    Returns
-    -------
-    str
+    `results`: contributions of all movements.
     """
     notes = list(dict.fromkeys(note for r in results for note in r.notes))
     table = aligned_table(_HEADER, [_row(r, notes) for r in results])

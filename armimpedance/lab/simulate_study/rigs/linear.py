@@ -65,20 +65,8 @@ def linear_window(
 ) -> Window:
     """One experiment on a linear limb, with the same kinds of noise as the simulated arm.
 
-    Parameters
-    ----------
-    noise : {"nominal", "sensor", "none"}
-    rng : Generator
-    limb : (3, 2, 2)
-        M, B, K, SI.
-    trials : int
-    shape : str
-        Name of a disturbance in `hand.planning.SHAPES`.
-    amplitude_m, duration_s, rest_s : float
-
-    Returns
-    -------
-    Window
+    `limb` (3, 2, 2): M, B, K, SI.
+    `shape`: name of a disturbance in `hand.planning.SHAPES`.
     """
     t = np.arange(-rest_s, duration_s + rest_s + 1e-9, 1 / RATE_HZ)
     moved = Profile(SHAPES.named(shape), amplitude_m, duration_s).at(t)

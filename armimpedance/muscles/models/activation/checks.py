@@ -33,10 +33,8 @@ _POINTS = 101
 def check_activation(rows: JointRows | HandRows, arm: MuscularArm, *, torque: bool) -> FloatArray:
     """Activations (P, m) of the arm's muscles.
 
-    Raises
-    ------
-    InputError
-        No activation, another number of muscles than the arm, no torque where it is asked for.
+    Raises InputError: no activation, another number of muscles than the arm, no torque where it is
+    asked for.
     """
     muscles = arm.paths.muscles
     if rows.activation is None:
@@ -60,10 +58,7 @@ def check_activation(rows: JointRows | HandRows, arm: MuscularArm, *, torque: bo
 def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[FloatArray, FloatArray]:
     """Activations (P, m) and the one posture (2,), the mean of all rows.
 
-    Raises
-    ------
-    InputError
-        The same cases as in `check_activation`, or several postures.
+    Raises InputError: the same cases as in `check_activation`, or several postures.
     """
     rows.require_planar()
     activation = check_activation(rows, arm, torque=torque)
@@ -101,11 +96,8 @@ def falling_muscles(
 
     Whether it is then negative depends on the constant part, which the data do not tell.
 
-    Parameters
-    ----------
-    theta : (3 + m N, ...)
-    reach : (m, 2)
-        Measured range of activation.
+    `theta` (3 + m N, ...).
+    `reach` (m, 2): measured range of activation.
     """
     N = equations.order
     c = theta[3 : 3 + equations.n_active].reshape(-1, N)
@@ -158,12 +150,8 @@ _NO_CHANGE = 1e-6
 class ActivationRank:
     """Rank and condition of the regressors of K.
 
-    Attributes
-    ----------
-    rank, columns : int
-    cond_raw, cond_scaled : float
-        Condition numbers of the regressors as given and with columns of unit length.
-    warnings : tuple of str
+    `cond_raw`, `cond_scaled`: condition numbers of the regressors as given and with columns of unit
+    length.
     """
 
     rank: int
@@ -176,11 +164,8 @@ class ActivationRank:
 def activation_rank(equations: ActivationEquations, muscles: tuple[str, ...]) -> ActivationRank:
     """Refuse activations from which the coefficients cannot be told.
 
-    Raises
-    ------
-    NotIdentifiableError
-        A muscle's activation does not vary, too few conditions, lost rank, or directions that
-        errors of the activation explain.
+    Raises NotIdentifiableError: a muscle's activation does not vary, too few conditions, lost rank,
+    or directions that errors of the activation explain.
     """
     _refuse_constant(equations.activation, muscles)
     X = _comparable_columns(equations)

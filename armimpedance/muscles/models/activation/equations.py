@@ -84,13 +84,9 @@ def slopes_by_activation(
 ) -> FloatArray:
     """Derivative (P, r, m) of r outputs by each activation.
 
-    Parameters
-    ----------
-    activation : (P, m)
-    coefficients : (m, N)
-        ``c_ik``.
-    reach : (m, r)
-        Contribution of one N/m (or N s/m) of each muscle to each output.
+    `activation` (P, m).
+    `coefficients` (m, N): ``c_ik``.
+    `reach` (m, r): contribution of one N/m (or N s/m) of each muscle to each output.
     """
     order = coefficients.shape[1]
     df = (power_slopes(activation, order) * coefficients).sum(axis=-1)
@@ -118,26 +114,15 @@ _LEAST_TORQUE_SD = 0.02
 class ActivationEquations:
     """P conditions of r outputs: ``ss, se, ee`` of K or B, then torque where it is used.
 
-    Attributes
-    ----------
-    activation : (P, m)
-    activation_sd : (P, m)
-        0 where activations count as exact.
-    outputs, sd : (P, r)
-        Measured values; their standard errors, up to a factor for each group unless `known`.
-    group : (r,) int
-        0 for elements of the matrix, 1 for torque.
-    known : (bool, bool)
-        Whether a group's `sd` are what they say: its factor is then at least 1.
-    patterns : (m, 3)
-    order : int
-    moment_arms : (m, 2) or None
-        G where there are torque rows.
-    stiffness_per_tension : float
-    proportion_sd : float
-        Standard deviation of the e_i.
-    free_proportion : bool
-        A common factor 1 + e on all tensions is free.
+    `activation` (P, m), `patterns` (m, 3).
+    `activation_sd` (P, m): 0 where activations count as exact.
+    `outputs`, `sd` (P, r): measured values; their standard errors, up to a factor for each group
+    unless `known`.
+    `group` (r,) int: 0 for elements of the matrix, 1 for torque.
+    `known` (bool, bool): whether a group's `sd` are what they say: its factor is then at least 1.
+    `moment_arms` (m, 2) or None: G where there are torque rows.
+    `proportion_sd`: standard deviation of the e_i.
+    `free_proportion`: a common factor 1 + e on all tensions is free.
     """
 
     activation: FloatArray
@@ -220,21 +205,15 @@ class ActivationEquations:
 class SolvedEquations:
     """Coefficients of largest likelihood.
 
-    Attributes
-    ----------
-    theta : (p,)
-        ``K_0`` (3), ``c_ik`` (m N), and with torque ``tau_0`` (2), e_i (m), the common e.
-    covariance : (p, p)
-    activation : (P, m)
-        Of largest likelihood.
-    design, weight : (P, r, p), (P, r, r)
-        Regressors at these activations, and L^-1 of each condition's covariance L L^T.
-    target : (P, r)
-        What `design` is fitted to: outputs less the part that the activations' errors made.
-    prior : (., p)
-        Further rows, fitted to zero with unit variance.
-    group_sd : (2,)
-        Factor of the standard errors of each group.
+    `covariance` (p, p).
+    `theta` (p,): ``K_0`` (3), ``c_ik`` (m N), and with torque ``tau_0`` (2), e_i (m), the common e.
+    `activation` (P, m): of largest likelihood.
+    `design`, `weight` (P, r, p), (P, r, r): regressors at these activations, and L^-1 of each
+    condition's covariance L L^T.
+    `target` (P, r): what `design` is fitted to: outputs less the part that the activations' errors
+    made.
+    `prior` (., p): further rows, fitted to zero with unit variance.
+    `group_sd` (2,): factor of the standard errors of each group.
     """
 
     theta: FloatArray

@@ -221,10 +221,7 @@ def _fitted_kappa(
 
     A common factor 1 + e on all tensions is free; kappa / (1 + e) takes its place until e is zero.
 
-    Raises
-    ------
-    EstimationError
-        It does not settle.
+    Raises EstimationError: it does not settle.
     """
     now = replace(equations, free_proportion=True)
     for _ in range(_KAPPA_ROUNDS):

@@ -41,14 +41,9 @@ class MixedRows:
     A point x (5,) holds logarithms: factors of the pure errors of two groups, sizes of the moment
     arms' errors, of the exponents', and of the moment arms' in single conditions; (2,): factors.
 
-    Attributes
-    ----------
-    design, target : (P, r, p), (P, r)
-    prior : (., p)
-        Further rows, fitted to zero with unit variance.
-    group : (r,)
-    arms, law : (P, r, 2 m), (P, r, m)
-        What unit errors do.
+    `design`, `target` (P, r, p), (P, r), `group` (r,).
+    `prior` (., p): further rows, fitted to zero with unit variance.
+    `arms`, `law` (P, r, 2 m), (P, r, m): what unit errors do.
     """
 
     design: FloatArray
@@ -184,22 +179,18 @@ HALVINGS: Final = 8
 class ActivationMisfit:
     """How far the model is from its rows beyond their errors.
 
-    Attributes
-    ----------
-    sizes : (3,)
-        Relative errors of moment arms, of exponents, of the moment arms of single conditions (sd).
-    likely, smallest : (2,)
-        Sizes of the first two up to which the likelihood hardly falls, and that would be seen.
-    gain : float
-        Twice the gain of restricted log likelihood by them.
-    theta, covariance : (p,), (p, p)
-        The solution with weights that allow for the errors of single conditions.
-    of_muscles : (p, p)
-        Covariance of theta with what the other errors add: a moment arm that is wrong by a part
-        makes its muscle's stiffness wrong by twice that, hardly with a trace in the matrix.
-    missed : (3, 3)
-        Covariance of what the other errors make of a matrix that no theta follows, mean over the
-        conditions.
+    `sizes` (3,): relative errors of moment arms, of exponents, of the moment arms of single
+    conditions (sd).
+    `likely`, `smallest` (2,): sizes of the first two up to which the likelihood hardly falls, and
+    that would be seen.
+    `gain`: twice the gain of restricted log likelihood by them.
+    `theta`, `covariance` (p,), (p, p): the solution with weights that allow for the errors of
+    single conditions.
+    `of_muscles` (p, p): covariance of theta with what the other errors add: a moment arm that is
+    wrong by a part makes its muscle's stiffness wrong by twice that, hardly with a trace in the
+    matrix.
+    `missed` (3, 3): covariance of what the other errors make of a matrix that no theta follows,
+    mean over the conditions.
     """
 
     sizes: FloatArray
@@ -245,11 +236,7 @@ class ActivationMisfit:
     def finding(self, symbol: str, doubt: float) -> Finding:
         """What to say of K or B.
 
-        Parameters
-        ----------
-        symbol : {"K", "B"}
-        doubt : float
-            Relative standard error of a single muscle's coefficient (median).
+        `doubt`: relative standard error of a single muscle's coefficient (median).
         """
         arms, exponent = self.smallest
         smallest = f"moment arms {100 * arms:.1f} % off, exponents {exponent:.2g} off"
@@ -278,12 +265,7 @@ def misfit_of(
 ) -> ActivationMisfit:
     """Sizes of the causes, and the solution that allows for them.
 
-    Parameters
-    ----------
-    equations : ActivationEquations
-    solved : SolvedEquations
-    G : (m, 2)
-        Moment arms at the posture, m.
+    `G` (m, 2): moment arms at the posture, m.
     """
     arms, law = (np.asarray(solved.weight @ d) for d in _causes(equations, solved, G))
     mixed = MixedRows(

@@ -197,10 +197,7 @@ class ActivationModel(FittedModel):
 def checked_activation(activation: ArrayLike, muscles: tuple[str, ...]) -> FloatArray:
     """Activations (P, m) of the m muscles, each 0..1.
 
-    Raises
-    ------
-    InputError
-        Another shape, not finite, or outside of 0..1.
+    Raises InputError: another shape, not finite, or outside of 0..1.
     """
     alpha = np.atleast_2d(np.asarray(activation, dtype=float))
     if alpha.ndim != 2 or alpha.shape[1] != len(muscles):

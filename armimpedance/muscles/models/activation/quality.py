@@ -33,14 +33,8 @@ def activation_quality(
 
     Left-out and shuffled conditions are fitted with the weights and activations of the whole fit.
 
-    Parameters
-    ----------
-    symbol : {"K", "B"}
-    equations, solved : the fit
-    cone : (p, g) or None
-        Cone of the fit.
-    seed : int
-        Seed of the shuffles.
+    `cone` (p, g) or None: cone of the fit.
+    `seed`: seed of the shuffles.
     """
     measured = equations.outputs[:, :3]
     X = equations.columns(equations.activation)[:, :3]

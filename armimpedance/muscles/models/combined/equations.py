@@ -25,13 +25,8 @@ from armimpedance.muscles.models.packed import elements
 class ParameterLayout:
     """Where in the parameter vector x (n,) what stands.
 
-    Attributes
-    ----------
-    corrections : int
-        C, of the lengths: x[z].
-    muscles, order : int
-        m and N: m (N + 1) increments of f, in N/m, then of b, in N s/m.
-    joints : int
+    `corrections`: C, of the lengths: x[z].
+    `muscles`, `order`: m and N: m (N + 1) increments of f, in N/m, then of b, in N s/m.
     """
 
     corrections: int
@@ -85,15 +80,8 @@ class ParameterLayout:
 class MuscleEquations(FrozenRecord):
     """The model's form: everything but its parameters.
 
-    Attributes
-    ----------
-    lengths : CorrectedLengths
-    order : int
-        N.
-    highest : (m,)
-        Activation at which s = 1 in the Bernstein form.
-    stiffness_per_tension : float
-    curvature : bool
+    `order`: N.
+    `highest` (m,): activation at which s = 1 in the Bernstein form.
     """
 
     lengths: CorrectedLengths
@@ -127,16 +115,11 @@ class MuscleEquations(FrozenRecord):
 class EvaluatedEquations:
     """The model at P postures and activations, for any parameters.
 
-    Attributes
-    ----------
-    equations : MuscleEquations
-    gradient, second : (P, n, T), (P, E, T)
-        Derivatives of the length terms, E = n (n + 1) / 2 packed elements; `second` is over kappa,
-        and zero without curvature.
-    basis, slopes : (P, m, N + 1)
-        What the increments multiply in f, and its derivative by alpha; the first is f(0).
-    scaled : (P, n)
-        Angles.
+    `gradient`, `second` (P, n, T), (P, E, T): derivatives of the length terms, E = n (n + 1) / 2
+    packed elements; `second` is over kappa, and zero without curvature.
+    `basis`, `slopes` (P, m, N + 1): what the increments multiply in f, and its derivative by alpha;
+    the first is f(0).
+    `scaled` (P, n): angles.
     """
 
     equations: MuscleEquations

@@ -35,23 +35,14 @@ _ARM_ORDER = 3
 class CorrectedLengths(FrozenRecord):
     """``L_i = L_i0 + sum of z times the corrections of muscle i``, z of prior N(0, 1).
 
-    Attributes
-    ----------
-    muscles : (m,) tuple of str
-    exponents : (T, n) int
-        Powers of the scaled angles.
-    base : (m, T)
-        The anatomical lengths, m.
-    muscle : (C,) int
-        Number of the muscle that each correction belongs to.
-    change : (C, T)
-        Change of that muscle's length by one standard deviation of the correction, m.
-    box : (n, 2)
-        Joint angles (rad) that become -1 and 1.
-    rms : float
-        How far the polynomials are from the anatomical moment arms, m.
-    labels : (C,) tuple of str
-        ``arm_brachialis_e1``: muscle, joint or joints, order.
+    `muscles` (m,) tuple of str.
+    `exponents` (T, n) int: powers of the scaled angles.
+    `base` (m, T): the anatomical lengths, m.
+    `muscle` (C,) int: number of the muscle that each correction belongs to.
+    `change` (C, T): change of that muscle's length by one standard deviation of the correction, m.
+    `box` (n, 2): joint angles (rad) that become -1 and 1.
+    `rms`: how far the polynomials are from the anatomical moment arms, m.
+    `labels` (C,) tuple of str: ``arm_brachialis_e1``: muscle, joint or joints, order.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -92,16 +83,10 @@ def corrected_lengths(
 ) -> CorrectedLengths:
     """Corrections of order `order` to an arm's moment arms, over its range and all of q (P, n).
 
-    Parameters
-    ----------
-    arm : MuscularArm
-        Arm whose muscle paths are taken over as polynomials.
-    q : (P, n)
-        Measured postures, rad.
-    order : int
-        L of the moment arms' corrections, from 0.
-    prior_part : float
-        Standard deviation of a correction's moment arm over the anatomical one.
+    `arm`: arm whose muscle paths are taken over as polynomials.
+    `q` (P, n): measured postures, rad.
+    `order`: L of the moment arms' corrections, from 0.
+    `prior_part`: standard deviation of a correction's moment arm over the anatomical one.
     """
     low = np.minimum(arm.angle_range[:, 0], q.min(axis=0))
     high = np.maximum(arm.angle_range[:, 1], q.max(axis=0))
@@ -142,11 +127,8 @@ def _corrections(
 ) -> dict[str, FloatArray]:
     """Length terms (T,) of one muscle whose arms are as large as the anatomical ones, by name.
 
-    Parameters
-    ----------
-    spans : (n,) bool
-    swing : (n,)
-        Anatomical moment arm times half the range of the angle, m.
+    `spans` (n,) bool.
+    `swing` (n,): anatomical moment arm times half the range of the angle, m.
     """
     found = {}
     n = len(spans)

@@ -34,24 +34,17 @@ _DAMPING = 1e-2
 class Measured:
     """Blocks of rows with their standard errors; P conditions.
 
-    Attributes
-    ----------
-    stiffness, viscosity : (P, E)
-        Packed: ``ss, se, ee``; of the viscosity there may be none, (P, 0).
-    stiffness_sd, viscosity_sd : (P, E)
-        Up to a factor unless `known`.
-    torque, torque_sd : (P, n) or None
-    activation_sd : (P, m)
-    known : (bool, bool, bool)
-        Whether the sd of K, B, torque are what they say: their factors are then at least 1.
-    least : (3,)
-        Factors are not below these.
-    kept : (E,) int
-        Which of the packed elements of all joints were measured: a joint may have been held.
-    moving : tuple of int
-        The joints whose torque was.
-    hand : HandRows or None
-        The stiffness is that of a hand on free joints, in these rows.
+    `torque`, `torque_sd` (P, n) or None, `activation_sd` (P, m).
+    `stiffness`, `viscosity` (P, E): packed: ``ss, se, ee``; of the viscosity there may be none, (P,
+    0).
+    `stiffness_sd`, `viscosity_sd` (P, E): up to a factor unless `known`.
+    `known` (bool, bool, bool): whether the sd of K, B, torque are what they say: their factors are
+    then at least 1.
+    `least` (3,): factors are not below these.
+    `kept` (E,) int: which of the packed elements of all joints were measured: a joint may have been
+    held.
+    `moving`: the joints whose torque was.
+    `hand`: the stiffness is that of a hand on free joints, in these rows.
     """
 
     stiffness: FloatArray
@@ -92,10 +85,8 @@ class Measured:
 class Prior:
     """Independent normal distributions, cut off at `low`.
 
-    Attributes
-    ----------
-    mean, sd, low : (n,)
-        sd also sets the scale of each parameter in the search; low is 0 or -inf.
+    `mean`, `sd`, `low` (n,): sd also sets the scale of each parameter in the search; low is 0 or
+    -inf.
     """
 
     mean: FloatArray
@@ -107,25 +98,16 @@ class Prior:
 class MusclePosterior:
     """What the rows say, with the prior.
 
-    Attributes
-    ----------
-    x : (n,)
-    covariance : (n, n)
-        Covariance of the linearised model, bounds left out of account.
-    factor : (3,)
-        Factors of the standard errors of K, B, torque.
-    scatter : (2,)
-        Of K and B: standard deviation of each muscle's part at one place about what the equations
-        say of it, as a part of it.
-    jacobian, error : (rows, n), (rows,)
-        Jacobian and errors of the weighted rows at x, without the prior's.
-    weights : tuple of (P, r, r)
-        Weights of K, B and torque.
-    blocks : (3,) tuple of slice
-        Rows of K, B, torque in them, P times E, E and n.
-    spent : float
-        Degrees of freedom that the rows, not the prior, settled.
-    cost : float
+    `x` (n,).
+    `covariance` (n, n): covariance of the linearised model, bounds left out of account.
+    `factor` (3,): factors of the standard errors of K, B, torque.
+    `scatter` (2,): of K and B: standard deviation of each muscle's part at one place about what the
+    equations say of it, as a part of it.
+    `jacobian`, `error` (rows, n), (rows,): Jacobian and errors of the weighted rows at x, without
+    the prior's.
+    `weights` tuple of (P, r, r): weights of K, B and torque.
+    `blocks` (3,) tuple of slice: rows of K, B, torque in them, P times E, E and n.
+    `spent`: degrees of freedom that the rows, not the prior, settled.
     """
 
     x: FloatArray
@@ -145,19 +127,9 @@ def solve_posterior(
 ) -> MusclePosterior:
     """Parameters x of largest posterior density.
 
-    Parameters
-    ----------
-    form : EvaluatedEquations
-        At the P conditions.
-    measured : Measured
-    prior : Prior
-    start : (n,)
-        Above the bounds.
-
-    Raises
-    ------
-    EstimationError
-        The search ends without having arrived.
+    `form`: at the P conditions.
+    `start` (n,): above the bounds.
+    Raises EstimationError: the search ends without having arrived.
     """
     factor, scatter, x = np.maximum(1.0, measured.least), np.zeros(2), start
     for _ in range(_ROUNDS):
@@ -236,10 +208,7 @@ def minimised(
     Bounds that hold are met exactly. SciPy's trust-region reflective search, which stays inside of
     them, ended .02 to 3.8 higher in cost in five of six fits to experiments 1 to 3, equal in one.
 
-    Raises
-    ------
-    EstimationError
-        No minimum after many steps.
+    Raises EstimationError: no minimum after many steps.
     """
     bounded, free = np.flatnonzero(np.isfinite(prior.low)), np.flatnonzero(np.isinf(prior.low))
     order, n = np.concatenate([bounded, free]), len(start)

@@ -16,19 +16,12 @@ if TYPE_CHECKING:
 class ModelKind:
     """A kind of model: how it is fitted, written and asked.
 
-    Attributes
-    ----------
-    name : str
-        Name of the model in ``armimpedance fit`` and MODEL.json.
-    type : type
-        The class of its models, a `FittedModel`.
-    fit : function
-        It takes `JointRows` and keywords.
-    options : mapping of str to str
-        The options of ``armimpedance fit`` that it takes, without dashes, and the keyword of `fit`
-        that each of them sets.
-    needs : tuple of {"postures", "activations"}
-        Arguments that the method `predict` of its models takes, in this order.
+    `name`: name of the model in ``armimpedance fit`` and MODEL.json.
+    `type`: the class of its models, a `FittedModel`.
+    `fit`: it takes `JointRows` and keywords.
+    `options`: the options of ``armimpedance fit`` that it takes, without dashes, and the keyword of
+    `fit` that each of them sets.
+    `needs`: arguments that the method `predict` of its models takes, in this order.
     """
 
     name: str

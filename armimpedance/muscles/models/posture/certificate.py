@@ -28,10 +28,7 @@ _SHORT = ("s", "e")
 def checked_order(order: object) -> int:
     """The order L of moment arms.
 
-    Raises
-    ------
-    InputError
-        Not a whole number from 0 to `MAX_ORDER`.
+    Raises InputError: not a whole number from 0 to `MAX_ORDER`.
     """
     whole = isinstance(order, int | np.integer) and not isinstance(order, bool)
     if not whole or not 0 <= int(order) <= MAX_ORDER:  # type: ignore[call-overload]
@@ -89,12 +86,9 @@ _SHIFTS = np.array([[0, 0], [2, 0], [0, 2]])
 class GramShape(FrozenRecord):
     """One block of a sum of squares: ``m(u) B(u)^T Q B(u)``, ``B = blockdiag(v_s, v_e)``.
 
-    Attributes
-    ----------
-    multiplier : str
-        m: "1", or on the box "1 - s^2", "1 - e^2".
-    shoulder, elbow : (n, 2), (m, 2) int
-        Exponents of the monomials v_s and v_e: what moment arms are polynomials of.
+    `multiplier`: m: "1", or on the box "1 - s^2", "1 - e^2".
+    `shoulder`, `elbow` (n, 2), (m, 2) int: exponents of the monomials v_s and v_e: what moment arms
+    are polynomials of.
     """
 
     multiplier: str
@@ -119,10 +113,8 @@ class GramShape(FrozenRecord):
 class Gram(GramShape):
     """A block with its matrix.
 
-    Attributes
-    ----------
-    Q : (n + m, n + m)
-        Symmetric, eigenvalues >= 0 up to rounding; in the unit of the matrix it proves.
+    `Q` (n + m, n + m): symmetric, eigenvalues >= 0 up to rounding; in the unit of the matrix it
+    proves.
     """
 
     Q: Annotated[FloatArray, "q q"]
@@ -142,14 +134,10 @@ class Gram(GramShape):
 class Certificate(FrozenRecord):
     """How positive definite a matrix over posture is.
 
-    Attributes
-    ----------
-    smallest_eigenvalue : float
-        The smallest one found on a grid over the workspace, in the unit of the matrix.
-    at : (2,)
-        Where, joint angles in rad.
-    grams : tuple of Gram
-        The proof: their sum is the matrix, term by term (`proves`).
+    `smallest_eigenvalue`: the smallest one found on a grid over the workspace, in the unit of the
+    matrix.
+    `at` (2,): where, joint angles in rad.
+    `grams`: the proof: their sum is the matrix, term by term (`proves`).
     """
 
     smallest_eigenvalue: float

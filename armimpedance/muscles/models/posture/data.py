@@ -20,18 +20,11 @@ UNITS = {"K": "N m/rad", "B": "N m s/rad"}
 class PostureData(FrozenRecord):
     """P measured matrices.
 
-    Attributes
-    ----------
-    symbol : "K" or "B"
-    scaled : (P, 2)
-        Scaled joint angles.
-    measured : (P, 2, 2)
-        Matrices as given, not necessarily symmetric.
-    values : (P, 3)
-        ``ss, se, ee``; the cross term is the mean of se and es, so that one polynomial is fitted
-        to both (the source's way).
-    sd : (P, 3) or None
-        Standard errors of `values`.
+    `scaled` (P, 2): scaled joint angles.
+    `measured` (P, 2, 2): matrices as given, not necessarily symmetric.
+    `values` (P, 3): ``ss, se, ee``; the cross term is the mean of se and es, so that one polynomial
+    is fitted to both (the source's way).
+    `sd` (P, 3) or None: standard errors of `values`.
     """
 
     symbol: str
@@ -84,32 +77,16 @@ def element_names(symbol: str) -> tuple[str, ...]:
 class FittedMatrix:
     """K or B over posture, with what its fit is worth.
 
-    Attributes
-    ----------
-    symbol : "K" or "B"
-    powers : (terms, 2) int
-        Exponents of the scaled angles in each term.
-    coefficients : (terms, 3)
-        Coefficients of ss, se, ee.
-    covariance : (3 terms, 3 terms)
-        All terms of ss, then se, then ee.
-    dof : float
-        Degrees of freedom of the t distribution for intervals.
-    held_out : (P, 3) or None
-        Predictions of each posture by a fit without it.
-    null_r : (4,)
-        Mean R of ss, se, es, ee over shuffles of the rows.
-    spent : three floats
-        Coefficients that the fit spent on ss, se, ee.
-    cond_scaled : float
-    rank : int
-    structure : str
-        "free" polynomials, or how the sum of squares is built.
-    penalty : float
-        Weight on the trace of the Gram matrix; 0 without one.
-    grams : tuple of Gram
-        Gram matrices that prove positive semidefiniteness; empty where nothing proves it.
-    warnings : tuple of str
+    `powers` (terms, 2) int: exponents of the scaled angles in each term.
+    `coefficients` (terms, 3): coefficients of ss, se, ee.
+    `covariance` (3 terms, 3 terms): all terms of ss, then se, then ee.
+    `dof`: degrees of freedom of the t distribution for intervals.
+    `held_out` (P, 3) or None: predictions of each posture by a fit without it.
+    `null_r` (4,): mean R of ss, se, es, ee over shuffles of the rows.
+    `spent`: coefficients that the fit spent on ss, se, ee.
+    `structure`: "free" polynomials, or how the sum of squares is built.
+    `penalty`: weight on the trace of the Gram matrix; 0 without one.
+    `grams`: gram matrices that prove positive semidefiniteness; empty where nothing proves it.
     """
 
     symbol: str

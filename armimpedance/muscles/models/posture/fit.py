@@ -69,12 +69,7 @@ def judged_fit(
 ) -> tuple[FittedMatrix, tuple[Finding, ...]]:
     """The fit with intervals that allow for what it misses, and what is to be said of it.
 
-    Parameters
-    ----------
-    data : PostureData
-    fitted : FittedMatrix
-    labels : (P,)
-        Names of the rows.
+    `labels` (P,): names of the rows.
     """
     symbol, unit = data.symbol, UNITS[data.symbol]
     X = monomials(data.scaled, fitted.powers)

@@ -35,17 +35,11 @@ from armimpedance.numerics.regression import FitSummary, NamedParameter, Paramet
 class PosturePolynomial(FrozenRecord):
     """One matrix, K or B, over posture.
 
-    Attributes
-    ----------
-    coefficients : (terms, 3)
-        Coefficients of ss, se, ee over the monomials ``exponents(2 order)`` of the scaled angles.
-    covariance : (3 terms, 3 terms)
-        All terms of ss, then se, then ee.
-    structure : str
-        "free", "full", "separable" or "box" (docs/muscles/posture.md).
-    penalty : float
-        The regularisation that was chosen; 0 where there is none.
-    certificate : Certificate
+    `coefficients` (terms, 3): coefficients of ss, se, ee over the monomials ``exponents(2 order)``
+    of the scaled angles.
+    `covariance` (3 terms, 3 terms): all terms of ss, then se, then ee.
+    `structure`: "free", "full", "separable" or "box" (docs/muscles/posture.md).
+    `penalty`: the regularisation that was chosen; 0 where there is none.
     """
 
     coefficients: Annotated[FloatArray, "t 3"]

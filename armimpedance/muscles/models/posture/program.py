@@ -99,12 +99,8 @@ _TOLERANCES = (1e-10, 1e-8)
 class GramSolution:
     """A solved program.
 
-    Attributes
-    ----------
-    Q : tuple of (size, size)
-        Projected onto the cone: no eigenvalue below 0 but for rounding.
-    coefficients : (terms, 3)
-        Coefficients of ss, se, ee.
+    `Q` tuple of (size, size): projected onto the cone: no eigenvalue below 0 but for rounding.
+    `coefficients` (terms, 3): coefficients of ss, se, ee.
     """
 
     Q: tuple[FloatArray, ...]
@@ -263,14 +259,9 @@ _GAUGE = 1e-10
 class Tangent:
     """A sum of squares linearised at its solution, in units of the residuals' standard errors.
 
-    Attributes
-    ----------
-    covariance : (3 terms, 3 terms)
-        Covariance of the coefficients: all of ss, then se, then ee.
-    spent : (3,)
-        Coefficients spent on ss, se, ee: traces of the hat matrix.
-    misfit : (3,)
-        Weighted sums of squared residuals.
+    `covariance` (3 terms, 3 terms): covariance of the coefficients: all of ss, then se, then ee.
+    `spent` (3,): coefficients spent on ss, se, ee: traces of the hat matrix.
+    `misfit` (3,): weighted sums of squared residuals.
     """
 
     covariance: FloatArray

@@ -34,12 +34,8 @@ from armimpedance.numerics.regression import Conditioning, conditioning, refuse_
 def checked_rank(X: FloatArray, names: tuple[str, ...], order: int) -> Conditioning:
     """Condition of a regressor X (P, p), refused where postures cannot tell its columns apart.
 
-    Raises
-    ------
-    NotIdentifiableError
-        Names the terms.
-    InputError
-        Fewer postures than terms.
+    Raises NotIdentifiableError: names the terms.
+    Raises InputError: fewer postures than terms.
     """
     p, count = len(X), len(names)
     if p < count:
@@ -70,16 +66,10 @@ _NO_NOISE = 1e-9
 class PenaltyChoice:
     """A cost of roughness with its solution.
 
-    Attributes
-    ----------
-    penalty : float
-        One of `PENALTIES`.
-    cost : float
-        The penalty as the program applies it. It is divided by a typical standard error, or
-        multiplied by the residuals' standard deviation where no standard error is given. A penalty
-        then means the same for all data.
-    solution : GramSolution
-    tangent : Tangent
+    `penalty`: one of `PENALTIES`.
+    `cost`: the penalty as the program applies it. It is divided by a typical standard error, or
+    multiplied by the residuals' standard deviation where no standard error is given. A penalty then
+    means the same for all data.
     """
 
     penalty: float
@@ -103,14 +93,9 @@ def _fit(
 ) -> FittedMatrix:
     """Sum of squares with the cost of roughness that promises the best prediction.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The postures cannot tell all terms; names them.
-    InputError
-        Too few postures.
-    EstimationError
-        The solver did not end with an optimal solution.
+    Raises NotIdentifiableError: the postures cannot tell all terms; names them.
+    Raises InputError: too few postures.
+    Raises EstimationError: the solver did not end with an optimal solution.
     """
     program = GramProgram.of(structure, order, data.scaled)
     state = _checked_rank(program, data, order)
@@ -148,10 +133,7 @@ def _check_weights(data: PostureData) -> None:
 def choose(program: GramProgram, data: PostureData) -> PenaltyChoice:
     """The penalty of `PENALTIES` whose expected error of prediction is least.
 
-    Raises
-    ------
-    EstimationError
-        The solver did not end with an optimal solution.
+    Raises EstimationError: the solver did not end with an optimal solution.
     """
     free = _solved(program, data, 0.0, 0.0)
     if data.sd is None:

@@ -70,17 +70,10 @@ def envelope(
 def activation(envelope_V: FloatArray, mvc_V: FloatArray) -> FloatArray:
     """Activation ``alpha = envelope / MVC`` of each muscle, expected in 0..1.
 
-    Parameters
-    ----------
-    envelope_V : (..., m)
-    mvc_V : (m,)
-        Envelope in the maximum voluntary contraction.
-
-    Raises
-    ------
-    InputError
-        If an MVC value is not positive, or an activation is above 1.2: then the MVC was not one.
-        Values in 1..1.2 are clipped to 1, as trial-to-trial scatter of the MVC allows.
+    `envelope_V` (..., m).
+    `mvc_V` (m,): envelope in the maximum voluntary contraction.
+    Raises InputError: if an MVC value is not positive, or an activation is above 1.2: then the MVC
+    was not one. Values in 1..1.2 are clipped to 1, as trial-to-trial scatter of the MVC allows.
     """
     mvc_V = np.asarray(mvc_V, dtype=float)
     if not (np.isfinite(mvc_V).all() and (mvc_V > 1 / LARGEST).all()):
@@ -103,15 +96,10 @@ LEAST_REST_S = 0.1
 class MeanActivation(FrozenRecord):
     """Activation of the m muscles of a recording, the mean over trials.
 
-    Attributes
-    ----------
-    mean : (m,)
-        0..1.
-    sd : (m,) or None
-        Standard error from the scatter between trials; None for a single trial.
-    muscles : (m,) tuple of str
-    notes : tuple of str
-        How it was found.
+    `muscles` (m,) tuple of str.
+    `mean` (m,): 0..1.
+    `sd` (m,) or None: standard error from the scatter between trials; None for a single trial.
+    `notes`: how it was found.
     """
 
     mean: Annotated[FloatArray, "m"]

@@ -45,24 +45,13 @@ ORDER: Final = 5
 class EmgAmplitude(FrozenRecord):
     """Amplitude of m muscles over time; N samples of T trials, one trial after another.
 
-    Attributes
-    ----------
-    sample_rate_hz : float
-    trials, muscles : tuples of str
-    offsets : (T + 1,) int
-    amplitude : (N, m)
-        Activation, parts of the maximum contraction.
-    sd : (N, m)
-        Standard error of each value, from the randomness of the carrier; the errors of samples
-        closer than the low-pass is wide are related.
-    relative_noise : (m,)
-        Standard error over amplitude, of the EMG as recorded (electrode's noise included).
-    cutoff_hz : float
-    order : int
-    causal : bool
-    lag_s : float
-        Delay of the amplitude, s; 0 for a zero-phase filter or once aligned.
-    notes, warnings : tuples of str
+    `offsets` (T + 1,) int.
+    `amplitude` (N, m): activation, parts of the maximum contraction.
+    `sd` (N, m): standard error of each value, from the randomness of the carrier; the errors of
+    samples closer than the low-pass is wide are related.
+    `relative_noise` (m,): standard error over amplitude, of the EMG as recorded (electrode's noise
+    included).
+    `lag_s`: delay of the amplitude, s; 0 for a zero-phase filter or once aligned.
     """
 
     sample_rate_hz: float
@@ -100,17 +89,10 @@ class EmgAmplitude(FrozenRecord):
 class SegmentAmplitude(FrozenRecord):
     """One amplitude of each of m muscles for each of L segments.
 
-    Attributes
-    ----------
-    muscles : tuple of str
-    row : (L,) int
-        Row of the trial table, from 0.
-    start_s, end_s : (L,)
-        Start and end of each segment, counted from the trial's first sample, s.
-    amplitude, sd : (L, m)
-        Parts of the maximum contraction, and the carrier's standard error.
-    kind : {"rms", "rectified"}
-    notes, warnings : tuples of str
+    `row` (L,) int: row of the trial table, from 0.
+    `start_s`, `end_s` (L,): start and end of each segment, counted from the trial's first sample,
+    s.
+    `amplitude`, `sd` (L, m): parts of the maximum contraction, and the carrier's standard error.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]

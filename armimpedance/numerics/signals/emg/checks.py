@@ -40,23 +40,14 @@ _SEGMENT_S, _LINE_HZ, _FLOOR_HZ = 2.0, 1.5, 6.0
 class EmgQuality(FrozenRecord):
     """What the raw EMG of T trials and m muscles is like.
 
-    Attributes
-    ----------
-    trials, muscles : tuples of str
-    still_s : (T, m)
-        Longest time at one value.
-    saturated : (T, m)
-        Share of samples piled up at an extreme.
-    mains_hz : float
-        50 or 60, whichever shows more.
-    hum : (T, m)
-        Share of power in the lines at multiples of it, over the floor beside them.
-    artefact : (T, m)
-        Share of power below 20 Hz.
-    level : (T, m)
-        rms of all in parts of the maximum contraction's; 1 where that is not known.
-    snr_db : (T, m) or None
-        Power of the muscle over power of the silent muscle's electrode; None without rest.
+    `still_s` (T, m): longest time at one value.
+    `saturated` (T, m): share of samples piled up at an extreme.
+    `mains_hz`: 50 or 60, whichever shows more.
+    `hum` (T, m): share of power in the lines at multiples of it, over the floor beside them.
+    `artefact` (T, m): share of power below 20 Hz.
+    `level` (T, m): rms of all in parts of the maximum contraction's; 1 where that is not known.
+    `snr_db` (T, m) or None: power of the muscle over power of the silent muscle's electrode; None
+    without rest.
     """
 
     trials: Annotated[tuple[str, ...], "t"]
@@ -87,10 +78,7 @@ class EmgQuality(FrozenRecord):
 def emg_quality(recording: Recording) -> EmgQuality:
     """Look at the raw EMG of a recording.
 
-    Raises
-    ------
-    InputError
-        No EMG, or EMG that is normalised already.
+    Raises InputError: no EMG, or EMG that is normalised already.
     """
     rate, raw = recording.sample_rate_hz, _raw_emg(recording)
     spectra = [_spectrum(one - one.mean(axis=0), rate) for one in raw]
@@ -229,10 +217,7 @@ def check_emg(recording: Recording) -> tuple[Finding, ...]:
 def refuse_emg(recording: Recording) -> tuple[EmgQuality, tuple[str, ...]]:
     """The quality of an EMG that can be used, and what is to be warned of.
 
-    Raises
-    ------
-    InputError
-        It cannot be used: which muscle, in which trial, why.
+    Raises InputError: it cannot be used: which muscle, in which trial, why.
     """
     quality = emg_quality(recording)
     checks = (*_maximum(recording), _rate(recording), *_signal(quality))
@@ -245,10 +230,8 @@ def refuse_emg(recording: Recording) -> tuple[EmgQuality, tuple[str, ...]]:
 def check_band(low_hz: float, high_hz: float, sample_rate_hz: float) -> None:
     """Refuse a band that samples at this rate cannot hold.
 
-    Raises
-    ------
-    InputError
-        The band's upper edge is at or above half of the sample rate, or the band is empty.
+    Raises InputError: the band's upper edge is at or above half of the sample rate, or the band is
+    empty.
     """
     nyquist = sample_rate_hz / 2
     if not 0 < low_hz < high_hz < nyquist:

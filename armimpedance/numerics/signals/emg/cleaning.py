@@ -32,13 +32,8 @@ _LEFT: Final = 0.05
 class CleanEmg(FrozenRecord):
     """EMG of N samples and m muscles, ready to be rectified.
 
-    Attributes
-    ----------
-    emg : (N, m)
-        V, without offset.
-    notes : tuple of str
-        Sentences on what was taken out.
-    warnings : tuple of str
+    `emg` (N, m): V, without offset.
+    `notes`: sentences on what was taken out.
     """
 
     emg: Annotated[FloatArray, "n m"]
@@ -54,17 +49,10 @@ def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = Non
     and 0.4 % of the EMG's power at most goes with it. Movement is taken out by a zero-phase
     high-pass at 20 Hz in all trials of that muscle, so that they stay comparable.
 
-    Parameters
-    ----------
-    recording : Recording
-        Recording with raw EMG and its maximum contraction.
-    band_hz : (low, high), optional
-        A zero-phase band-pass on top.
-
-    Raises
-    ------
-    InputError
-        EMG that cannot be used (`signals.emg_checks.refuse_emg`), or a band beyond half the rate.
+    `recording`: recording with raw EMG and its maximum contraction.
+    `band_hz` (low, high): a zero-phase band-pass on top.
+    Raises InputError: EMG that cannot be used (`signals.emg_checks.refuse_emg`), or a band beyond
+    half the rate.
     """
     if band_hz is not None:
         check_band(*band_hz, recording.sample_rate_hz)
@@ -181,13 +169,9 @@ def carrier_correlation(
 ) -> FloatArray:
     """Autocorrelation of the carrier of each muscle, (L, m), from all trials together.
 
-    Parameters
-    ----------
-    emg : (N, m)
-        Without offset.
-    level : (N, m)
-        Amplitude by which the EMG is divided first; samples where it is 0 are not used.
-    offsets : (T + 1,)
+    `offsets` (T + 1,).
+    `emg` (N, m): without offset.
+    `level` (N, m): amplitude by which the EMG is divided first; samples where it is 0 are not used.
     """
     from scipy.signal import fftconvolve
 

@@ -15,23 +15,15 @@ from armimpedance.show.files.content import Content
 class Ending:
     """One format of result files; its ending is the name of its file in `endings`.
 
-    Attributes
-    ----------
-    what : str
-        What such a file is, for help texts.
-    write : function (content, path)
-        Writes the whole file. The path is a temporary one, beside the final one and with its
-        ending; it is renamed when the function returns.
-    every_table : bool
-        Whether any table of results can be written so. A command that offers an ending of few
-        results names it beside the others.
-    long : bool
-        Whether the long table may stand in place of the wide one.
-    about : bool
-        Whether it has a place for methods, checks and options.
-    most_rows : float
-        Rows beyond which a table is refused: all of them are held in memory at once. inf where
-        they are written one after another, or where the format says its own limit.
+    `what`: what such a file is, for help texts.
+    `write` function (content, path): writes the whole file. The path is a temporary one, beside the
+    final one and with its ending; it is renamed when the function returns.
+    `every_table`: whether any table of results can be written so. A command that offers an ending
+    of few results names it beside the others.
+    `long`: whether the long table may stand in place of the wide one.
+    `about`: whether it has a place for methods, checks and options.
+    `most_rows`: rows beyond which a table is refused: all of them are held in memory at once. inf
+    where they are written one after another, or where the format says its own limit.
     """
 
     what: str

@@ -37,10 +37,7 @@ def label(text: str, instead: str) -> str:
 def checked_label(text: str, option: str) -> str:
     """A label that was given.
 
-    Raises
-    ------
-    InputError
-        It holds something else than letters and digits.
+    Raises InputError: it holds something else than letters and digits.
     """
     if not re.fullmatch(r"[0-9A-Za-z]+", text):
         raise InputError(f"{option} {text!r:.60}", expected="letters and digits")
@@ -103,13 +100,7 @@ def write_description(
 ) -> tuple[str, ...]:
     """Write `dataset_description.json`; returns the fields that nobody told.
 
-    Parameters
-    ----------
-    folder : Path
-    shared : Shared
-    kind : {"raw", "derivative"}
-    sources : sequence of mappings
-        The datasets that a derivative was made from.
+    `sources`: the datasets that a derivative was made from.
     """
     said = shared.statement
     made_by = {"Name": "armimpedance", "Version": shared.version}
@@ -141,19 +132,9 @@ _MICROVOLTS = 1e6
 def write_bdf(stem: Path, task: str, emg: EmgSignals, trial: int) -> tuple[str, ...]:
     """Write the EMG of one trial; returns what a reader must know.
 
-    Parameters
-    ----------
-    stem : Path
-        With the name up to `_emg`.
-    task : str
-    emg : EmgSignals
-    trial : int
-        Row of the trial table.
-
-    Raises
-    ------
-    InputError
-        edfio is not installed, or the rate fits no whole record.
+    `stem`: with the name up to `_emg`.
+    `trial`: row of the trial table.
+    Raises InputError: edfio is not installed, or the rate fits no whole record.
     """
     if emg.unit != "V":
         return ("Left out: normalised EMG, which is no voltage (EMG-BIDS holds voltages).",)
@@ -232,12 +213,7 @@ def _write_beside(stem: Path, task: str, emg: EmgSignals, duration_s: float) -> 
 
 
 def mapping_text(recording: Recording) -> str:
-    """The mapping with which the dataset becomes the recording that it was written from.
-
-    Parameters
-    ----------
-    recording : Recording
-    """
+    """The mapping with which the dataset becomes the recording that it was written from."""
     hand, d = recording.kind == "hand", recording.axes
     top: dict[str, Any] = {
         "kind": recording.kind,

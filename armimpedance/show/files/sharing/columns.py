@@ -39,16 +39,10 @@ _WRENCH_UNITS: Final = ("N", "N", "N", "N*m", "N*m", "N*m")
 class DescribedColumn:
     """One column of samples.
 
-    Attributes
-    ----------
-    name, words : str
-    unit : str
-        "n/a" where it has none.
-    values : (N,)
-    kind : {"POS", "JNTANG", "MISC"}
-        Type of a channel in BIDS.
-    component, point : str
-        Axis and tracked point, where there is one.
+    `values` (N,).
+    `unit`: "n/a" where it has none.
+    `kind`: type of a channel in BIDS.
+    `component`, `point`: axis and tracked point, where there is one.
     """
 
     name: str
@@ -71,12 +65,7 @@ def unit_of_name(name: str) -> str:
 
 
 def sample_columns(recording: Any) -> list[DescribedColumn]:
-    """All columns of samples of a recording, its time first; EMG of another rate is not among them.
-
-    Parameters
-    ----------
-    recording : Recording, MarkerRecording or MotionRecording
-    """
+    """All columns of samples of a recording, its time first, without EMG of another rate."""
     time = DescribedColumn("trial_time", "each trial's own clock", "s", recording.time_s)
     if isinstance(recording, Recording):
         return [time, *_of_the_limb(recording)]

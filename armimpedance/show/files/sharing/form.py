@@ -14,11 +14,8 @@ from armimpedance.core.method_table import MethodTable
 class Statement:
     """What only the owner of the data can say; what was not said stays empty everywhere.
 
-    Attributes
-    ----------
-    name, description, licence, identifier, url : str or None
-        `licence` as an SPDX name or an address, `identifier` such as a DOI.
-    creators, keywords, funding : tuple of str
+    `name`, `description`, `licence`, `identifier`, `url`: `licence` as an SPDX name or an address,
+    `identifier` such as a DOI.
     """
 
     name: str | None = None
@@ -35,12 +32,7 @@ class Statement:
 class ResultTable:
     """A table of results as its file has it.
 
-    Attributes
-    ----------
-    path : Path
-    columns : tuple of str
-    rows : tuple of mappings
-        Column -> the text of the cell; empty where there is no value.
+    `rows`: column -> the text of the cell; empty where there is no value.
     """
 
     path: Path
@@ -52,15 +44,9 @@ class ResultTable:
 class Shared:
     """What is shared.
 
-    Attributes
-    ----------
-    recordings : sequence of (Path, recording)
-    results : sequence of ResultTable
-    statement : Statement
-    person, task : str or None
-        Labels for BIDS; None: made from the recording and its name.
-    version : str
-        Of the toolkit.
+    `recordings` sequence of (Path, recording).
+    `person`, `task`: labels for BIDS; None: made from the recording and its name.
+    `version`: of the toolkit.
     """
 
     recordings: Sequence[tuple[Path, Any]] = ()
@@ -80,17 +66,11 @@ class Shared:
 class Form:
     """A form in which data are shared.
 
-    Attributes
-    ----------
-    what : str
-        For help texts.
-    write : callable
-        Writes to a folder that is there and empty, or to a file; returns sentences on what was
-        left out or is not known.
-    endings : tuple of str
-        Of the file; empty: a folder is written.
-    takes : tuple of str
-        Of "recording" and "results".
+    `what`: for help texts.
+    `write`: writes to a folder that is there and empty, or to a file; returns sentences on what was
+    left out or is not known.
+    `endings`: of the file; empty: a folder is written.
+    `takes`: of "recording" and "results".
     """
 
     what: str
@@ -111,28 +91,13 @@ class Form:
     ) -> tuple[str, ...]:
         """Write recordings and tables of results in this form.
 
-        Parameters
-        ----------
-        recordings : sequence of (Path, recording)
-            With the paths that they were read from.
-        tables : sequence of Path
-            RESULTS.csv.
-        out : Path
-            An empty folder, or a file.
-        said : mapping
-            Fields of `Statement`.
-        person, task, version
-            See `Shared`.
-
-        Returns
-        -------
-        tuple of str
-            What was left out or is not known.
-
-        Raises
-        ------
-        InputError
-            A table cannot be read, or what is given has no place in this form.
+        `recordings` sequence of (Path, recording): with the paths that they were read from.
+        `tables`: RESULTS.csv.
+        `out`: an empty folder, or a file.
+        `said`: fields of `Statement`.
+        `person`, `task`, `version`: see `Shared`.
+        Returns what was left out or is not known.
+        Raises InputError: a table cannot be read, or what is given has no place in this form.
         """
         results = [result_table(path) for path in tables]
         return self.write(
@@ -141,12 +106,7 @@ class Form:
 
 
 def result_table(path: Path) -> ResultTable:
-    """A table of results, its cells as they are.
-
-    Raises
-    ------
-    InputError
-    """
+    """A table of results, its cells as they are."""
     from armimpedance.show.files.table_row import table_rows
 
     rows = table_rows(path)

@@ -64,21 +64,9 @@ class _Stretch:
 def write_motion_dataset(shared: Shared, folder: Path) -> tuple[str, ...]:
     """Write a dataset of one person's recording.
 
-    Parameters
-    ----------
-    shared : Shared
-    folder : Path
-        Empty.
-
-    Returns
-    -------
-    tuple of str
-        What was left out or is not known.
-
-    Raises
-    ------
-    InputError
-        More than one recording, or a label that is none.
+    `folder`: empty.
+    Returns what was left out or is not known.
+    Raises InputError: more than one recording, or a label that is none.
     """
     if len(shared.recordings) != 1 or shared.results:
         raise InputError("a dataset of BIDS", expected="one recording")

@@ -18,17 +18,11 @@ if TYPE_CHECKING:
 class ElbowMethod:
     """A method for I, B and K at an operating point.
 
-    Attributes
-    ----------
-    name : str
-    description : str
-        One line.
-    lowest_snr_db : float
-        Lowest signal to noise of torque and of angle: down to here I, B and K of a 10 s record
-        at 1 kHz are within 10 % rms (``benchmarks/elbow/snr.py``). Below it the method refuses.
-    reference : str
-    identify : function
-        From the prepared samples and the weighed band.
+    `description`: one line.
+    `lowest_snr_db`: lowest signal to noise of torque and of angle: down to here I, B and K of a 10
+    s record at 1 kHz are within 10 % rms (``benchmarks/elbow/snr.py``). Below it the method
+    refuses.
+    `identify`: from the prepared samples and the weighed band.
     """
 
     name: str

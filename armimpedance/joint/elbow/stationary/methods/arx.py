@@ -29,14 +29,10 @@ WARPED: Final = 20
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Least squares, bilinear structure; the interval holds the bias that sensors' noise makes.
 
-    Raises
-    ------
-    InputError
-        Samples that were neither filtered nor decimated, and noise that would decide the outcome.
-    EstimationError
-        The fitted poles or gain are no joint's.
-    NotIdentifiableError
-        The record does not tell the coefficients apart.
+    Raises InputError: samples that were neither filtered nor decimated, and noise that would decide
+    the outcome.
+    Raises EstimationError: the fitted poles or gain are no joint's.
+    Raises NotIdentifiableError: the record does not tell the coefficients apart.
     """
     free = prepared.sample_rate_hz < WARPED * prepared.band_hz
     # Where the device reacts to the subject, output error is off as well.

@@ -35,10 +35,7 @@ KERNEL_PERIODS: Final = 0.6
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Instruments for ``tau = I theta'' + B theta' + K theta`` (3) after one kernel.
 
-    Raises
-    ------
-    EstimationError
-        I, B or K is not positive, or the rounds do not settle.
+    Raises EstimationError: I, B or K is not positive, or the rounds do not settle.
     """
     kernels = spline_kernels(KERNEL_PERIODS / prepared.band_hz, prepared.source.sample_rate_hz)
     driver = driver_of(band)
@@ -93,10 +90,7 @@ def _told(
 ) -> FloatArray:
     """The driver's angle over time, (S,); where the angle is imposed, the measured one corrected.
 
-    Parameters
-    ----------
-    measured : (S,)
-        The angle without offset and slope.
+    `measured` (S,): the angle without offset and slope.
     """
     count = len(measured)
     within = driver.angle(row, bins, values)

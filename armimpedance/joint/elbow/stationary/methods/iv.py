@@ -17,10 +17,7 @@ from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Refined instruments.
 
-    Raises
-    ------
-    EstimationError
-        I, B or K is not positive, or the rounds do not settle.
+    Raises EstimationError: I, B or K is not positive, or the rounds do not settle.
     """
     del prepared
     driver = driver_of(band)

@@ -27,10 +27,7 @@ _ROUNDS: Final = 2
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
     """Gauss-Newton on ln I, ln B, ln K (see `joint_fit`).
 
-    Raises
-    ------
-    EstimationError
-        It does not settle, or the torque has the wrong sign.
+    Raises EstimationError: it does not settle, or the torque has the wrong sign.
     """
     del prepared
     if band.source == "torque":

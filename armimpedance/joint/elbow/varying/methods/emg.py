@@ -45,12 +45,9 @@ LEAST_CHANGE: Final = 1e-3
 def scheduled(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     """K and B linear in the amplitudes; their errors are taken off the moments, where known.
 
-    Raises
-    ------
-    InputError
-        An amplitude that does not change.
-    NotIdentifiableError
-        Amplitudes whose errors explain most of what is seen of every combination of them.
+    Raises InputError: an amplitude that does not change.
+    Raises NotIdentifiableError: amplitudes whose errors explain most of what is seen of every
+    combination of them.
     """
     amplitude, amplitude_sd = options.amplitude, options.amplitude_sd
     data, names = begun.data, _names(amplitude.shape[1])

@@ -184,10 +184,7 @@ def _mock_up(arguments: argparse.Namespace) -> int:
 def tubes(given: list[str]) -> list[tuple[float, float, float]]:
     """Mass, length and diameter of two pipes, the upper arm first, of ``--pipe KG,M,M``.
 
-    Raises
-    ------
-    InputError
-        Not two pipes of three numbers each.
+    Raises InputError: not two pipes of three numbers each.
     """
     try:
         numbers = [tuple(float(part) for part in word.split(",")) for word in given]

@@ -199,11 +199,7 @@ def plot_passive_axis(
     are drawn beside. A refused model is drawn in grey. Ends so slow that the gears may stick are
     left out, as they are from the fit.
 
-    Parameters
-    ----------
-    calibration : ArmCalibration
-    axis : AxisCalibration
-        One of its axes.
+    `axis`: one of its axes.
     """
     movements = [m for m in calibration.movements if m.axis == axis.axis]
     refused = not axis.elastic.repeatable

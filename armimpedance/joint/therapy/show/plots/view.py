@@ -44,13 +44,8 @@ if TYPE_CHECKING:
 class WholeMovement:
     """The number of a whole movement: its share, its projection where that cannot be told.
 
-    Attributes
-    ----------
-    metric : str
-    percent, sd, half : float
-        `half` of the 95 % interval.
-    valid : bool
-        Whether either can be told.
+    `percent`, `sd`, `half`: `half` of the 95 % interval.
+    `valid`: whether either can be told.
     """
 
     metric: Literal["share", "projection"]
@@ -119,15 +114,8 @@ def plot_contribution(
 ) -> Axes:
     """Draw one movement's contribution over time, and at the right that of the whole movement.
 
-    Parameters
-    ----------
-    unrepeatable : bool
-        Go on where the passive repetitions of this axis did not agree.
-
-    Raises
-    ------
-    InputError
-        As `metric.contribution_of`.
+    `unrepeatable`: go on where the passive repetitions of this axis did not agree.
+    Raises InputError: as `metric.contribution_of`.
     """
     whole = contribution_of(torques, robot, arm, unrepeatable=unrepeatable)
     told = WholeMovement.of(whole)

@@ -12,13 +12,8 @@ from armimpedance.core.method_table import MethodTable
 class ActivationMethod:
     """A way to fit K and B over activation.
 
-    Attributes
-    ----------
-    name : str
-    promises : str
-        Property that every fit has, in one sentence.
-    bounded : bool
-        Whether the stiffness of every muscle stays nonnegative.
+    `promises`: property that every fit has, in one sentence.
+    `bounded`: whether the stiffness of every muscle stays nonnegative.
     """
 
     name: str

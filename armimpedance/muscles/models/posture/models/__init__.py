@@ -21,14 +21,9 @@ if TYPE_CHECKING:
 class PostureMethod:
     """A way to fit K and B over posture.
 
-    Attributes
-    ----------
-    name : str
-    promises : str
-        Property that every fit has, in one sentence.
-    fit : function
-        It fits one matrix: data, order, generator of the shuffles, progress, and whether rows are
-        left out and shuffled to judge the fit.
+    `promises`: property that every fit has, in one sentence.
+    `fit`: it fits one matrix: data, order, generator of the shuffles, progress, and whether rows
+    are left out and shuffled to judge the fit.
     """
 
     name: str

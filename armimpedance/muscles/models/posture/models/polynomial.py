@@ -38,12 +38,8 @@ def fit_polynomial(
     Covariance: without standard errors ``S kron (X^T X)^-1``, S (3, 3) the residuals' own; with
     them the weights', times the residuals' mean square over them where that is above 1.
 
-    Raises
-    ------
-    NotIdentifiableError
-        The postures cannot tell all terms; names them.
-    InputError
-        As many coefficients as postures, and no standard errors.
+    Raises NotIdentifiableError: the postures cannot tell all terms; names them.
+    Raises InputError: as many coefficients as postures, and no standard errors.
     """
     powers = exponents(2 * order)
     X = monomials(data.scaled, powers)
