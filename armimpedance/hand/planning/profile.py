@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.core.inputs import unchanged
 from armimpedance.core.outputs import staged_file
 
 #: Points in [0, 1] at which peaks are looked for.
@@ -118,7 +116,6 @@ def largest(course: Legendre) -> float:
 #: Columns, after two lines of comment.
 COLUMNS: Final = ("time_s", "displacement_m", "velocity_m_s", "acceleration_m_s2")
 #: Profiles that come with the package, at 1 kHz.
-SHIPPED: Final = ("designed", "reflex_separating")
 
 
 def sampled(profile: Profile, rate_hz: float = 1000.0) -> FloatArray:
@@ -152,23 +149,3 @@ def write_profile(profile: Profile, path: str | Path, rate_hz: float = 1000.0) -
         file.write(heading + ",".join(COLUMNS) + "\n")
         for time, *motion in values:
             file.write(",".join([f"{time:.6f}", *(f"{value:.9g}" for value in motion)]) + "\n")
-
-
-def read_profile(path: str | Path) -> FloatArray:
-    """The samples (S, 4) of a file that `write_profile` made."""
-    try:
-        with unchanged(path):
-            return np.loadtxt(path, delimiter=",", skiprows=3, ndmin=2)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {error}", file=path, expected="a profile.csv") from error
-
-
-def shipped_profile(name: str) -> FloatArray:
-    """The samples (S, 4) of a profile that comes with the package, 5 mm in 0.3 s.
-
-    Returns (S, 4): time, displacement, velocity, acceleration at 1 kHz.
-    Raises InputError: if there is no such profile.
-    """
-    if name not in SHIPPED:
-        raise InputError(f"no profile {name!r}", expected=" or ".join(SHIPPED))
-    return read_profile(str(files("armimpedance.hand.planning") / "profiles" / f"{name}.csv"))

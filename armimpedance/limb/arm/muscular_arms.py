@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import MUSCLE_SIGNS, MUSCLES
 from armimpedance.core.errors import InputError
-from armimpedance.core.records import ArmPosture
 from armimpedance.limb.arm.polynomial_paths import (
     STIFFNESS_PER_TENSION,
     MuscularArm,
@@ -248,16 +247,3 @@ def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
             f"no arm {str(name_or_path)!r}", expected=f"{', '.join(ARMS)} or a TABLE.csv"
         )
     return read_moment_arm_table(path)
-
-
-def with_muscles(posture: ArmPosture, arm: MuscularArm) -> ArmPosture:
-    """The posture with the arm's moment arms and the curvature of its lengths.
-
-    Raises InputError: another number of joints, or a posture outside of a table.
-    """
-    q = posture.joint_angles
-    return replace(
-        posture,
-        muscle_jacobian=arm.paths.moment_arms(q),
-        muscle_curvature=arm.paths.curvature(q),
-    )

@@ -306,11 +306,6 @@ def draw_counts(
     return counts
 
 
-def bootstrap_covariance(draws: FloatArray) -> FloatArray:
-    """Covariance (p q, p q) of draws (repeats, p, q), in the order of `Fit.parameters`."""
-    return np.atleast_2d(np.cov(draws.transpose(0, 2, 1).reshape(len(draws), -1), rowvar=False))
-
-
 def _weighted_fits(pooled: Pooled, counts: FloatArray) -> tuple[FloatArray, np.ndarray]:
     """Coefficients (n, p, q) with clusters weighted by counts (n, T), and which lost rank."""
     T, p, q = pooled.score.shape

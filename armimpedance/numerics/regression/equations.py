@@ -207,18 +207,6 @@ def leave_one_out_shift(equations: TrialEquations, theta: FloatArray) -> FloatAr
     return _solve_scaled(rest, score[..., None])[..., 0]
 
 
-def reweighted(equations: TrialEquations, weights: ArrayLike) -> FloatArray:
-    """Parameters (R, n) with clusters weighted by rows of `weights` (R, T).
-
-    Draws with replacement are counts, permuted groups are zeros and ones.
-
-    Raises NotIdentifiableError: some row does not determine the parameters.
-    """
-    w, n = np.asarray(weights, dtype=np.float64), len(equations.names)
-    A = (w @ equations.A.reshape(-1, n * n)).reshape(-1, n, n)
-    return _solve_scaled(A, (w @ equations.b)[..., None])[..., 0]
-
-
 def bootstrap_equations(
     equations: TrialEquations, repeats: int, seed: int | np.random.SeedSequence
 ) -> FloatArray:

@@ -12,7 +12,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.json_text import json_text, read_json
 from armimpedance.core.outputs import staged_file
-from armimpedance.numerics.regression import FitSummary, NamedParameter
+from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.files.content import (
     About,
     Cells,
@@ -166,16 +166,6 @@ def ending_of(path: str | os.PathLike[str]) -> Ending:
 
 
 # FIT.json: what a fit says of itself, for scripts. null stands where there is no finite value.
-
-
-def write_fit(summary: FitSummary, path: str | Path, **more: Any) -> None:
-    """Write the summary and what the command adds, whole or not at all.
-
-    `summary`: what was fitted.
-    `path`: where the file is written.
-    `**more`: further fields of the file, as plain values.
-    """
-    write_json({**summary.to_dict(), **more}, path)
 
 
 def fit_content(told: Mapping[str, Any]) -> Content:

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from math import floor, isnan, log10
-from pathlib import Path
 from typing import Any, Final, overload
 
 import numpy as np
@@ -18,8 +17,8 @@ from armimpedance.core.conventions import group_name
 from armimpedance.core.errors import InputError
 from armimpedance.hand.levels.muscle_identifiable import Combination, FeasibleRange, MuscleShare
 from armimpedance.hand.levels.muscle_map import MuscleEstimate
-from armimpedance.hand.show.quantities import group_cells, require_results
-from armimpedance.show.files import Content, in_one_cell, table_content, write_content
+from armimpedance.hand.show.quantities import group_cells
+from armimpedance.show.files import Content, in_one_cell, table_content
 from armimpedance.show.text import (
     TABLE_WIDTH,
     fixed,
@@ -40,17 +39,6 @@ from armimpedance.show.verbs.results import WrittenResult, position_of
 # stiffnesses that give the joint stiffness, `ci_low_/ci_high_` the 95 % limits of that range.
 
 Cells = dict[str, Any]
-
-
-def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) -> None:
-    """Write all rows through a temporary name; what is not known stays empty.
-
-    `path`: its ending decides the format, see `write_content`.
-    Raises InputError: without estimates, or when a group's column is named like a column of the
-    results.
-    """
-    require_results(estimates, path)
-    write_content(muscles_content(estimates), path)
 
 
 def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:

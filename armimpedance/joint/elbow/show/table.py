@@ -1,20 +1,9 @@
-"""VARYING.csv: B and K of one joint over time, with their 95 % bands; I beside them."""
+"""COURSE.csv: B and K of one joint over time, with their 95 % bands; I beside them."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from armimpedance.joint.elbow.elbow_result import VaryingImpedance
-from armimpedance.show.files import About, Content, course_struct, table_content, write_content
-
-
-def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
-    """One row per point of the result's grid, whole or not at all.
-
-    `path`: its ending decides the format, see `write_content`.
-    Raises InputError: another ending, or the file cannot be written.
-    """
-    write_content(varying_content(varying), path)
+from armimpedance.show.files import About, Content, course_struct, table_content
 
 
 def varying_content(varying: VaryingImpedance) -> Content:

@@ -1,21 +1,21 @@
 """Profiles: the same in planner, simulator and file, and within the limits that they promise."""
 
+from importlib.resources import files
+
 import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.hand.planning.profile import (
-    SHIPPED,
     Profile,
-    read_profile,
     sampled,
-    shipped_profile,
     write_profile,
 )
 from armimpedance.hand.planning.shapes import SHAPES
 from manipulandum_sim.hand.disturbances import DISTURBANCES
 
 T, AMPLITUDE = 0.3, 0.005
+SHIPPED = files("armimpedance.hand.planning") / "profiles"
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -32,9 +32,9 @@ def test_both_know_the_same_names():
     assert set(SHAPES) == set(DISTURBANCES)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", ["designed", "reflex_separating"])
 def test_shipped_file_is_what_the_simulator_does(name):
-    values = shipped_profile(name)
+    values = np.loadtxt(SHIPPED / f"{name}.csv", delimiter=",", skiprows=3)
     time = np.arange(301) / 1000
     np.testing.assert_allclose(values[:, 0], time, atol=1e-12)
     course = DISTURBANCES[name].profile(time, T, AMPLITUDE).T
@@ -42,7 +42,7 @@ def test_shipped_file_is_what_the_simulator_does(name):
     np.testing.assert_allclose(values[:, 1:] / peak, course / peak, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", ["designed", "reflex_separating"])
 def test_shipped_profiles_keep_their_limits(name):
     x, v, a = DISTURBANCES[name].profile(np.linspace(0, T, 30001), T, AMPLITUDE)
     assert 0.0049999 < np.abs(x).max() <= 0.005 * (1 + 1e-9)
@@ -54,7 +54,7 @@ def test_shipped_profiles_keep_their_limits(name):
 def test_a_written_profile_comes_back(tmp_path):
     profile = Profile(SHAPES.named("biphasic"), 0.004, 0.25)
     write_profile(profile, tmp_path / "profile.csv", 2000.0)
-    values = read_profile(tmp_path / "profile.csv")
+    values = np.loadtxt(tmp_path / "profile.csv", delimiter=",", skiprows=3)
     np.testing.assert_allclose(values, sampled(profile, 2000.0), rtol=1e-8, atol=1e-12)
     heading = (tmp_path / "profile.csv").read_text().splitlines()
     assert heading[2] == "time_s,displacement_m,velocity_m_s,acceleration_m_s2"
@@ -90,5 +90,3 @@ def test_a_duration_between_samples_cannot_be_written(tmp_path):
 def test_unknown_names_are_refused():
     with pytest.raises(InputError, match="square"):
         SHAPES.named("square")
-    with pytest.raises(InputError, match="square"):
-        shipped_profile("square")

@@ -8,8 +8,7 @@ import pytest
 
 from armimpedance.core.conventions import MUSCLE_SIGNS, MUSCLES
 from armimpedance.core.errors import InputError
-from armimpedance.limb.arm.muscular_arms import ARMS, arm_named, with_muscles
-from armimpedance.limb.arm.two_link import TwoLinkArm
+from armimpedance.limb.arm.muscular_arms import ARMS, arm_named
 
 ARM26 = Path(__file__).resolve().parents[3] / "reference_data" / "arm26_moment_arms.csv"
 
@@ -69,12 +68,3 @@ def test_an_unknown_arm_is_refused(name):
     with pytest.raises(InputError) as told:
         arm_named(name)
     assert "\n" not in str(told.value)
-
-
-def test_with_muscles_fills_a_posture():
-    posture = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024).posture([0.9, 1.4])
-    arm = arm_named("arm26")
-    filled = with_muscles(posture, arm)
-    np.testing.assert_array_equal(filled.muscle_jacobian, arm.paths.moment_arms([0.9, 1.4]))
-    np.testing.assert_array_equal(filled.muscle_curvature, arm.paths.curvature([0.9, 1.4]))
-    np.testing.assert_array_equal(filled.jacobian, posture.jacobian)

@@ -9,7 +9,6 @@ from armimpedance.core.errors import EstimationError, InputError, NotIdentifiabl
 from armimpedance.numerics.regression.equations import (
     TrialEquations,
     leave_one_out_shift,
-    reweighted,
     solve_equations,
     solve_total,
 )
@@ -51,14 +50,6 @@ def test_leaving_out_is_solving_without(factors):
     for t in (0, 5, T - 1):
         without = solve_total(equations.subset(np.arange(T) != t))
         np.testing.assert_allclose(theta - shift[t], without, rtol=1e-9)
-
-
-def test_counts_are_repeated_trials(factors):
-    equations = as_equations(factors)
-    rows = np.array([0, 0, 3, 4, 5, 6, 7, 7, 7, 9, 10, 11, 12, 13])
-    counts = np.bincount(rows, minlength=T)[None]
-    expected = solve_total(equations.subset(rows))
-    np.testing.assert_allclose(reweighted(equations, counts)[0], expected, rtol=1e-9)
 
 
 def test_instruments_need_no_symmetry():

@@ -11,7 +11,7 @@ from armimpedance.muscles.models.model_json import CHECKSUM, read_model, write_m
 from armimpedance.muscles.models.posture.fit import fit_posture_model
 from armimpedance.muscles.models.rows import JointRows
 from armimpedance.numerics.regression import FitSummary, NamedParameter
-from armimpedance.show.files.tables import write_fit
+from armimpedance.show.files.tables import write_json
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_a_fit_file_keeps_the_contract(tmp_path):
         NamedParameter("h", 0.0, 0.1, 0.2, "N m s/rad", dof=5.0),
     )
     summary = FitSummary("least squares", 700, np.inf, 2.3, 2, 0.9, 0.95, parameters, ("a",))
-    write_fit(summary, tmp_path / "FIT.json", subject="1")
+    write_json({**summary.to_dict(), "subject": "1"}, tmp_path / "FIT.json")
     content = json.loads((tmp_path / "FIT.json").read_text())
     assert content["cond_raw"] is None
     assert content["subject"] == "1"

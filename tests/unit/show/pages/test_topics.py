@@ -13,7 +13,7 @@ import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.app.report.write import report_page
 from armimpedance.muscles.models import write_model
-from armimpedance.show.files.tables import write_fit
+from armimpedance.show.files.tables import write_json
 from armimpedance.show.pages import TOPICS
 from armimpedance.show.pages.asked import Asked
 from armimpedance.show.pages.page import Picture
@@ -73,7 +73,7 @@ def test_reflex_and_comparison_of_a_session():
 def test_a_fit_file_is_reported_with_its_checks(tmp_path, capsys):
     recording, _ = simulate_bench(0.07, 0.6, 20.0, trials=2, duration_s=6.0, snr_db=30.0, seed=3)
     fit = ai.elbow(recording)
-    write_fit(fit.summary, tmp_path / "fit.json")
+    write_json(fit.summary.to_dict(), tmp_path / "fit.json")
     out = tmp_path / "page.html"
     assert main(["report", str(tmp_path / "fit.json"), "--out", str(out)]) == 0
     text = out.read_text()
