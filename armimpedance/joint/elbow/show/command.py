@@ -29,7 +29,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from armimpedance.joint.elbow.show.command_input import FIT as AT_ONE_POINT, LAW
+from armimpedance.joint.elbow.show.command_input import FIT, LAW
 from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
@@ -130,7 +130,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.joint.elbow.show.command_input import analysis_of, options_of
 
     analysis = analysis_of(arguments)
-    at_one_point, law = analysis == AT_ONE_POINT, analysis == LAW
+    at_one_point, law = analysis == FIT, analysis == LAW
     check_long(arguments)
     check_outputs(
         Output("--out", arguments.out, TABLE),

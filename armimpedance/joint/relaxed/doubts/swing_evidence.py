@@ -19,7 +19,7 @@ from armimpedance.joint.relaxed.equations import Terms
 from armimpedance.joint.relaxed.samples import SUBSTEPS, PassiveSamples, harmonics_at
 from armimpedance.joint.relaxed.swing import linearised, push_ratios, settled, swings_of
 
-#: Seconds between nodes of a slow torque; more where a trial would have more nodes than `_MOST`.
+#: Seconds between nodes of a slow torque; more where a trial would have over `_MOST`.
 _NODE_S: Final = 0.25
 _MOST: Final = 60
 #: Sizes of the slow torque that are tried, N m.
