@@ -95,4 +95,4 @@ from .numerics.regression import NamedParameter as NamedParameter, Parameters as
 from .recordings import write_recording as write_recording
 from .show.plots import save as save
 from .show.verbs.inspected import Inspection as Inspection
-from .show.verbs.sources import read as read
+from .show.verbs.results import read as read

@@ -25,7 +25,7 @@ from armimpedance.hand.show import write_results
 from armimpedance.hand.still import Options, estimate
 from armimpedance.numerics.signals import lowpass
 from armimpedance.recordings import write_recording
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 RATE = 1000.0
 SAMPLES = 801

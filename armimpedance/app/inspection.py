@@ -13,7 +13,7 @@ from armimpedance.recordings import AnyRecording
 from armimpedance.show.text import describe
 from armimpedance.show.verbs.checks import TopicChecks, findings_of
 from armimpedance.show.verbs.inspected import Fact, Inspection
-from armimpedance.show.verbs.sources import PathLike, read
+from armimpedance.show.verbs.results import PathLike, read
 
 #: What the topics judge; a new topic's check is added here.
 OF_ALL_TOPICS: Final = TopicChecks(check_response, check_pushes, check_plates)

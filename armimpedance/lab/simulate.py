@@ -22,7 +22,7 @@ import argparse
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command: one subcommand a rig."""
     from armimpedance.lab.parts.simulation import FAMILIES
-    from armimpedance.show.command.parser import add_parsers
+    from armimpedance.show.command.options import add_parsers
 
     rigs = add_parsers(parser, "RIG")
     for rig in (rig for family in FAMILIES.values() for rig in family):

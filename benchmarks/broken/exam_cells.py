@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from broken.cell import Answer, Cell, Made, Rig, said, seeds_of
 
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 TESTS = Path(__file__).resolve().parents[2] / "tests/unit/recordings"
 TRIALS = 16

@@ -108,7 +108,7 @@ def one_trial(arguments: argparse.Namespace) -> JointSamples:
 
         recording, _ = simulate_bench(*TRUTH, snr_db=20.0, seed=3)
         return from_recording(recording)
-    from armimpedance.show.verbs.sources import read_recording
+    from armimpedance.show.verbs.results import read_recording
 
     recording = read_recording(arguments.recording)
     rows_ = np.flatnonzero(recording.trials["trial"] == arguments.trial)

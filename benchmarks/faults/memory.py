@@ -39,7 +39,7 @@ import matplotlib, pandas, pyarrow.parquet, scipy.interpolate, scipy.linalg, sci
 import scipy.special, scipy.stats
 from armimpedance.hand.still.show import estimate
 from armimpedance.app.inspection import inspect
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 # the first of anything loads what it needs
 small = sys.argv[2]
 estimate(small); inspect(small)

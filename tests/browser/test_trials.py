@@ -9,7 +9,7 @@ from conftest import HOSTILE
 from set_up import AXE_FILE
 
 from armimpedance.hand.still.show import write_choice
-from armimpedance.show.verbs.sources import without_trials
+from armimpedance.show.verbs.results import without_trials
 from manipulandum_sim.hand import simulate
 
 

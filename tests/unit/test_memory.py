@@ -30,7 +30,7 @@ from armimpedance.recordings import write_recording
 from armimpedance.recordings.tables import sample_table as sample_clock
 from armimpedance.show.verbs import checks as spread
 from armimpedance.show.verbs.checks import TopicChecks
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 #: Bytes of time, position and force of one sample.
 OWN = 40

@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.core.motion import MarkerRecording
     from armimpedance.recordings import FOLDER_FILES, write_recording
     from armimpedance.show.text import describe
-    from armimpedance.show.verbs.sources import read
+    from armimpedance.show.verbs.results import read
 
     if arguments.output.resolve() == arguments.input.resolve():
         raise InputError("is read and written", file=arguments.output, expected="another folder")

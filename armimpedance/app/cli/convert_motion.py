@@ -95,7 +95,7 @@ def with_standing(
 
     from armimpedance.core.motion import MarkerRecording
     from armimpedance.limb.mocap import calibrate_sites
-    from armimpedance.show.verbs.sources import read
+    from armimpedance.show.verbs.results import read
 
     if arguments.standing is None:
         return recording

@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.recordings import read_skeleton
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.files import write_content
-    from armimpedance.show.verbs.sources import read
+    from armimpedance.show.verbs.results import read
 
     path = arguments.skeleton
     check_outputs(

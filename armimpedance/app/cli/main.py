@@ -22,7 +22,7 @@ from armimpedance.show.command.failures import (
     stopped_in_order,
     told,
 )
-from armimpedance.show.command.parser import OneLineParser, add_commands
+from armimpedance.show.command.options import OneLineParser, add_commands
 from armimpedance.show.command.screen import safe_screen
 
 #: Command, its module in the package, its line in the overview. A command of one topic stands in

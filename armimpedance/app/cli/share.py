@@ -129,7 +129,7 @@ def _written(form: Any, arguments: argparse.Namespace) -> tuple[str, ...]:
 
 def _recordings(arguments: argparse.Namespace) -> list[tuple[Path, Any]]:
     from armimpedance.recordings import read_skeleton
-    from armimpedance.show.verbs.sources import read
+    from armimpedance.show.verbs.results import read
 
     skeleton = None if arguments.skeleton is None else read_skeleton(arguments.skeleton)
     options = reading_options(arguments)

@@ -32,7 +32,7 @@ from armimpedance.show.pages import (
     write_page,
 )
 from armimpedance.show.verbs.inspected import Inspection
-from armimpedance.show.verbs.sources import naming, without_trials
+from armimpedance.show.verbs.results import naming, without_trials
 
 # Which topic a source belongs to, and its page.
 

@@ -14,7 +14,7 @@ from armimpedance.hand.comparison import Discrimination, PeopleGroup, discrimina
 from armimpedance.joint.relaxed import PassiveFit, PassiveFits
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.files import read_parameter
-from armimpedance.show.verbs.sources import PathLike
+from armimpedance.show.verbs.results import PathLike
 
 Person = PathLike | PassiveFits | PassiveFit | NamedParameter
 

@@ -14,9 +14,8 @@ from armimpedance.core.arrays import IntArray
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.progress import Progress
 from armimpedance.hand.comparison.differences import changes, check_alike, labels_of, side_of
-from armimpedance.hand.comparison.groups import ComparedGroup
+from armimpedance.hand.comparison.groups import Basis, ComparedGroup, ManyPairs, Pair, notes_of
 from armimpedance.hand.comparison.matrix_test import MatrixTest, adjusted, holm
-from armimpedance.hand.comparison.pairs import Basis, ManyPairs, Pair, notes_of
 from armimpedance.hand.comparison.parametric import (
     Elements,
     check_errors,

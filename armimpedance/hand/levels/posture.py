@@ -25,7 +25,7 @@ from armimpedance.limb.arm import (
     joints_that_move,
 )
 from armimpedance.recordings import read_subject
-from armimpedance.show.verbs.sources import PathLike, read_recording
+from armimpedance.show.verbs.results import PathLike, read_recording
 
 #: A stand-in where the body mass is unknown: kinematics do not need it, and M is dropped.
 _ANY_MASS_KG = 70.0

@@ -16,10 +16,14 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
-from armimpedance.hand.reaching.course import courses_of, inertia_rows, inertial_gradients
+from armimpedance.hand.reaching.course import (
+    courses_of,
+    inertia_rows,
+    inertial_gradients,
+    pushes_of,
+)
 from armimpedance.hand.reaching.equation import REFLEX_S, TOLD, equations_of, projected, regressors
 from armimpedance.hand.reaching.fitted import instant_of, to_hand, turning
-from armimpedance.hand.reaching.pushes import pushes_of
 from armimpedance.hand.reaching.solve import PhaseSolution, precision_of, solve, weight_of
 from armimpedance.hand.reaching.windows import (
     AFTER_S,

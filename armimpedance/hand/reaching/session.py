@@ -13,8 +13,14 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
-from armimpedance.hand.reaching.course import Courses, courses_of, geometry_of, inertia_rows
-from armimpedance.hand.reaching.pushes import Pushes, pushes_of
+from armimpedance.hand.reaching.course import (
+    Courses,
+    Pushes,
+    courses_of,
+    geometry_of,
+    inertia_rows,
+    pushes_of,
+)
 from armimpedance.hand.reaching.solve import Known
 from armimpedance.hand.reaching.windows import PhaseWindows, windows_of
 from armimpedance.limb.arm import TwoLinkArm

@@ -12,8 +12,7 @@ from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArr
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
-from armimpedance.hand.reaching.course import Courses, channel
-from armimpedance.hand.reaching.pushes import Pushes, pushes_of
+from armimpedance.hand.reaching.course import Courses, Pushes, channel, pushes_of
 from armimpedance.limb.arm import TwoLinkArm
 
 #: Spacing of the samples that are kept (s): the low-pass leaves nothing above 100 Hz.

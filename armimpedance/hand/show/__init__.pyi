@@ -4,7 +4,7 @@ from .ellipse_plot import (
     plot_ellipses_in_workspace as plot_ellipses_in_workspace,
     plot_ellipses_over_levels as plot_ellipses_over_levels,
 )
-from .ellipse_plot_parts import one_legend as one_legend
+from .ellipse_plot_parts import confidence_band as confidence_band, one_legend as one_legend
 from .estimates import (
     Estimates as Estimates,
     LabelledEstimate as LabelledEstimate,
@@ -12,7 +12,6 @@ from .estimates import (
 )
 from .intervals_plot import plot_intervals as plot_intervals
 from .options import add_by as add_by, add_force_by as add_force_by
-from .outline import confidence_band as confidence_band
 from .quantities import (
     Cells as Cells,
     ellipse_cells as ellipse_cells,

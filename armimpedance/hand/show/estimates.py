@@ -22,8 +22,14 @@ from armimpedance.hand.show.text import estimate_text
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.files import Content
 from armimpedance.show.text import counted, html_table
-from armimpedance.show.verbs.results import WrittenResult, as_columns, position_of
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.results import (
+    PathLike,
+    WrittenResult,
+    as_columns,
+    naming,
+    position_of,
+    read_recording,
+)
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -35,8 +35,12 @@ from armimpedance.joint.therapy.share.judgement import (
     range_notes,
     usable_elastic,
 )
-from armimpedance.joint.therapy.share.of_movement import Labels, contribution_from
-from armimpedance.joint.therapy.share.over_time import WINDOW_S, window_samples
+from armimpedance.joint.therapy.share.of_movement import (
+    WINDOW_S,
+    Labels,
+    contribution_from,
+    window_samples,
+)
 from armimpedance.joint.therapy.share.result import Contribution
 from armimpedance.numerics.signals import LastRows
 

@@ -18,9 +18,9 @@ from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.joint.therapy.live_contribution import LiveContribution, LiveSample
 from armimpedance.joint.therapy.robot.steady import no_step
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
-from armimpedance.joint.therapy.share.of_movement import contribution_of
-from armimpedance.joint.therapy.share.over_time import (
+from armimpedance.joint.therapy.share.of_movement import (
     WINDOW_S,
+    contribution_of,
     contribution_so_far,
     running_contribution,
     sample_contribution,

@@ -27,7 +27,7 @@ from armimpedance.limb.arm.polynomial_paths import (
     constant_paths,
 )
 from armimpedance.limb.arm.rods import LOCKED_WRIST
-from armimpedance.limb.arm.table_paths_csv import read_moment_arm_table
+from armimpedance.limb.arm.table_paths import read_moment_arm_table
 
 # Arms of published models that come with the package: lengths as polynomials, in tables.
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import csv
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -13,8 +16,15 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 from scipy.sparse.linalg import lsqr
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen_array
-from armimpedance.core.errors import InputError
-from armimpedance.limb.arm.polynomial_paths import check_angles
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.inputs import unchanged
+from armimpedance.limb.arm.polynomial_paths import (
+    STIFFNESS_PER_TENSION,
+    MusclePaths,
+    MuscularArm,
+    check_angles,
+    paths_of_table,
+)
 
 #: Fewer angles than these along a joint do not hold a cubic spline.
 LEAST_ANGLES: Final = 4
@@ -149,3 +159,236 @@ def _slopes(nodes: FloatArray) -> csr_array:
     inverse = 1 / np.diff(nodes)
     shape = (len(nodes) - 1, len(nodes))
     return csr_array(diags_array(np.stack([-inverse, inverse]), offsets=[0, 1], shape=shape))
+
+
+# A lab's table of moment arms as CSV.
+#
+# Columns: ``muscle, q_shoulder_rad, q_elbow_rad, G_shoulder_m, G_elbow_m`` (``G = dL/dq``, positive
+# where the muscle lengthens), every muscle at every posture of one rectangular grid of at least 4 x
+# 4 angles. An arm of n joints has ``q_1_rad`` to ``q_n_rad`` and ``G_1_m`` to ``G_n_m``, at any
+# postures (`posture_table`). Optional ``max_tension_N`` (one value for each muscle) and
+# ``stiffness_per_tension_per_m`` (one value). Lines that start with # are comments.
+
+ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")
+ARMS: Final = ("G_shoulder_m", "G_elbow_m")
+TENSION: Final = "max_tension_N"
+PER_TENSION: Final = "stiffness_per_tension_per_m"
+#: With maxima that are not known all muscles count as equally strong (N).
+EQUAL_TENSION_N: Final = 1000.0
+#: No human muscle has a longer moment arm: the table was in mm or cm.
+_LONGEST_ARM_M: Final = 0.2
+#: Angles of a grid that differ by less are one, written with other digits.
+_SAME_RAD: Final = 1e-5
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One line: its number in an editor, the muscle, the numbers by column."""
+
+    line: int
+    muscle: str
+    numbers: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The lines of a file, and how to complain about them."""
+
+    file: Path
+    rows: tuple[_Row, ...]
+    angles: tuple[str, ...] = ANGLES
+    arms: tuple[str, ...] = ARMS
+
+    def numbers(self, muscle: str, columns: tuple[str, ...]) -> FloatArray:
+        """The columns (P, n) of a muscle's rows."""
+        mine = (row.numbers for row in self.rows if row.muscle == muscle)
+        return np.array([[numbers[name] for name in columns] for numbers in mine])
+
+    def wrong(self, row: _Row, problem: str, column: str, expected: str) -> InputError:
+        return InputError(problem, file=self.file, row=row.line, column=column, expected=expected)
+
+
+def read_moment_arm_table(path: str | Path) -> MuscularArm:
+    """Read a table of moment arms.
+
+    Raises InputError: file, row and column of what is missing or is not what it should be; or
+    moment arms that no length has.
+    """
+    table = _read(Path(path))
+    muscles = tuple(dict.fromkeys(row.muscle for row in table.rows))
+    try:
+        paths, limits = _paths(table, muscles)
+    except NotIdentifiableError as error:
+        raise InputError(str(error), file=path, expected="more postures, off one line") from error
+    except InputError as error:
+        if error.file is not None:
+            raise
+        raise InputError(error.problem, file=path, expected=error.expected) from error
+    tensions = [_constant(table, TENSION, muscle) for muscle in muscles]
+    per_tension = _constant(table, PER_TENSION)
+    notes = [f"moment arms from {Path(path).name}"]
+    if None in tensions:
+        notes.append(f"all muscles taken as equally strong ({EQUAL_TENSION_N:g} N)")
+    if per_tension is None:
+        notes.append(f"stiffness per tension {STIFFNESS_PER_TENSION:g}/m after Selen et al. 2009")
+    return MuscularArm(
+        name=Path(path).stem,
+        paths=paths,
+        max_tension=np.array([EQUAL_TENSION_N if t is None else t for t in tensions]),
+        stiffness_per_tension=per_tension or STIFFNESS_PER_TENSION,
+        angle_range=limits,
+        source="; ".join(notes),
+    )
+
+
+def _paths(table: _Table, muscles: tuple[str, ...]) -> tuple[MusclePaths, FloatArray]:
+    """The muscles' paths, and the range (n, 2) of each angle that they hold for, rad."""
+    if table.angles == ANGLES:
+        shoulder, elbow = (_grid_angles(table, column) for column in ANGLES)
+        planar = TablePaths(muscles, shoulder, elbow, _on_grid(table, muscles, shoulder, elbow))
+        return planar, planar.angle_range
+    q = [table.numbers(muscle, table.angles) for muscle in muscles]
+    spatial = paths_of_table(muscles, q, [table.numbers(m, table.arms) for m in muscles])
+    return spatial, spatial.box
+
+
+def _read(file: Path) -> _Table:
+    if not file.is_file():
+        raise InputError("no such file", file=file, expected="a table of moment arms")
+    with (
+        unchanged(file),
+        file.open(encoding="utf-8-sig", errors="replace", newline="") as stream,
+    ):
+        lines = _lines(file, stream)
+        first = next(lines, None)
+        if first is None:
+            raise InputError("is empty", file=file, expected=", ".join(("muscle", *ANGLES, *ARMS)))
+        angles, arms = _columns(first[1])
+        names = _header(file, *first, ("muscle", *angles, *arms))
+        rows = tuple(_row(file, number, names, cells, angles, arms) for number, cells in lines)
+    if not rows:
+        raise InputError("no rows under the header", file=file, expected="one row per posture")
+    return _Table(file, rows, angles, arms)
+
+
+def _columns(header: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the angles' and of the moment arms' columns: of shoulder and elbow, or numbered."""
+    if ANGLES[0] in header or "q_1_rad" not in header:
+        return ANGLES, ARMS
+    joints = next(j for j in range(1, len(header) + 2) if f"q_{j}_rad" not in header)
+    n = range(1, joints)
+    return tuple(f"q_{j}_rad" for j in n), tuple(f"G_{j}_m" for j in n)
+
+
+def _lines(file: Path, stream: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
+    reader = csv.reader(stream)
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
+                yield reader.line_num, [cell.strip() for cell in cells]
+    except csv.Error as error:
+        raise InputError(f"not CSV: {error}", file=file, row=reader.line_num) from None
+
+
+def _header(file: Path, line: int, names: list[str], needed: tuple[str, ...]) -> list[str]:
+    for name in needed:
+        if name not in names:
+            there = ", ".join(names)
+            raise InputError(
+                "no such column", file=file, row=line, column=name, expected=f"it beside {there}"
+            )
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("stands twice in the header", file=file, row=line, column=name)
+    return names
+
+
+def _row(
+    file: Path,
+    line: int,
+    names: list[str],
+    cells: list[str],
+    angles: tuple[str, ...],
+    arms: tuple[str, ...],
+) -> _Row:
+    if len(cells) != len(names):
+        expected = f"{len(names)}, as in the header"
+        raise InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
+    given = dict(zip(names, cells, strict=True))
+    if not given["muscle"]:
+        raise InputError("empty", file=file, row=line, column="muscle", expected="a name")
+    limits = {**dict.fromkeys(angles, 2 * math.pi), **dict.fromkeys(arms, _LONGEST_ARM_M)}
+    limits |= {name: math.inf for name in (TENSION, PER_TENSION) if name in given}
+    numbers = {
+        name: _number(file, line, name, given[name], limit) for name, limit in limits.items()
+    }
+    return _Row(line, given["muscle"], numbers)
+
+
+def _number(file: Path, line: int, column: str, text: str, limit: float) -> float:
+    unit = column.rpartition("_")[2]
+    if column in (TENSION, PER_TENSION):
+        expected = "a positive number"
+    else:
+        expected = f"a number in {unit} of at most {limit:.3g}"
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    positive = column not in (TENSION, PER_TENSION) or value > 0
+    if not (math.isfinite(value) and abs(value) <= limit and positive and "_" not in text):
+        problem = repr(text[:40]) if text else "empty cell"
+        raise InputError(problem, file=file, row=line, column=column, expected=expected)
+    return value
+
+
+def _grid_angles(table: _Table, column: str) -> FloatArray:
+    """The different angles of a column, increasing."""
+    angles = np.unique([row.numbers[column] for row in table.rows])
+    apart = np.concatenate([[True], np.diff(angles) > _SAME_RAD])
+    return np.asarray(angles[apart])
+
+
+def _on_grid(
+    table: _Table, muscles: tuple[str, ...], shoulder: FloatArray, elbow: FloatArray
+) -> FloatArray:
+    """Moment arms (m, a, b, 2), every cell filled once."""
+    arms = np.full((len(muscles), len(shoulder), len(elbow), 2), np.nan)
+    for row in table.rows:
+        q = [row.numbers[column] for column in ANGLES]
+        i, j = (int(np.abs(g - a).argmin()) for g, a in zip((shoulder, elbow), q, strict=True))
+        cell = arms[muscles.index(row.muscle), i, j]
+        if np.isfinite(cell).any():
+            raise table.wrong(
+                row, f"{row.muscle} at this posture again", ANGLES[0], "each posture once"
+            )
+        cell[:] = [row.numbers[column] for column in ARMS]
+    missing = np.argwhere(np.isnan(arms[..., 0]))
+    if len(missing):
+        n, i, j = missing[0]
+        raise InputError(
+            f"no row for {muscles[n]} at q_shoulder_rad {shoulder[i]:.6g}, q_elbow_rad "
+            f"{elbow[j]:.6g} ({len(missing)} of {arms.shape[0] * len(shoulder) * len(elbow)} rows "
+            "are missing)",
+            file=table.file,
+            column=ANGLES[0],
+            expected="all muscles at all pairs of the angles",
+        )
+    return arms
+
+
+def _constant(table: _Table, column: str, muscle: str | None = None) -> float | None:
+    """The one value of a column over the rows of a muscle, or of all; None: no such column."""
+    rows = [row for row in table.rows if muscle in (None, row.muscle)]
+    if column not in rows[0].numbers:
+        return None
+    for row in rows:
+        if row.numbers[column] != rows[0].numbers[column]:
+            whose = "all muscles" if muscle is None else muscle
+            raise table.wrong(
+                row,
+                f"{row.numbers[column]:g} after {rows[0].numbers[column]:g}",
+                column,
+                f"one value for {whose}",
+            )
+    return rows[0].numbers[column]

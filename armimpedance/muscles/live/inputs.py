@@ -19,7 +19,7 @@ from armimpedance.limb.arm import Arm
 from armimpedance.muscles.live.hand_stiffness import StiffnessForm, form_of
 from armimpedance.muscles.models import MuscleModel, read_model
 from armimpedance.numerics.signals import emg_amplitude, mvc_column, rest_column, without_rest
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 # What an EMG of each muscle means: its maximum, its rest, its noise; and the gain that drifts.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,9 +31,6 @@ from armimpedance.show.plots import (
     plot_surface,
     print_style,
 )
-
-if TYPE_CHECKING:
-    pass
 
 #: Of an ellipse: what is drawn, in this order.
 PARAMETERS: Final = ("size", "orientation_deg", "shape")

@@ -22,7 +22,7 @@ from armimpedance.muscles.models import (
     read_model,
 )
 from armimpedance.muscles.show.rows_csv import joined, read_activations, read_postures
-from armimpedance.show.verbs.sources import PathLike
+from armimpedance.show.verbs.results import PathLike
 
 if TYPE_CHECKING:
     from armimpedance.core.arrays import FloatArray

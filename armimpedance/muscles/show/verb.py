@@ -28,7 +28,7 @@ from armimpedance.muscles.models import (
     rows_of_hand,
 )
 from armimpedance.muscles.show.rows_csv import read_joint_rows
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 #: Rows of the joint level: a path or several of RESULTS.csv, estimates, or the rows themselves;
 #: for muscles also those of a hand whose joints are all free.

@@ -7,9 +7,9 @@ from typing import Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import told_not_taken
+from armimpedance.recordings.hdf5 import Mat73
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.mat5 import read_mat5
-from armimpedance.recordings.mat73 import Mat73
 from armimpedance.recordings.matlab_tree import runs_of_tree
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"

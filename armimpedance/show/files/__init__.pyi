@@ -1,9 +1,12 @@
-from .cell_text import (
+from .content import (
+    About as About,
+    Cells as Cells,
+    Content as Content,
+    Quantity as Quantity,
     in_one_cell as in_one_cell,
     of_one_cell as of_one_cell,
     shared_steps as shared_steps,
 )
-from .content import About as About, Cells as Cells, Content as Content, Quantity as Quantity
 from .table_row import (
     TableRow as TableRow,
     read_left_out as read_left_out,

@@ -15,7 +15,7 @@ from armimpedance.core.arrays import LARGEST, FloatArray
 from armimpedance.core.conventions import LARGEST_ANGLE_RAD, element_names
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import unchanged
-from armimpedance.show.files.cell_text import unguarded
+from armimpedance.show.files.content import unguarded
 
 
 @dataclass(frozen=True)

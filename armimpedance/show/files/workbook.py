@@ -10,7 +10,7 @@ from typing import Any, Final
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.files.cell_text import runs_as_formula
+from armimpedance.show.files.content import runs_as_formula
 from armimpedance.show.files.workbook_sheets import (
     MOST_COLUMNS,
     MOST_ROWS,

@@ -12,8 +12,7 @@ from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
-from armimpedance.show.files.cell_text import of_one_cell
-from armimpedance.show.files.content import Content, Quantity
+from armimpedance.show.files.content import Content, Quantity, of_one_cell
 from armimpedance.show.files.words import meaning_of
 
 # What a cell of a workbook holds: every double in full, every text a text.

@@ -16,7 +16,7 @@ from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.pages.page import Checks, Methods, Page, Printed, Section, Verdict
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 if TYPE_CHECKING:
     import pandas as pd

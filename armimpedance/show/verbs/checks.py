@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, IntArray
+from armimpedance.core.conventions import group_name
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding, missing
 from armimpedance.core.motion import MarkerRecording, MotionRecording
 from armimpedance.core.records import Recording, Window, trial_slices
-from armimpedance.numerics.criticism import check_copies
+from armimpedance.numerics.criticism import check_copies, refuse_stops
 from armimpedance.numerics.signals import check_emg, check_recording, cut_windows, emg_gate
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.text import moves_a_robot
@@ -242,3 +243,69 @@ def _gate_check(recording: MarkerRecording | MotionRecording) -> Finding:
         return Finding("", "ok", str(emg_gate(recording.emg, recording.trials)))
     except ArmImpedanceError as error:
         return Finding("", "warning", str(error))
+
+
+# The gate of every analysis: no number of a recording that a check stops.
+
+#: Checks of what a fit assumes; where they warn, every result is marked.
+OF_THE_FIT: Final = (
+    "held",
+    "clipping",
+    "imposed",
+    "axes",
+    "own motion",
+    "delay",
+    "reflex",
+    "amplitude",
+    "friction",
+    "voluntary",
+    "lack of fit",
+    "gain",
+    "reach",
+)
+
+
+def checked(
+    recording: AnyRecording,
+    despite: str | Collection[str] = (),
+    own: TopicChecks = NO_CHECKS,
+) -> tuple[str, ...]:
+    """Check a recording as `inspect` does, before anything is fitted.
+
+    `recording`: of more than 4000 trials as many are checked, spread over all.
+    `despite`: names of checks whose STOP is overruled.
+    `own`: the checks that only the verb's topic can make.
+    Returns what each result is to be marked with; see `marks_of`.
+    Raises InputError: a check says STOP and is not named in `despite`; or `despite` names no check.
+    """
+    if isinstance(recording, Recording):
+        recording = spread(recording)
+    return marks_of(findings_of(recording, own), despite)
+
+
+def marks_of(found: Iterable[Finding], despite: str | Collection[str] = ()) -> tuple[str, ...]:
+    """Refuse where a check says STOP; what results are marked with where none does.
+
+    `despite`: names of checks whose STOP is overruled.
+    Returns the checks that were overruled, and assumptions of the fit that the data contradict.
+    Raises InputError: a check says STOP and is not named in `despite`; or `despite` names no check.
+    """
+    found = list(found)
+    named = (despite,) if isinstance(despite, str) else tuple(despite)
+    overruled = refuse_stops(found, named)
+    contradicted = [one for one in found if one.name in OF_THE_FIT and one.verdict == "warning"]
+    return (
+        *(f"despite {one.sentence}" for one in overruled),
+        *(one.sentence for one in contradicted),
+    )
+
+
+def in_groups(recording: Recording, by: Sequence[str]) -> Recording:
+    """The recording with its groups as conditions; as it is where a column is not there."""
+    if tuple(by) == ("condition",) or not set(by) <= set(recording.trials):
+        return recording
+    # without a column: a frame of no columns forgets its rows (pandas 2)
+    rows = zip(*(recording.trials[column] for column in by), strict=True) if by else ()
+    names = [group_name(dict(zip(by, row, strict=True))) for row in rows]
+    names = names or [group_name({})] * len(recording.trials)
+    return replace(recording, trials=recording.trials.assign(condition=names))

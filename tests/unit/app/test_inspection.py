@@ -12,7 +12,7 @@ from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording, Subject
 from armimpedance.recordings import write_recording
-from armimpedance.show.verbs.sources import read, read_recording
+from armimpedance.show.verbs.results import read, read_recording
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.passive import simulate_passive

@@ -18,7 +18,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm import overview
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.overview_text import look_at_exam
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 NOTHING = np.zeros((0, 2))
 EMPTY = {"samples": 0, "links": NOTHING, "forces": NOTHING, "motors": NOTHING}

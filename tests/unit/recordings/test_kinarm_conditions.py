@@ -6,7 +6,7 @@ import kinarm_bench as bench
 import numpy as np
 import pytest
 
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 FILL = 100
 

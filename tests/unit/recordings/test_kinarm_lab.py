@@ -17,7 +17,7 @@ from armimpedance.hand.show.results_csv import read_results
 from armimpedance.recordings.c3d.c3d_file import parse_c3d
 from armimpedance.recordings.kinarm.dynamics import link_inertias
 from armimpedance.recordings.kinarm.robot import robot_of
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 HANDLE = (0.0, -0.0005)
 CENTRE = np.array([-0.05, 0.42])

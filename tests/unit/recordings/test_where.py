@@ -13,7 +13,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.limb.arm import elbow_skeleton
 from armimpedance.recordings.where import parse_where, plain_name, with_where
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 
 N = 24
 COLUMNS = {

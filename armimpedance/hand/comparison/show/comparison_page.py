@@ -8,7 +8,7 @@ from heapq import nsmallest
 from math import isnan
 from typing import Final
 
-from armimpedance.hand.comparison.pairs import Pair
+from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.show.plot import plot_comparison
 from armimpedance.hand.comparison.show.verb import Comparison, compare
 from armimpedance.show.pages import (
@@ -25,7 +25,7 @@ from armimpedance.show.pages import (
     told_by,
 )
 from armimpedance.show.text import counted
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 #: Below this a difference is told from chance.
 LEVEL: Final = 0.05

@@ -12,8 +12,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import MATRICES, UNITS
 from armimpedance.hand.comparison.discrimination import Discrimination
-from armimpedance.hand.comparison.groups import ComparedGroup
-from armimpedance.hand.comparison.pairs import Pair
+from armimpedance.hand.comparison.groups import ComparedGroup, Pair
 from armimpedance.hand.ellipses import Which
 from armimpedance.hand.show.ellipse_plot import plot_ellipse
 from armimpedance.hand.show.ellipse_plot_parts import (

@@ -11,7 +11,7 @@ from math import isnan
 from typing import Any, Final, overload
 
 from armimpedance.core.findings import Finding
-from armimpedance.hand.comparison.pairs import Pair
+from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.subjects import SubjectsChange
 from armimpedance.show.files import About, Content, Quantity, in_one_cell, meaning_of
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from armimpedance.hand.comparison.discrimination import Discrimination, PeopleGroup
-from armimpedance.hand.comparison.pairs import Pair
+from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.subjects import SubjectsChange
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.numerics.regression import t_factor

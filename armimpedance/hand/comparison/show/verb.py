@@ -18,11 +18,12 @@ from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.comparison.compare import compare as compare_groups
 from armimpedance.hand.comparison.groups import (
     ComparedGroup,
+    Pair,
+    check_inertia,
     groups_of_estimates,
     groups_of_recording,
     name_of,
 )
-from armimpedance.hand.comparison.pairs import Pair, check_inertia
 from armimpedance.hand.comparison.show.table import comparison_content
 from armimpedance.hand.comparison.show.text import comparison_text, subjects_text
 from armimpedance.hand.comparison.subjects import SubjectsChange, compare_subjects
@@ -32,8 +33,13 @@ from armimpedance.hand.still import METHODS, Options
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content
 from armimpedance.show.text import TABLE_WIDTH, checks_lines, html_table
-from armimpedance.show.verbs.results import WrittenResult, as_columns
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.results import (
+    PathLike,
+    WrittenResult,
+    as_columns,
+    naming,
+    read_recording,
+)
 
 # What `compare` returns: changes and tests as a table, a figure and text.
 

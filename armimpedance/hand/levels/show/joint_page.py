@@ -8,7 +8,7 @@ from armimpedance.hand.levels.show.verb import to_joint
 from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.still.show import estimate, of_estimates
 from armimpedance.show.pages import Asked, Page, Topic
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 
 def page_of(asked: Asked) -> Page:

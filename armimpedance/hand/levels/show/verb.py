@@ -34,7 +34,7 @@ from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.limb.arm import HELD, LOCKED_WRIST, MuscularArm, arm_named
 from armimpedance.recordings import read_subject
-from armimpedance.show.verbs.sources import PathLike, naming
+from armimpedance.show.verbs.results import PathLike, naming
 
 #: Estimates, or the path of a RESULTS.csv.
 Results = Sequence[ImpedanceEstimate] | PathLike

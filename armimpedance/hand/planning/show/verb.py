@@ -20,7 +20,7 @@ from armimpedance.hand.planning.setting import PlannedArm, Servo, Setting
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still.show import checked_response
-from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording
 
 #: K within so many per cent, where no wish is given.
 DEFAULT_K_PERCENT: Final = 10.0

@@ -12,8 +12,8 @@ from armimpedance.hand.random.identify import identify_random
 from armimpedance.hand.random.random_fit import RandomFit
 from armimpedance.hand.show.estimates import Estimates, ForceBy, opened
 from armimpedance.show.files import Content
-from armimpedance.show.verbs.gate import checked
-from armimpedance.show.verbs.sources import PathLike
+from armimpedance.show.verbs.checks import checked
+from armimpedance.show.verbs.results import PathLike
 
 
 @dataclass(frozen=True, repr=False, eq=False)

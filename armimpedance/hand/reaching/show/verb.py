@@ -17,9 +17,8 @@ from armimpedance.hand.reaching.push_plan import MovementPlan, plan_movement as 
 from armimpedance.hand.reaching.windows import check_pushes
 from armimpedance.hand.show.estimates import Estimates, ForceBy
 from armimpedance.hand.show.results_csv import read_results
-from armimpedance.show.verbs.checks import TopicChecks
-from armimpedance.show.verbs.gate import checked
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.checks import TopicChecks, checked
+from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 #: What only this topic can judge.
 CHECKS: Final = TopicChecks(pushes=check_pushes)

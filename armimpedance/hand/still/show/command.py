@@ -113,7 +113,7 @@ def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> Non
     from armimpedance.hand.still.show.plot import plot_estimates, plot_motion_and_force
     from armimpedance.hand.still.show.trials_plot import plot_fit
     from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.verbs.sources import read_recording
+    from armimpedance.show.verbs.results import read_recording
 
     method = made[0].method
     path, first = arguments.recordings[0], made[0]
@@ -173,7 +173,7 @@ def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
         return ()
     from armimpedance.hand.still.show.gate import CHECKS
     from armimpedance.show.verbs.checks import findings_of
-    from armimpedance.show.verbs.sources import read
+    from armimpedance.show.verbs.results import read
 
     return tuple(findings_of(read(paths[0], force_by=arguments.force_by), CHECKS))
 

@@ -7,8 +7,13 @@ from typing import Final
 
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.checks import check_driven, check_response
-from armimpedance.show.verbs.checks import TopicChecks, disturbed_checks, spread
-from armimpedance.show.verbs.gate import in_groups, marks_of
+from armimpedance.show.verbs.checks import (
+    TopicChecks,
+    disturbed_checks,
+    in_groups,
+    marks_of,
+    spread,
+)
 
 #: What only this topic can judge.
 CHECKS: Final = TopicChecks(response=check_response)

@@ -40,7 +40,7 @@ from armimpedance.show.pages import (
     software,
 )
 from armimpedance.show.text import counted, with_half_width
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 #: Columns of a file of results that no reader of a page wants.
 _LEFT_OUT: Final = ("covariance", "shared_errors", "provenance")

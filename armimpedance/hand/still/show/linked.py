@@ -14,8 +14,7 @@ import pandas as pd
 from armimpedance.core.conventions import MATRICES, UNITS
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses import FIELDS, Which, ellipse_of, locus
-from armimpedance.hand.show.ellipse_plot_parts import default_scale
-from armimpedance.hand.show.outline import confidence_band
+from armimpedance.hand.show.ellipse_plot_parts import confidence_band, default_scale
 from armimpedance.hand.show.quantities import condition_of, ellipse_values
 from armimpedance.show.pages import Linked
 

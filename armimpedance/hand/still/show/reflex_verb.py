@@ -19,8 +19,7 @@ from armimpedance.hand.still.show.gate import checked_response
 from armimpedance.hand.still.show.text import headline, verdict_rows
 from armimpedance.show.files import Content, table_content
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.results import WrittenResult, position_of
-from armimpedance.show.verbs.sources import PathLike
+from armimpedance.show.verbs.results import PathLike, WrittenResult, position_of
 
 
 def reflex(

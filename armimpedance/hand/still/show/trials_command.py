@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Write the page."""
     from armimpedance.hand.still.show.linked_trials import write_choice
     from armimpedance.show.files import read_left_out
-    from armimpedance.show.verbs.sources import naming, read_recording
+    from armimpedance.show.verbs.results import naming, read_recording
 
     check_outputs(Output("--out", arguments.out, PAGE), reads=[arguments.recording])
     earlier = {} if arguments.leave_out is None else read_left_out(arguments.leave_out)

@@ -23,7 +23,7 @@ from armimpedance.hand.still.show.gate import checked_response
 from armimpedance.hand.still.show.text import methods_table
 from armimpedance.hand.still.side_by_side import SideBySide, side_by_side
 from armimpedance.show.verbs.checks import check_handle
-from armimpedance.show.verbs.sources import (
+from armimpedance.show.verbs.results import (
     LeftOut,
     PathLike,
     left_out_sentence,

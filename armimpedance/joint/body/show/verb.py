@@ -17,7 +17,7 @@ from armimpedance.joint.body.regressor import TermKind
 from armimpedance.joint.body.result import BodyFit
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.limb.mocap import motion_of
-from armimpedance.show.verbs.sources import PathLike, naming, read
+from armimpedance.show.verbs.results import PathLike, naming, read
 
 
 def body(

@@ -13,9 +13,14 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.joint.elbow.cascade.fit import in_rounds
+from armimpedance.joint.elbow.cascade.fit import (
+    Strengths,
+    in_rounds,
+    scales_of,
+    smooth_means,
+    strengths_of,
+)
 from armimpedance.joint.elbow.cascade.rows import Cells
-from armimpedance.joint.elbow.cascade.smooth import Strengths, scales_of, smooth_means, strengths_of
 from armimpedance.joint.elbow.cascade.task import (
     MOST_ROWS,
     ORDERS,

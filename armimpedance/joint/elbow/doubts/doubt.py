@@ -27,17 +27,19 @@ from armimpedance.joint.elbow.doubts.contest import (
     contest,
     stiffening,
 )
-from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths, posterior
-from armimpedance.joint.elbow.doubts.record import doubted
-from armimpedance.joint.elbow.doubts.sentences import (
+from armimpedance.joint.elbow.doubts.posterior import (
     SURE,
     Amplitude,
     Lateness,
+    Posterior,
     Reflex,
     band_finding,
     findings,
+    half_widths,
+    posterior,
     unlike_finding,
 )
+from armimpedance.joint.elbow.doubts.record import doubted
 from armimpedance.joint.elbow.stationary.band import Band, explained
 from armimpedance.joint.elbow.stationary.estimate import Estimate
 from armimpedance.joint.elbow.stationary.instruments import driver_of

@@ -6,7 +6,7 @@ from armimpedance.joint.elbow.show.emg_verb import emg_law
 from armimpedance.joint.elbow.show.plot import plot_emg_law
 from armimpedance.joint.elbow.show.text import law_text
 from armimpedance.show.pages import RUIZ, Asked, Page, Topic, fit_page, picture, software
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 
 def page_of(asked: Asked) -> Page:

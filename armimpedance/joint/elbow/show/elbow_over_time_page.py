@@ -22,7 +22,7 @@ from armimpedance.show.pages import (
     told_by,
 )
 from armimpedance.show.text import counted
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 
 def page_of(asked: Asked) -> Page:

@@ -20,7 +20,7 @@ from armimpedance.show.pages import (
     software,
 )
 from armimpedance.show.text import with_half_width
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 
 
 def page_of(asked: Asked) -> Page:

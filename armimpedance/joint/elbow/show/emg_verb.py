@@ -20,8 +20,8 @@ from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import segment_amplitude
-from armimpedance.show.verbs.gate import checked
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.checks import checked
+from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 _Action = Literal["flexor", "extensor"]
 

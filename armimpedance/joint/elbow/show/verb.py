@@ -14,8 +14,8 @@ from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
-from armimpedance.show.verbs.gate import checked
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.checks import checked
+from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 #: How a part of a recording that is one trial is called.
 _TRIAL: Final = "trial "

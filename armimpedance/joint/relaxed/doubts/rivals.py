@@ -22,9 +22,9 @@ from armimpedance.joint.relaxed.doubts.evidence import (
     RowEvidence,
     TorqueRows,
     WhiteFit,
+    swing_evidence,
     torque_rows,
 )
-from armimpedance.joint.relaxed.doubts.swing_evidence import swing_evidence
 from armimpedance.joint.relaxed.equations import Terms
 from armimpedance.joint.relaxed.samples import PassiveSamples
 

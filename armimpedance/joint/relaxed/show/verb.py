@@ -22,9 +22,8 @@ from armimpedance.joint.relaxed.samples import PassiveSamples, from_motion
 from armimpedance.limb.mocap import motion_of
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import EmgLevel, emg_gate, recorded_emg
-from armimpedance.show.verbs.checks import TopicChecks
-from armimpedance.show.verbs.gate import checked
-from armimpedance.show.verbs.sources import PathLike, naming, read
+from armimpedance.show.verbs.checks import TopicChecks, checked
+from armimpedance.show.verbs.results import PathLike, naming, read
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -44,9 +44,6 @@ from armimpedance.joint.therapy.robot.checks import check_recording
 from armimpedance.joint.therapy.robot.steady import no_step, slides
 from armimpedance.joint.therapy.robot.therapy_robot import Loads, TherapyRobot
 from armimpedance.numerics.regression import FitSummary
-
-if TYPE_CHECKING:
-    pass
 
 #: Repetitions of every movement, as in the source.
 FEWEST: Final = 3

@@ -18,7 +18,7 @@ from armimpedance.joint.therapy.arm.movements import MovementTorques
 from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.joint.therapy.live_replay import LiveReport, replay
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
-from armimpedance.joint.therapy.share.over_time import sample_contribution
+from armimpedance.joint.therapy.share.of_movement import sample_contribution
 from armimpedance.joint.therapy.share.result import Contribution, SampleContribution
 from armimpedance.show.files import Content, course_struct, table_content, write_content
 from armimpedance.show.text import html_table

@@ -20,7 +20,7 @@ from armimpedance.joint.therapy.arm.verdict import ArmCalibration
 from armimpedance.joint.therapy.robot.calibrate import RobotCalibration
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.show.files import write_json
-from armimpedance.show.verbs.sources import PathLike, naming
+from armimpedance.show.verbs.results import PathLike, naming
 
 ROBOT_FORMAT: Final = "armimpedance-robot"
 ARM_FORMAT: Final = "armimpedance-arm"

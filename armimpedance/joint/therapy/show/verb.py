@@ -34,8 +34,8 @@ from armimpedance.joint.therapy.show.models_json import (
     robot_of,
 )
 from armimpedance.show.text import moves_a_robot
-from armimpedance.show.verbs.gate import checked
-from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.show.verbs.checks import checked
+from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording
 
 
 def calibrate_robot(

@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     from armimpedance.core.errors import InputError
     from armimpedance.muscles.live.stream import packets_of, serve
     from armimpedance.muscles.live.updates import Live
-    from armimpedance.show.verbs.sources import read_recording
+    from armimpedance.show.verbs.results import read_recording
 
     replayed = None if args.replay is None else read_recording(args.replay)
     whose = args.recording if args.recording is not None else replayed

@@ -9,8 +9,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from armimpedance.show.files.cell_text import guarded
-from armimpedance.show.files.content import Content
+from armimpedance.show.files.content import Content, guarded
 from armimpedance.show.files.endings import Ending
 
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from armimpedance.show.files.cell_text import of_one_cell
-from armimpedance.show.files.content import Cells, Content
+from armimpedance.show.files.content import Cells, Content, of_one_cell
 from armimpedance.show.files.endings import Ending
 
 #: The first 116 bytes of the file are free text, where SciPy puts the time.

@@ -11,7 +11,7 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.app.inspection import inspect
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.show.verbs.sources import read
+from armimpedance.show.verbs.results import read
 from manipulandum_sim.hand import simulate
 
 

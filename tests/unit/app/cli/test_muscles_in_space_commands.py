@@ -20,7 +20,7 @@ from armimpedance.hand.still.show import estimate
 from armimpedance.muscles.models import joint_rows, matrix, triple
 from armimpedance.muscles.show import free_hand_rows
 from armimpedance.recordings import write_recording
-from armimpedance.show.verbs.sources import read_recording
+from armimpedance.show.verbs.results import read_recording
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceCondition,

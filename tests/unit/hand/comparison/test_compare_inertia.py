@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.hand.comparison.compare import compare
-from armimpedance.hand.comparison.groups import groups_of_estimates
-from armimpedance.hand.comparison.pairs import check_inertia
+from armimpedance.hand.comparison.groups import check_inertia, groups_of_estimates
 from armimpedance.hand.still.estimation import estimate
 
 

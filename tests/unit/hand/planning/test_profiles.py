@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.planning.profile import (
-    Profile,
-    sampled,
-    write_profile,
-)
+from armimpedance.hand.planning.profile import Profile, sampled, write_profile
 from armimpedance.hand.planning.shapes import SHAPES
 from manipulandum_sim.hand.disturbances import DISTURBANCES
 

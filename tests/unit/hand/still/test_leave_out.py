@@ -7,7 +7,7 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.show.verbs.sources import without_trials
+from armimpedance.show.verbs.results import without_trials
 from manipulandum_sim.hand import simulate
 
 NAMES = ["cocontraction_10", "cocontraction_20"]

@@ -9,8 +9,8 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.joint.elbow import from_recording, identify_cascade
+from armimpedance.joint.elbow.cascade.fit import Strengths, smooth
 from armimpedance.joint.elbow.cascade.rows import Cells
-from armimpedance.joint.elbow.cascade.smooth import Strengths, smooth
 from armimpedance.joint.elbow.show import elbow_over_time
 from manipulandum_sim.elbow import Reflex, simulate_cascade
 

@@ -28,8 +28,11 @@ from armimpedance.core.errors import InputError
 from armimpedance.joint.therapy.robot.steady import kernels_for
 from armimpedance.joint.therapy.robot.therapy_robot import Loads
 from armimpedance.joint.therapy.share.error_law import PARTS
-from armimpedance.joint.therapy.share.of_movement import contribution_of
-from armimpedance.joint.therapy.share.over_time import running_contribution, sample_contribution
+from armimpedance.joint.therapy.share.of_movement import (
+    contribution_of,
+    running_contribution,
+    sample_contribution,
+)
 
 
 def plain_metrics(seen, theta, mass, line, own, arm):

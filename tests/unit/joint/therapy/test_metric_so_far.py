@@ -16,8 +16,11 @@ from metric_bench import (
     true_arm,
 )
 
-from armimpedance.joint.therapy.share.of_movement import contribution_of
-from armimpedance.joint.therapy.share.over_time import STEADY_S, contribution_so_far
+from armimpedance.joint.therapy.share.of_movement import (
+    STEADY_S,
+    contribution_of,
+    contribution_so_far,
+)
 
 METRICS = ("share", "projection")
 

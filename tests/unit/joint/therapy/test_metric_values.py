@@ -24,8 +24,11 @@ from metric_bench import (
 
 from armimpedance.core.arrays import from_plain, to_plain
 from armimpedance.core.errors import InputError
-from armimpedance.joint.therapy.share.of_movement import contribution_of
-from armimpedance.joint.therapy.share.over_time import running_contribution, sample_contribution
+from armimpedance.joint.therapy.share.of_movement import (
+    contribution_of,
+    running_contribution,
+    sample_contribution,
+)
 
 SHARES = (-0.8, 0.0, 0.5, 1.0, 1.3)
 

@@ -5,8 +5,7 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, monomial_exponents
-from armimpedance.limb.arm.table_paths import TablePaths
-from armimpedance.limb.arm.table_paths_csv import EQUAL_TENSION_N, read_moment_arm_table
+from armimpedance.limb.arm.table_paths import EQUAL_TENSION_N, TablePaths, read_moment_arm_table
 
 SHOULDER, ELBOW = np.deg2rad(np.arange(0, 91, 15)), np.deg2rad(np.arange(30, 121, 15))
 HEADER = "muscle,q_shoulder_rad,q_elbow_rad,G_shoulder_m,G_elbow_m"

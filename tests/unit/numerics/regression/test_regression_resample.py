@@ -5,11 +5,7 @@ import pytest
 import regression_oracle as oracle
 
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.numerics.regression.covariance import (
-    bootstrap,
-    draw_counts,
-    leave_one_out,
-)
+from armimpedance.numerics.regression.covariance import bootstrap, draw_counts, leave_one_out
 from armimpedance.numerics.regression.diagnose import solve_positive
 from armimpedance.numerics.regression.factors import ragged_factors, trial_factors
 from armimpedance.numerics.regression.solve import fit

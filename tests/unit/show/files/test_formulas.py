@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from armimpedance.hand.show.results_csv import read_results, write_results
-from armimpedance.show.files.cell_text import guarded, runs_as_formula, unguarded
+from armimpedance.show.files.content import guarded, runs_as_formula, unguarded
 
 HOSTILE = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", "\t=1", "'", "''", "'=1", "'-", "＝1"]
 HARMLESS = ["", "-5", "+0.5", "-1e-3", "-inf", "a=b", "'a'", "0'", " =1", "007"]

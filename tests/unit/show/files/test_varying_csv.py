@@ -9,7 +9,7 @@ import pytest
 
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.joint.elbow.elbow_result import ChannelSnr, ElbowFit, VaryingImpedance, Whiteness
-from armimpedance.joint.elbow.show.table import varying_content
+from armimpedance.joint.elbow.show.over_time_verb import varying_content
 from armimpedance.joint.elbow.show.text import elbow_text, varying_text
 from armimpedance.numerics.regression import Parameters
 from armimpedance.show.files import write_content

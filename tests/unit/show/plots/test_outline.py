@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.hand.ellipses import locus
-from armimpedance.hand.show.outline import confidence_band, outline_radius
+from armimpedance.hand.show.ellipse_plot_parts import confidence_band, outline_radius
 
 K = np.array([[104.8, -70.4], [-78.4, 179.3]])
 ANGLES = np.linspace(0, 2 * np.pi, 25)

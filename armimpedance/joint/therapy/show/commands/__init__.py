@@ -22,6 +22,6 @@ STEPS = {
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command: one subcommand a step."""
-    from armimpedance.show.command.parser import add_commands
+    from armimpedance.show.command.options import add_commands
 
     add_commands(parser, STEPS, "armimpedance.joint.therapy.show.commands", "STEP")

@@ -120,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _live(results: Contributions, recording: Path) -> str:
     """What the live form says, and how long it takes."""
     from armimpedance.show.command.screen import bar
-    from armimpedance.show.verbs.sources import naming
+    from armimpedance.show.verbs.results import naming
 
     with naming(recording), bar("live") as progress:
         return repr(results.replay(progress))
