@@ -1,7 +1,9 @@
-"""Tables of methods, models and formats: a folder with one file each, whose record is one entry.
+"""Tables of methods, models and formats.
 
-A new entry is a new file in the folder; nobody lists it anywhere. The names are those of the files,
-so that a help text can show them without importing what they need. Standard library only.
+Entries with code of their own are files of a folder, whose record is the entry: a new entry is a
+new file, and the names are those of the files, so that a help text can show them without importing
+what they need. Entries that differ in a word are the lines of one module (`RecordTable`). Standard
+library only.
 """
 
 from __future__ import annotations
@@ -77,6 +79,23 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
     def listed(self) -> str:
         """The names as a help text shows them: ``weighted (default), exact, ...``."""
         return ", ".join(n + (" (default)" if n == self.default else "") for n in self.names)
+
+
+class RecordTable(MethodTable[Entry]):
+    """A table whose entries are a word or a few lines each: its module lists them itself.
+
+    `entries`: by their names; what they need is imported where it is used.
+    `kind`, `default`: as of `MethodTable`.
+    """
+
+    def __init__(self, entries: Mapping[str, Entry], kind: str, default: str = "") -> None:
+        super().__init__("", "", kind, default)
+        self._loaded = dict(entries)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """All names."""
+        return tuple(sorted(self._loaded, key=lambda name: (name != self.default, name)))
 
 
 class FoundTable(MethodTable[Entry]):

@@ -13,12 +13,11 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.joint.elbow.cascade.fit import in_rounds
-from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
+from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS, CascadeMethod
 from armimpedance.joint.elbow.cascade.rows import CascadeRows, block_means, cascade_rows
 from armimpedance.joint.elbow.cascade.search import LIMITS, Refined, Searched, refined, searched
 from armimpedance.joint.elbow.cascade.task import (
     CascadeCourses,
-    CascadeMethod,
     CascadeTask,
     beginning,
     task_in_time,

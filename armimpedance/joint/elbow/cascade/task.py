@@ -238,17 +238,3 @@ class CascadeCourses:
     found: FoundCourses
     task: CascadeTask
     notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class CascadeMethod:
-    """A method for I, B, K and the reflex's gain, given the pathway.
-
-    `realizations`: trials of the same course that it needs.
-    """
-
-    name: str
-    description: str
-    reference: str
-    realizations: int
-    estimate: Callable[[CascadeTask], CascadeCourses]
