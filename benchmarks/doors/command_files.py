@@ -192,7 +192,7 @@ def _bodies(shop: Path) -> None:
     body, _ = simulate_body(["squat", "walk"], sample_rate_hz=50.0)
     write_recording(body, shop / "body", "csv")
     for form in ("trc", "mot"):
-        from armimpedance.lab.parts.simulation import FORMS
+        from armimpedance.lab.lab_forms import FORMS
 
         (shop / f"body_{form}").mkdir()
         recording = swing if form == "trc" else body

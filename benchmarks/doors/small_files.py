@@ -12,7 +12,7 @@ from typing import Any, Final
 import armimpedance as ai
 from armimpedance.core.records import Recording
 from armimpedance.hand.show import read_results, write_results
-from armimpedance.lab.parts.simulation import FORMS
+from armimpedance.lab.lab_forms import FORMS
 from armimpedance.recordings import read_skeleton, write_recording
 from armimpedance.show.files import read_left_out
 from manipulandum_sim.hand import simulate

@@ -28,7 +28,7 @@ RECORDS, QUICK, MOST = 10, 2, 99
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.lab.benchmark_command.task import TASKS
+    from armimpedance.lab.benchmark_command.tasks import TASKS
 
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--key", type=Path, metavar="FILE", help="of the sealed half")
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.core.outputs import staged_folder
     from armimpedance.core.workers import usable_cores
     from armimpedance.lab.benchmark import MARK, TOP, BenchmarkFolder, keep_truth
-    from armimpedance.lab.benchmark_command.task import TASKS
+    from armimpedance.lab.benchmark_command.tasks import TASKS
     from armimpedance.lab.benchmark_command.written import Wanted, write_benchmark
     from armimpedance.show.command.screen import bar
 

@@ -55,7 +55,7 @@ def _sealed_truth(benchmark: BenchmarkFolder, file: Path) -> list[KnownTruth]:
     Raises InputError: another key, or a truth whose hash is another.
     """
     from armimpedance.lab.benchmark import Key, kept_truth
-    from armimpedance.lab.benchmark_command.task import truth_of
+    from armimpedance.lab.benchmark_command.tasks import truth_of
 
     key = Key.read(file)
     benchmark.check_key(key)

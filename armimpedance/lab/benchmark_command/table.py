@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, write."""
     from armimpedance.core.outputs import staged_file
     from armimpedance.lab.benchmark import Scores, table_text
-    from armimpedance.lab.benchmark_command.task import TASKS
+    from armimpedance.lab.benchmark_command.tasks import TASKS
 
     check_outputs(Output("--out", arguments.out, (".md",)), reads=arguments.scores)
     made = [Scores.read(file) for file in arguments.scores]

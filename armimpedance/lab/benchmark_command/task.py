@@ -1,16 +1,15 @@
-"""What a task is: drawn people, their truth, their recordings. One file a task, the record TASK."""
+"""What a task is: drawn people, their truth, their recordings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from armimpedance.core.method_table import MethodTable
-from armimpedance.lab.benchmark import VERSION, AskedGroup, Key, KnownTruth, seed_of
+from armimpedance.lab.benchmark import AskedGroup
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,26 +54,6 @@ class Task:
     asks: str
     draw: Callable[[int], Made] = field(repr=False)
     share: Callable[[Path], None] = _nothing
-
-
-TASKS: Final[MethodTable[Task]] = MethodTable(
-    "armimpedance.lab.benchmark_command.tasks", "TASK", "task"
-)
-
-
-def drawn(task: str, record: str, key: Key | None) -> Made:
-    """A record of the public half, or with a key of the sealed one."""
-    return TASKS[task].draw(seed_of(VERSION, task, record, key))
-
-
-def truth_of(task: str, records: Iterable[str], key: Key | None) -> list[KnownTruth]:
-    """The truth of some records of one half, made anew."""
-    return [
-        known
-        for record in records
-        for group in drawn(task, record, key).groups
-        for known in group.known(task, record)
-    ]
 
 
 def nameless(recording: Any, body_told: bool) -> Any:

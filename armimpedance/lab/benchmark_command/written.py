@@ -20,7 +20,8 @@ from armimpedance.lab.benchmark import (
     write_index,
     write_task,
 )
-from armimpedance.lab.benchmark_command.task import TASKS, drawn, nameless
+from armimpedance.lab.benchmark_command.task import nameless
+from armimpedance.lab.benchmark_command.tasks import TASKS, drawn
 from armimpedance.recordings import write_recording
 
 # What stands in the benchmark's folder for people: README, licence, citation, datasheet.

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.method_table import MethodTable
-from armimpedance.lab.parts.simulation import FORMS, TRUTH_FILE, Truth
+from armimpedance.lab.lab_forms import FORMS
+from armimpedance.lab.parts.simulation import TRUTH_FILE, Truth
 
 if TYPE_CHECKING:
     from armimpedance.core.motion import MarkerRecording

@@ -9,19 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.method_table import MethodTable
 from armimpedance.core.outputs import check_file_replaceable, check_replaceable
+from armimpedance.show.files import ENDINGS
 
 if TYPE_CHECKING:
     from armimpedance.core.findings import Finding
     from armimpedance.show.files import About, Content
 
-#: Formats of result files, each a file of that folder.
-_ENDINGS: Final[MethodTable[Any]] = MethodTable(
-    "armimpedance.show.files.endings", "ENDING", "ending", default="csv"
-)
 #: Endings of what commands write; the ending decides the format.
-TABLE: Final = tuple(f".{name}" for name, one in _ENDINGS.items() if one.every_table)
+TABLE: Final = tuple(f".{name}" for name, one in ENDINGS.items() if one.every_table)
 FIT: Final = (".json",)
 FIGURE: Final = (".png", ".svg", ".pdf")
 

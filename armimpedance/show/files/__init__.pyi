@@ -7,6 +7,7 @@ from .content import (
     of_one_cell as of_one_cell,
     shared_steps as shared_steps,
 )
+from .endings import ENDINGS as ENDINGS
 from .table_row import (
     TableRow as TableRow,
     read_left_out as read_left_out,

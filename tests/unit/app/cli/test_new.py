@@ -13,7 +13,8 @@ import pytest
 import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.core.errors import InputError
-from armimpedance.lab.parts.simulation import FORMS, Simulated, form_for, write_as
+from armimpedance.lab.lab_forms import FORMS, form_for
+from armimpedance.lab.parts.simulation import Simulated, write_as
 from armimpedance.lab.parts.starter import NOTEBOOK, SCRIPT, STARTERS
 from manipulandum_sim.hand import simulate
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from armimpedance.lab.benchmark import Key
-from armimpedance.lab.benchmark_command.task import TASKS, drawn, nameless, truth_of
+from armimpedance.lab.benchmark_command.task import nameless
+from armimpedance.lab.benchmark_command.tasks import TASKS, drawn, truth_of
 
 KEY = Key(bytes(32))
 #: Their truth needs the whole simulation, of ten seconds and more.

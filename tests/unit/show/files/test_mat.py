@@ -13,7 +13,7 @@ from scipy.io import loadmat
 from armimpedance.core.conventions import UNITS
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.show.quantities import half_widths
-from armimpedance.show.files.matlab_values import Names
+from armimpedance.show.files.matlab import Names
 from armimpedance.show.files.tables import table_content, write_content
 from armimpedance.show.files.words import course_struct
 

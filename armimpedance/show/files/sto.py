@@ -13,14 +13,13 @@ from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.show.files.content import Content
-from armimpedance.show.files.endings import Ending
 
 #: Letters that end a cell or a line of such a file, or that its readers take for the end.
 _BREAKS: Final = str.maketrans(dict.fromkeys("\t\r\n\v\f\x1c\x1d\x1e\x85\u2028\u2029\0", " "))
 _CLOCK: Final = "time_s"
 
 
-def write(content: Content, path: Path) -> None:
+def write_sto(content: Content, path: Path) -> None:
     """Write the numbers of the table, its texts in the header."""
     rows = content.rows
     texts = [n for n in content.columns if any(isinstance(row.get(n), str) for row in rows)]
@@ -91,6 +90,3 @@ def _told(name: str, cells: Sequence[Any]) -> str:
     else:
         said = "; ".join(f"row {i}: {text}" for i, text in enumerate(texts) if text)
     return f"Not in the table: {label}: {said}".replace("=", ":")
-
-
-ENDING = Ending("columns of numbers over time, for OpenSim", write)

@@ -1,1 +1,0 @@
-"""Forms of a laboratory's files, one file each; `armimpedance.lab.parts.simulation` finds them."""
