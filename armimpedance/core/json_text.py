@@ -33,8 +33,7 @@ def finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
-    """The object in a JSON file, its numbers finite and its names different."""
+def _text_of(file: Path, expected: str) -> str:
     try:
         with unchanged(file):
             text = file.read_text(encoding="utf-8-sig")
@@ -44,6 +43,12 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None
     if not text.strip():
         raise InputError("is empty", file=file, expected=expected)
+    return text
+
+
+def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
+    """The object in a JSON file, its numbers finite and its names different."""
+    text = _text_of(file, expected)
 
     def no_constant(name: str) -> float:
         raise InputError(f"holds {name}", file=file, expected="finite numbers")
@@ -79,6 +84,10 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
         ) from None
     except (RecursionError, ValueError) as error:
         raise InputError(f"broken JSON: {error}", file=file, expected=expected) from None
+    return _object(content, text, file, expected)
+
+
+def _object(content: Any, text: str, file: Path, expected: str) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise InputError("holds no object", file=file, expected=expected)
     if "\\ud" in text.lower() and not _is_writable(content):

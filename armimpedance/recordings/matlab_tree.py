@@ -123,6 +123,17 @@ def _scalars(found: _Found) -> dict[str, float | str]:
     return {p: _fact(leaf.read().ravel()[0]) for p, leaf in found.leaves.items() if leaf.size == 1}
 
 
+def _joined(node: Sequence[Node]) -> Leaf | None:
+    """A list of texts or of single numbers as one array; None: it is neither."""
+    if node and all(isinstance(p, str) for p in node):
+        joined = np.array([str(p)[:1000] for p in node], dtype=np.str_)
+    elif node and all(isinstance(p, Leaf) and p.size == 1 for p in node):
+        joined = np.array([p.read().ravel()[0] for p in node if isinstance(p, Leaf)])
+    else:
+        return None
+    return Leaf(joined.shape, lambda: joined)
+
+
 def _flat(tree: dict[str, Node], path: str = "", into: _Found | None = None) -> _Found:
     """All that lies in nested structs, by its path."""
     found = into if into is not None else _Found({}, {}, {}, {})
@@ -136,12 +147,8 @@ def _flat(tree: dict[str, Node], path: str = "", into: _Found | None = None) -> 
             found.texts[at] = node
         elif isinstance(node, Refused):
             found.refused[at] = node.what
-        elif node and all(isinstance(p, str) for p in node):
-            texts = np.array([str(p)[:1000] for p in node], dtype=np.str_)
-            found.leaves[at] = Leaf(texts.shape, lambda texts=texts: texts)  # type: ignore[misc]
-        elif node and all(isinstance(p, Leaf) and p.size == 1 for p in node):
-            numbers = np.array([p.read().ravel()[0] for p in node if isinstance(p, Leaf)])
-            found.leaves[at] = Leaf(numbers.shape, lambda numbers=numbers: numbers)  # type: ignore[misc]
+        elif (leaf := _joined(node)) is not None:
+            found.leaves[at] = leaf
         elif any(not (isinstance(p, Leaf) and p.size == 0) for p in node):
             found.lists[at] = node
     return found

@@ -177,10 +177,14 @@ def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
     columns = {}
     for i, label in enumerate(labels):
         if wanted(label):
-            # A factor of one leaves each bit as it is.
-            column = values[:, i] if factors[i] == 1.0 else values[:, i] * factors[i]
-            columns[label] = RawColumn(column + offset if offset else column, unit)
+            columns[label] = RawColumn(_scaled(values[:, i], factors[i], offset), unit)
     found.add(clock, columns)
+
+
+def _scaled(column: FloatArray, factor: float, offset: float) -> FloatArray:
+    """A column in its unit; a factor of one leaves each bit as it is."""
+    column = column if factor == 1.0 else column * factor
+    return column + offset if offset else column
 
 
 def _labels(name: str, data: Any, kind: str) -> list[str]:
@@ -245,6 +249,18 @@ class Trial:
     facts: Mapping[str, float | str]
 
 
+def _trial_columns(table: Any, left: dict[str, list[str]]) -> dict[str, Sequence[float | str]]:
+    columns: dict[str, Sequence[float | str]] = {}
+    for name, thing in inner(table):
+        if thing is None or not is_dataset(thing):
+            continue
+        try:
+            columns[name] = _column(thing)
+        except Hdf5Error as error:
+            left.setdefault(str(error), []).append(f"{TRIALS}/{name}")
+    return columns
+
+
 def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
     """The trials in order of time; none where the file has no such table.
 
@@ -254,14 +270,7 @@ def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
     table = member(file, TRIALS)
     if table is None or is_dataset(table):
         return []
-    columns: dict[str, Sequence[float | str]] = {}
-    for name, thing in inner(table):
-        if thing is None or not is_dataset(thing):
-            continue
-        try:
-            columns[name] = _column(thing)
-        except Hdf5Error as error:
-            left.setdefault(str(error), []).append(f"{TRIALS}/{name}")
+    columns = _trial_columns(table, left)
     starts, stops = columns.pop("start_time", None), columns.pop("stop_time", None)
     if starts is None or stops is None or len(starts) != len(stops):
         raise Hdf5Error(f"{TRIALS} has no start_time and stop_time")

@@ -135,24 +135,29 @@ def simulate_cascade(
         torques.append(torque)
     levels = snr_db if isinstance(snr_db, tuple) else (snr_db, snr_db)
     exact = np.stack(torques)
-    measured = [
+    torque, angle = (
         noisy(c, d, generators) for c, d in zip((exact, np.stack(angles)), levels, strict=True)
-    ]
-    recording = Recording(
+    )
+    return _recording(torque, angle, time), CascadeTruth(inertia, B, K, G, exact)
+
+
+def _recording(torque: FloatArray, angle: FloatArray, time: FloatArray) -> Recording:
+    """Torque on the limb and angle, (trials, samples)."""
+    trials, samples = torque.shape
+    return Recording(
         kind="joint",
         sample_rate_hz=RATE_HZ,
         trials=pd.DataFrame({"trial": range(1, trials + 1), "condition": "servo"}),
         offsets=samples * np.arange(trials + 1),
         time_s=np.tile(time, trials),
-        position=measured[1].reshape(-1, 1),
-        force=-measured[0].reshape(-1, 1),
+        position=angle.reshape(-1, 1),
+        force=-torque.reshape(-1, 1),
         perturbation="stochastic",
         torque="interaction",
         imposed="position",
         subject=Subject(id="cascade"),
         provenance=("simulated joint of two pathways in a position servo",),
     )
-    return recording, CascadeTruth(inertia, B, K, G, exact)
 
 
 def _course(given: Course, time_s: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -184,6 +185,14 @@ def identify_course(
     return made
 
 
+def _middles(parts: list[_Phase], rate_hz: float) -> tuple[IntArray, FloatArray]:
+    """Every reach's samples (n, P) of the phases' middles, and their mean times (P,), s."""
+    first = parts[0].windows
+    samples = _samples(parts, rate_hz)
+    at_s = (samples - samples[:, :1]).mean(axis=0) / rate_hz
+    return samples, at_s + first.after_s + first.lag_s[first.middle]
+
+
 def _course(
     courses: Courses, condition: str, parts: list[_Phase], level: Level, known: Known | None
 ) -> list[ImpedanceEstimate]:
@@ -191,11 +200,8 @@ def _course(
         raise InputError(
             f"condition {condition}: pushes at one phase only", expected="two phases or more"
         )
-    # every reach's samples (n, P) of the phases' middles, and their mean times (P,)
-    samples = _samples(parts, courses.sample_rate_hz)
-    at_s = (samples - samples[:, :1]).mean(axis=0) / courses.sample_rate_hz
     first = parts[0].windows
-    at_s = at_s + first.after_s + first.lag_s[first.middle]
+    samples, at_s = _middles(parts, courses.sample_rate_hz)
     grid = np.append(np.arange(at_s[0], at_s[-1] - EVERY_S / 2, EVERY_S), at_s[-1])
     # an inertia that one phase's pushes deny is used at none
     said = tuple(dict.fromkeys(w for part in parts for w in part.doubted.warnings))
@@ -205,9 +211,18 @@ def _course(
     told = None if denied else known
     without = [[_without(part, group, told) for part in parts] for group in range(GROUPS)]
     over = course_over(solutions, without, at_s, moving, grid, told)
-    counts = (
-        sum(int(p.windows.pushed.sum()) for p in parts),
-        sum(int(p.windows.pushed.sum()) * 2 * len(p.windows.lag_s) for p in parts),
+    pushed = [int(p.windows.pushed.sum()) for p in parts]
+    rows = [n * 2 * len(p.windows.lag_s) for n, p in zip(pushed, parts, strict=True)]
+    counts = (sum(pushed), sum(rows))
+    fit_of = partial(
+        PhaseFit,
+        level=level,
+        dof=over.dof,
+        condition=max(one.condition for one in solutions),
+        rank=TOLD.stop,
+        explained=min(explained_by(p.equations, p.doubted.solution) for p in parts),
+        warnings=said,
+        provenance=(f"course over {len(parts)} phases", *said_of(first)),
     )
     made = []
     for g, time in enumerate(grid):
@@ -215,17 +230,7 @@ def _course(
         values, covariance = at_level(
             level, first.arm, where, over.theta[g], over.covariance[g][TOLD, TOLD]
         )
-        fit = PhaseFit(
-            level=level,
-            values=values,
-            covariance=covariance,
-            dof=over.dof,
-            condition=max(one.condition for one in solutions),
-            rank=TOLD.stop,
-            explained=min(explained_by(p.equations, p.doubted.solution) for p in parts),
-            warnings=said,
-            provenance=(f"course over {len(parts)} phases", *said_of(first)),
-        )
+        fit = fit_of(values=values, covariance=covariance)
         check_inertia(fit, f"{time:.3f} s")
         keys = {"condition": condition, "phase": f"{time:.3f} s"}
         made.append(estimate_at(fit, where.mean, first.shoulder_m, counts, "latent", keys))

@@ -108,6 +108,20 @@ class PhaseWindows(FrozenRecord):
         return float(np.hypot(*np.ptp(course, axis=0)))
 
 
+def _asked(
+    pushes: Pushes, rows: IntArray, phase: str, window_s: float | None
+) -> tuple[IntArray, IntArray, float]:
+    """The pushed and the free trials of a phase, and the window's length, checked."""
+    of_phase, free = pushes.rows(phase)[rows], ~pushes.pushed[rows]
+    _check_counts(phase, int(of_phase.sum()), int(free.sum()))
+    if not pushes.throughout(phase):
+        _check_directions(phase, pushes.direction[rows[of_phase]])
+    length = min(pushes.duration_s + AFTER_S, LONGEST_S) if window_s is None else window_s
+    if not SPACING_S * 10 <= length <= 2.0:
+        raise InputError(f"a window of {length:g} s", expected="0.05 to 2 s")
+    return rows[of_phase], rows[free], length
+
+
 def cut_phase(
     courses: Courses,
     pushes: Pushes,
@@ -126,18 +140,10 @@ def cut_phase(
     Raises InputError: there are too few free or pushed trials, all pushes lie along one line, or
     the windows do not fit into the records.
     """
-    of_phase = pushes.rows(phase)[rows]
-    free = ~pushes.pushed[rows]
-    _check_counts(phase, int(of_phase.sum()), int(free.sum()))
+    hit, free, length = _asked(pushes, rows, phase, window_s)
     throughout = pushes.throughout(phase)
-    if not throughout:
-        _check_directions(phase, pushes.direction[rows[of_phase]])
-    length = min(pushes.duration_s + AFTER_S, LONGEST_S) if window_s is None else window_s
-    if not SPACING_S * 10 <= length <= 2.0:
-        raise InputError(f"a window of {length:g} s", expected="0.05 to 2 s")
-    hit = rows[of_phase]
     onset = np.array([_sample(courses, int(r), pushes.onset_s[r]) for r in hit])
-    others, passing, missed = _passing(courses, rows[free], hit, onset)
+    others, passing, missed = _passing(courses, free, hit, onset)
     chosen = np.concatenate([hit, others])
     at = np.concatenate([onset, passing]) + round(after_s * courses.sample_rate_hz)
     fits = _fits(courses, chosen, at, length)

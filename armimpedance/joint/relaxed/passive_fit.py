@@ -168,33 +168,43 @@ class PassiveFit(FrozenRecord):
         return self.summary._repr_html_()
 
 
+def _method_of(fits: Sequence[PassiveFit]) -> str:
+    if len({f.method for f in fits}) != 1:
+        raise InputError("no joints, or joints of different methods", expected="one method")
+    return fits[0].method
+
+
+def _prefixes(fits: Sequence[PassiveFit]) -> list[str]:
+    """What stands before a joint's own sentences: its name, where there are several."""
+    return [f"{fit.joint}: " if len(fits) > 1 else "" for fit in fits]
+
+
+def _named(check: Finding, prefix: str) -> Finding:
+    return replace(check, message=prefix + check.message)
+
+
 def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
     """One summary of all joints: rows added up, the worst condition, r2 and vaf of all torques.
 
     Raises InputError: no joints, or joints fitted by different methods.
     """
-    if len({f.method for f in fits}) != 1:
-        raise InputError("no joints, or joints of different methods", expected="one method")
-    rows = np.array([f.torque_fit.n_rows for f in fits], dtype=float)
+    method = _method_of(fits)
+    torques = [f.torque_fit for f in fits]
+    rows = np.array([one.n_rows for one in torques], dtype=float)
     left = rows * [f.rms_Nm**2 for f in fits]
-    about_zero = np.array([1 - f.direct.r2 for f in fits])
-    about_mean = np.array([1 - f.direct.vaf for f in fits])
-    several = len(fits) > 1
+    about_zero, about_mean = np.array([(1 - f.direct.r2, 1 - f.direct.vaf) for f in fits]).T
+    of = list(zip(_prefixes(fits), fits, strict=True))
     return FitSummary(
-        method=fits[0].method,
+        method=method,
         n=int(rows.sum()),
-        cond_raw=max(f.torque_fit.cond_raw for f in fits),
-        cond_scaled=max(f.torque_fit.cond_scaled for f in fits),
-        rank=sum(f.torque_fit.rank for f in fits),
+        cond_raw=max(one.cond_raw for one in torques),
+        cond_scaled=max(one.cond_scaled for one in torques),
+        rank=sum(one.rank for one in torques),
         r2=_together(left, about_zero),
         vaf=_together(left, about_mean),
         parameters=tuple(one for f in fits for one in f.named),
-        warnings=tuple(f"{f.joint}: {w}" if several else w for f in fits for w in f.warnings),
-        checks=tuple(
-            replace(one, message=f"{f.joint}: {one.message}") if several else one
-            for f in fits
-            for one in f.checks
-        ),
+        warnings=tuple(name + w for name, f in of for w in f.warnings),
+        checks=tuple(_named(one, name) for name, f in of for one in f.checks),
     )
 
 

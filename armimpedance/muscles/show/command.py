@@ -89,6 +89,11 @@ def _add_muscles(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="leave out what tension adds through the paths' curvature, as the source does",
     )
+    _add_combined(parser)
+
+
+def _add_combined(parser: argparse.ArgumentParser) -> None:
+    """Options of the kind `muscles` alone."""
     parser.add_argument(
         "--activation-order",
         type=int,

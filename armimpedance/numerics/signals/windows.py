@@ -181,6 +181,13 @@ def _onset_samples(recording: Recording, timing: Timing) -> IntArray:
     return np.floor((timing.onset_s - start) * recording.sample_rate_hz + 1e-6).astype(np.int64)
 
 
+def _cleared(cut: FloatArray, usable: BoolArray) -> FloatArray:
+    """Windows with zeros where a trial is not usable."""
+    if not usable.all():
+        cut[~usable] = 0.0
+    return frozen(cut)
+
+
 def cut_windows(
     recording: Recording, rows: ArrayLike | None = None, timing: Timing | None = None
 ) -> Window:
@@ -225,14 +232,9 @@ def cut_windows(
         usable = usable & ~astray
 
     def gather(samples: FloatArray) -> FloatArray:
-        return cleared(_stretches(samples, start, len(lag)))
+        return _cleared(_stretches(samples, start, len(lag)), usable)
 
-    def cleared(cut: FloatArray) -> FloatArray:
-        if not usable.all():
-            cut[~usable] = 0.0
-        return frozen(cut)
-
-    position, force = cleared(place), gather(recording.force)
+    position, force = _cleared(place, usable), gather(recording.force)
     commanded = _commanded(recording)
     rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
     at_rest = start[:, None] + np.arange(rest.start, rest.stop)

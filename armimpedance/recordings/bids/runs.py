@@ -323,9 +323,12 @@ def trial_table(trials: Sequence[Clocked]) -> pd.DataFrame:
     )
     further = dict.fromkeys(k for trial in trials for k in trial.facts if k not in table)
     for name in further:
-        values = [trial.facts.get(name) for trial in trials]
-        if all(v is None or isinstance(v, float) for v in values):
-            table[name] = np.array([np.nan if v is None else v for v in values], dtype=np.float64)
-        else:
-            table[name] = ["" if v is None else str(v) for v in values]
+        table[name] = _as_column([trial.facts.get(name) for trial in trials])
     return table
+
+
+def _as_column(values: Sequence[object]) -> FloatArray | list[str]:
+    """Numbers with NaN for what is missing; texts where one value is a text."""
+    if all(v is None or isinstance(v, float) for v in values):
+        return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+    return ["" if v is None else str(v) for v in values]

@@ -74,20 +74,18 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     found = {
         n: common.parameters.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")
     }
-    if robot.links_m is None or not all(found[name] for name in _NEEDED):
+    if robot.links_m is None or not all(map(found.get, _NEEDED)):
         return None
     known = {name: value or 0.0 for name, value in found.items()}
     # "Anterior" is counter-clockwise on the right and clockwise on the left.
     turn = -1.0 if robot.side == "left" else 1.0
-    mass = [known[f"L{i}_M"] for i in (1, 2, 3, 4)]
-    axial = [known[f"L{i}_C_AXIAL"] for i in (1, 2, 3, 4)]
-    aside = [turn * known[f"L{i}_C_ANTERIOR"] for i in (1, 2, 3, 4)]
-    about = [known[f"L{i + 1}_I"] + mass[i] * (axial[i] ** 2 + aside[i] ** 2) for i in range(4)]
-    angle = (
-        common.parameters.number(group, "L2_L5_ANGLE") or 0.0
-        if robot.kind == "exoskeleton"
-        else 0.0
+    mass, axial, anterior = (
+        [known[f"L{i}_{what}"] for i in (1, 2, 3, 4)] for what in ("M", "C_AXIAL", "C_ANTERIOR")
     )
+    aside = [turn * distance for distance in anterior]
+    about = [known[f"L{i + 1}_I"] + mass[i] * (axial[i] ** 2 + aside[i] ** 2) for i in range(4)]
+    stated = common.parameters.number(group, "L2_L5_ANGLE")
+    angle = stated if stated and robot.kind == "exoskeleton" else 0.0
     crank = mass[3] * known["L3_L"]
     cosine, sine = np.cos(turn * angle), np.sin(turn * angle)
     length = float(robot.lengths_m[0])
@@ -189,13 +187,18 @@ class LinkTorques(FrozenRecord):
         )
 
 
+def _friction_channels(files: Sequence[ExamFile], robot: Robot) -> tuple[str, ...]:
+    """The channels of the motors' friction, where all files have them."""
+    friction = tuple(f"{robot.side.title()}_{name}" for name in FRICTION)
+    whole = all(label in file.channels for label in friction for file in files)
+    return friction if whole else ()
+
+
 def link_torques(
     files: Sequence[ExamFile], motors: Sequence[str], inertias: LinkInertias, robot: Robot
 ) -> LinkTorques | None:
     """The torques of all trials where the links move; None where they never do."""
-    friction = tuple(f"{robot.side.title()}_{name}" for name in FRICTION)
-    if any(label not in file.channels for label in friction for file in files):
-        friction = ()
+    friction = _friction_channels(files, robot)
     usual_s = float(np.median([file.frames for file in files])) / files[0].rate_hz
     kernels = spline_kernels(min(SMOOTHED_S, SMOOTHED_PART * usual_s), files[0].rate_hz)
     step = max(1, round(STEP_S * files[0].rate_hz))

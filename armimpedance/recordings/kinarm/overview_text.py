@@ -237,14 +237,19 @@ def _next(seen: ExamOverview, asked: Side | None) -> Iterator[str]:
     if pair is not None:
         words += ["--events", *pair]
     yield shlex.join(words)
-    if both and asked is None:
+    yield from _left_open(seen, both and asked is None, pair is None)
+
+
+def _left_open(seen: ExamOverview, either_side: bool, no_pair: bool) -> Iterator[str]:
+    """What the proposed call does not say."""
+    if either_side:
         yield "Both arms were recorded: --side left is the other one."
     if seen.whose_force is None:
         yield (
             "Whose force the sensor holds must be known: --force-by limb where it is the hand's on "
             "the robot, --force-by device where it is the robot's on the hand."
         )
-    if pair is None and _event_times(_sound(seen)):
+    if no_pair and _event_times(_sound(seen)):
         yield "--events ONSET END: two of the events, if the disturbance begins and ends there."
     if any(row.get("is_error") is True for row in _sound(seen)):
         yield "--without-errors leaves out what the task marked as errors."

@@ -56,13 +56,18 @@ def condition_names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]
     return names, remarks
 
 
-def _names(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
-    """Names of protocols of one stated name; without one, all with a direction or all without."""
-    stated = alike[0].name
+def _differences(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
+    """The features in which protocols differ, and of each protocol what they are."""
     features = [dict(_features(protocol)) for protocol in alike]
     labels = list(dict.fromkeys(label for each in features for label in each))
     varying = [n for n in labels if len({each.get(n) for each in features}) > 1]
-    words = [" ".join(each[n] for n in varying if n in each) for each in features]
+    return varying, [" ".join(each[n] for n in varying if n in each) for each in features]
+
+
+def _names(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
+    """Names of protocols of one stated name; without one, all with a direction or all without."""
+    stated = alike[0].name
+    varying, words = _differences(alike)
     rows = sorted({protocol.row for protocol in alike})
     if stated:
         if not varying:

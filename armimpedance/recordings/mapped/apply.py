@@ -222,7 +222,20 @@ def _named(mapping: ColumnMapping) -> dict[str, tuple[str, ColumnQuantity | None
         raise InputError(
             f"{axes} columns", file=mapping.file, column="position.columns", expected=expected
         )
-    names: list[tuple[ColumnQuantity | None, tuple[str, ...]]] = [
+    found: dict[str, tuple[str, ColumnQuantity | None, int]] = {}
+    for quantity, own in _own_names(mapping, axes):
+        if len(own) != len(quantity.columns):
+            problem = f"{len(quantity.columns)} columns for {', '.join(own)}"
+            raise InputError(problem, file=mapping.file, expected=f"{len(own)} columns")
+        pairs = zip(own, quantity.columns, strict=True)
+        found |= {name: (c, quantity, i) for i, (name, c) in enumerate(pairs)}
+    return found | {name: (name, None, 0) for name in mapping.keep if name not in found}
+
+
+def _own_names(mapping: ColumnMapping, axes: int) -> list[tuple[ColumnQuantity, tuple[str, ...]]]:
+    """Each quantity of the mapping with the names that its columns have in a recording."""
+    kind = mapping.metadata.kind
+    names = [
         (mapping.position, position_columns(kind, axes)),
         (mapping.force, force_columns(kind, axes)),
     ]
@@ -235,15 +248,7 @@ def _named(mapping: ColumnMapping) -> dict[str, tuple[str, ColumnQuantity | None
         names.append((mapping.commanded, command_columns(kind, axes)))
     if mapping.added_torque is not None:
         names.append((mapping.added_torque, perturbation_columns(axes)))
-    found: dict[str, tuple[str, ColumnQuantity | None, int]] = {}
-    for quantity, own in names:
-        if quantity is not None and len(own) != len(quantity.columns):
-            problem = f"{len(quantity.columns)} columns for {', '.join(own)}"
-            raise InputError(problem, file=mapping.file, expected=f"{len(own)} columns")
-        if quantity is not None:
-            pairs = zip(own, quantity.columns, strict=True)
-            found |= {name: (c, quantity, i) for i, (name, c) in enumerate(pairs)}
-    return found | {name: (name, None, 0) for name in mapping.keep if name not in found}
+    return names
 
 
 def _finite(run: OneClock, values: FloatArray, rows: np.ndarray, column: str) -> FloatArray:

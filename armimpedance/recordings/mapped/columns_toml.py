@@ -301,9 +301,9 @@ class _Reader:
             raise self.wrong("trials.columns", name, expected, given)
         self.refuse_unknown(inner, {"column", "value", "unit"}, at)
         value, column, unit = inner.get("value"), inner.get("column"), inner.get("unit")
-        if value is not None and not (isinstance(value, str) or is_number(value)):
-            raise self.wrong("trials.columns", name, expected, given)
-        if column is not None and not (isinstance(column, str) and column):
+        is_name = isinstance(column, str) and column != ""
+        right = is_name if value is None else isinstance(value, str) or is_number(value)
+        if not right:
             raise self.wrong("trials.columns", name, expected, given)
         if name in NUMBER_COLUMNS and isinstance(value, str):
             raise self.wrong("trials.columns", name, "a number", value)

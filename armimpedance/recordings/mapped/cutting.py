@@ -282,6 +282,15 @@ def _plain_value(value: Any) -> float | str:
     return str(value) if isinstance(value, str) else float(value)
 
 
+def _time_of_sample(
+    number: float, value: TrialValue, time: NDArray[Any], trial: MappedTrial
+) -> float:
+    if not (number.is_integer() and 1 <= number <= len(time)):
+        expected = f"the number of a sample, 1 to {len(time)}"
+        raise trial.run.error(f"sample {number:g}", expected, value.column)
+    return float(time[int(number) - 1])
+
+
 def _cell(
     name: str, found: float | str, value: TrialValue, time: NDArray[Any], trial: MappedTrial
 ) -> str:
@@ -296,10 +305,7 @@ def _cell(
     if np.isnan(number):
         return ""
     if value.is_sample:
-        if not (number.is_integer() and 1 <= number <= len(time)):
-            expected = f"the number of a sample, 1 to {len(time)}"
-            raise trial.run.error(f"sample {number:g}", expected, value.column)
-        return repr(float(time[int(number) - 1]))
+        return repr(_time_of_sample(number, value, time, trial))
     own = next((unit for end, unit in UNITS_OF_ENDINGS.items() if name.endswith(end)), None)
     if value.unit is not None and own is not None and value.unit != own:
         number = float(value.unit.to_si(np.array([number]))[0]) * own.divide / own.multiply

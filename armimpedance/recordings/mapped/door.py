@@ -70,6 +70,16 @@ def files_of(path: Path, pattern: str | None) -> tuple[Path, ...]:
     if not path.is_dir():
         names = "; ".join(source.name for source in SOURCES.values())
         raise InputError("is of no known kind", file=path, expected=names)
+    known = _known_files(path, pattern)
+    endings = sorted({file.suffix.lower() for file in known})
+    if len(endings) > 1:
+        expected = 'files = "*.csv" or the like in the mapping'
+        raise InputError(f"holds {' and '.join(endings)} files", file=path, expected=expected)
+    return tuple(sorted(known, key=lambda file: natural(str(file.relative_to(path)))))
+
+
+def _known_files(path: Path, pattern: str | None) -> list[Path]:
+    """The files of a folder of which some source knows the kind."""
     wanted = "*" if pattern is None else pattern
     if Path(wanted).is_absolute() or ".." in Path(wanted).parts:
         raise InputError(f"files = {wanted!r}", file=path, expected="names inside of the folder")
@@ -79,11 +89,7 @@ def files_of(path: Path, pattern: str | None) -> tuple[Path, ...]:
         known = [f for f in known if f.suffix.lower() not in _NOTES] or known
     if not known:
         raise InputError("holds no file of a known kind", file=path, expected=f"files = {wanted!r}")
-    endings = sorted({file.suffix.lower() for file in known})
-    if len(endings) > 1:
-        expected = 'files = "*.csv" or the like in the mapping'
-        raise InputError(f"holds {' and '.join(endings)} files", file=path, expected=expected)
-    return tuple(sorted(known, key=lambda file: natural(str(file.relative_to(path)))))
+    return known
 
 
 def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:

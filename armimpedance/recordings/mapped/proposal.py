@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from armimpedance.core.arrays import FloatArray
 from armimpedance.recordings.mapped.evidence import (
     FoundMeaning,
     ReadName,
@@ -93,19 +95,29 @@ def _position_and_force(found: Proposal, columns: ReadColumns) -> None:
         found.kind = "hand"
     elif angle is not None and torque is not None:
         found.kind, position, force = "joint", angle, torque
-    if position is not None:
-        stated = _stated(position)
-        by_data = length_unit if found.kind != "joint" else angle_unit
-        unit = stated or by_data([columns.values[n.name] for n in position])
-        found.position = _proposed(position, unit)
-    if force is not None:
-        word = "N m" if found.kind == "joint" else "N"
-        unit = _stated(force) or FoundMeaning(None, f"nothing states it; {word} is usual")
-        found.force = _proposed(force, unit)
+    _with_units(found, columns, position, force)
     if found.position is not None and found.force is not None:
         a, b = len(found.position.columns), len(found.force.columns)
         if a != b:
             _same_axes(found)
+
+
+def _with_units(
+    found: Proposal,
+    columns: ReadColumns,
+    position: list[ReadName] | None,
+    force: list[ReadName] | None,
+) -> None:
+    """Position and force with the units that the file states or the numbers suggest."""
+    joint = found.kind == "joint"
+    if position is not None:
+        by_data = angle_unit if joint else length_unit
+        unit = _stated(position) or by_data([columns.values[n.name] for n in position])
+        found.position = _proposed(position, unit)
+    if force is not None:
+        word = "N m" if joint else "N"
+        unit = _stated(force) or FoundMeaning(None, f"nothing states it; {word} is usual")
+        found.force = _proposed(force, unit)
 
 
 def _same_axes(found: Proposal) -> None:
@@ -135,18 +147,24 @@ def _stated(names: Iterable[ReadName]) -> FoundMeaning | None:
     return None if known is None else FoundMeaning(known.symbol, "stated by the file")
 
 
-def _axes(found: Proposal, columns: ReadColumns, role: Role, what: str) -> list[ReadName] | None:
-    """The columns of a role, one an axis; where several sets are there, the one that moves."""
+def _sets(columns: ReadColumns, role: Role) -> list[list[ReadName]]:
+    """The columns of a role that belong together by their names, in the order of their axes."""
     stems: dict[str, list[ReadName]] = {}
     for name in columns.of(role):
         stems.setdefault(name.stem, []).append(name)
+    of_joint = role in ("angle", "torque")
     sets = []
     for names in stems.values():
         different = {n.axis: n for n in reversed(names)}
         ordered = sorted(different.values(), key=lambda n: natural(n.axis))
-        enough = 1 if role in ("angle", "torque") else 2
-        if len(ordered) >= enough:
-            sets.append(ordered if role in ("angle", "torque") else ordered[:3])
+        if len(ordered) >= (1 if of_joint else 2):
+            sets.append(ordered if of_joint else ordered[:3])
+    return sets
+
+
+def _axes(found: Proposal, columns: ReadColumns, role: Role, what: str) -> list[ReadName] | None:
+    """The columns of a role, one an axis; where several sets are there, the one that moves."""
+    sets = _sets(columns, role)
     moving = [s for s in sets if any(moves(columns.values[n.name]) for n in s)]
     if not moving:
         return None
@@ -184,32 +202,66 @@ def _muscle(name: str) -> str:
     return "_".join([*words, *([a] if (a := read_name(name).axis) else [])]) or "muscle"
 
 
+def _unit_of_time(name: ReadName, columns: ReadColumns) -> FoundMeaning | None:
+    """The unit of a column that runs as time does; None: it does not."""
+    steps, sure = time_steps(columns.values[name.name]), name.role == "time"
+    if steps is None or (not sure and steps[1] < 0.9):
+        return None
+    unit = _stated([name]) or time_unit(steps[0])
+    if steps[0] == 1.0 and unit.why != "stated by the file" and not sure:
+        return FoundMeaning(None, "a step of 1: ms, or a count of samples")
+    return unit
+
+
 def _time(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
     """The column with the time, or the rate."""
     home = columns.tables.get(found.position.columns[0]) if found.position else None
     if home is not None and (home.time_s is not None or home.rate_hz is not None):
         return
-    named = [n for n in columns.of("time") if home is None or columns.tables[n.name] is home]
     # LabVIEW calls its time X_Value: a name that says a position may stand over the time too.
-    unsure = [*columns.of("unknown"), *columns.of("position")]
-    others = [n for n in unsure if home is None or columns.tables[n.name] is home]
+    likely = [*columns.of("time"), *columns.of("unknown"), *columns.of("position")]
     taken = set(found.position.columns if found.position else ())
-    for name in [*named, *others]:
-        steps = None if name.name in taken else time_steps(columns.values[name.name])
-        sure = name.role == "time"
-        if steps is None or (not sure and steps[1] < 0.9):
+    for name in likely:
+        if name.name in taken or not (home is None or columns.tables[name.name] is home):
             continue
-        unit = _stated([name]) or time_unit(steps[0])
-        if steps[0] == 1.0 and unit.why != "stated by the file" and not sure:
-            unit = FoundMeaning(None, "a step of 1: ms, or a count of samples")
-        found.time = ProposedColumns((name.name,), ("",), unit)
-        return
+        unit = _unit_of_time(name, columns)
+        if unit is not None:
+            found.time = ProposedColumns((name.name,), ("",), unit)
+            return
     rates = [n for n in runs[0].facts if read_name(n).role == "rate"]
     value = runs[0].facts[rates[0]] if rates else None
     if isinstance(value, float) and _SLOWEST_HZ < value < _FASTEST_HZ:
         found.rate_hz, found.rate_from = value, rates[0]
     else:
         found.cannot_tell.append("the sample rate: no column runs as time does")
+
+
+def _numbers_of(
+    values: Mapping[str, NDArray[Any]], named: Sequence[Sequence[str]]
+) -> tuple[FloatArray, ...] | None:
+    """Groups of columns as tables of numbers, () where one is not there or holds texts.
+
+    None: they differ in length.
+    """
+    every = [n for names in named for n in names]
+    if any(n not in values for n in every):
+        return ()
+    if len({len(values[n]) for n in every}) > 1:
+        return None
+    if any(values[n].dtype.kind != "f" for n in every):
+        return ()
+    return tuple(
+        np.column_stack([np.asarray(values[n], dtype=np.float64) for n in names]) for names in named
+    )
+
+
+def _columns_of(run: RawRun) -> dict[str, NDArray[Any]]:
+    return {n: c.values for table in run.tables for n, c in table.columns.items()}
+
+
+def _own_of(own: Mapping[str, str], columns: Sequence[str]) -> list[str]:
+    """The columns of one trial, where each has its own."""
+    return [own.get(name, name) for name in columns]
 
 
 def _whose_force(
@@ -225,26 +277,19 @@ def _whose_force(
     trials = max((len(names) for names in starred.values()), default=1)
     records = []
     for run in runs[:_MOST_RUNS]:
-        values = {n: c.values for table in run.tables for n, c in table.columns.items()}
+        values = _columns_of(run)
         for trial in range(trials):
-            named = [
-                [starred[n][trial] if n in starred else n for n in q.columns]
-                for q in (position, force)
-            ]
-            if any(n not in values for names in named for n in names):
-                continue
-            if len({len(values[n]) for names in named for n in names}) > 1:
+            own = {n: names[trial] for n, names in starred.items()}
+            pair = _numbers_of(
+                values, [[own.get(n, n) for n in q.columns] for q in (position, force)]
+            )
+            if pair is None:
                 told = "Position and force have clocks of their own; they were not compared."
                 found.evidence = (told,)
                 return
-            if any(values[n].dtype.kind != "f" for names in named for n in names):
-                continue
-            x, f = (
-                np.column_stack([np.asarray(values[n], dtype=np.float64) for n in names])
-                for names in named
-            )
-            pieces = _pieces(found, columns, len(x)) if run is runs[0] else [slice(None)]
-            records += [(x[piece], f[piece]) for piece in pieces]
+            if pair:
+                pieces = _pieces(found, columns, len(pair[0])) if run is runs[0] else [slice(None)]
+                records += [(pair[0][piece], pair[1][piece]) for piece in pieces]
     found.evidence = force_told(position.columns, force_law(records, _step_s(found, columns)))
 
 

@@ -133,19 +133,27 @@ _OF_ROLES: Final[dict[str, str]] = {
 _TRIAL_COLUMNS: Final = (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS, "set", "day", "experiment")
 
 
+def _switches(
+    columns: ReadColumns, inside: Sequence[ReadName]
+) -> list[tuple[ReadName, tuple[float, int]]]:
+    """Columns that switch between two values: the value between them, and how often it rises."""
+    found = []
+    for name in inside:
+        if name.name in columns.per_trial or name.role not in ("trigger", "onset", "unknown"):
+            continue
+        switch = is_switch(columns.values[name.name])
+        if switch is not None:
+            found.append((name, switch))
+    return found
+
+
 def propose_trials(
     found: Proposal, columns: ReadColumns, runs: Sequence[RawRun], files: int, starred: bool
 ) -> None:
     """Where trials begin, and what the trial table can hold."""
     home = columns.tables.get(found.position.columns[0]) if found.position else None
     inside = [n for n in columns.names.values() if home is None or columns.tables[n.name] is home]
-    switches = [
-        (n, s)
-        for n in inside
-        if n.name not in columns.per_trial
-        and n.role in ("trigger", "onset", "unknown")
-        and (s := is_switch(columns.values[n.name])) is not None
-    ]
+    switches = _switches(columns, inside)
     if starred:
         found.trials = {"by": "columns"}
     elif found.trials:
@@ -169,6 +177,29 @@ def propose_trials(
     _values(found, columns, runs, inside)
 
 
+def _trial_column(
+    read: ReadName, found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]
+) -> str | None:
+    """The column of the trial table that a column of the file can be; None: none."""
+    name = _OF_ROLES.get(read.role)
+    if read.name in _TRIAL_COLUMNS:
+        return read.name
+    if read.role == "trial" and isinstance(runs[0].facts.get(read.name), float):
+        return "trial"
+    if name is not None:
+        return name
+    of_each = read.name in columns.per_trial and read.name != found.trials.get("column")
+    return read.name if of_each else None
+
+
+def _unit_of(read: ReadName) -> str | None:
+    """The unit of an onset or a direction, "?" where it is open; others have none."""
+    if read.name in _TRIAL_COLUMNS or read.role not in ("onset", "direction"):
+        return None
+    known = None if read.unit is None else known_unit(read.unit)
+    return "?" if known is None else known.symbol
+
+
 def _values(
     found: Proposal, columns: ReadColumns, runs: Sequence[RawRun], inside: Sequence[ReadName]
 ) -> None:
@@ -177,19 +208,9 @@ def _values(
     homes = [columns.tables[n.name] for n in inside[:1]]
     once += [n for n in columns.names.values() if columns.tables[n.name] not in homes]
     for read in [*once, *facts, *(n for n in inside if n.role == "condition")]:
-        name = _OF_ROLES.get(read.role)
-        known = None if read.unit is None else known_unit(read.unit)
-        if read.name in _TRIAL_COLUMNS:
-            found.values.setdefault(read.name, ProposedValue(read.name))
-        elif read.role in ("onset", "direction") and name is not None:
-            unit = "?" if known is None else known.symbol
-            found.values.setdefault(name, ProposedValue(read.name, unit))
-        elif read.role == "trial" and isinstance(runs[0].facts.get(read.name), float):
-            found.values.setdefault("trial", ProposedValue(read.name))
-        elif name is not None:
-            found.values.setdefault(name, ProposedValue(read.name))
-        elif read.name in columns.per_trial and read.name != found.trials.get("column"):
-            found.values.setdefault(read.name, ProposedValue(read.name))
+        name = _trial_column(read, found, columns, runs)
+        if name is not None:
+            found.values.setdefault(name, ProposedValue(read.name, _unit_of(read)))
     if "condition" not in found.values:
         found.cannot_tell.append("the condition of each trial: none is named")
     for name, value in found.values.items():

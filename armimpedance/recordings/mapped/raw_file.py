@@ -144,6 +144,23 @@ def natural(text: str) -> list[tuple[int, int | str]]:
     return [(0, int(p)) if p.isdigit() and len(p) < 19 else (1, p) for p in parts]
 
 
+def _columns_by_key(
+    run: RawRun, patterns: list[str], file: Path
+) -> tuple[dict[str, dict[str, str]], list[str]]:
+    """Pattern -> what its ``*`` stands for -> column; and what it stands for, in natural order."""
+    names = [name for table in run.tables for name in table.columns]
+    found = {pattern: _keys(pattern, names) for pattern in patterns}
+    keys = sorted({key for by_key in found.values() for key in by_key}, key=natural)
+    if not keys:
+        problem = f"no columns like {patterns[0]}"
+        raise InputError(problem, file=file, expected=f"among {', '.join(names[:12])}")
+    for pattern, by_key in found.items():
+        if missing := [key for key in keys if key not in by_key]:
+            problem = f"trial {missing[0]} has no column like {pattern}"
+            raise InputError(problem, file=file, expected="the columns of every trial")
+    return found, keys
+
+
 def trials_beside(run: RawRun, mapping: ColumnMapping, file: Path) -> tuple[OneOfMany, ...]:
     """One run for each trial; its columns have the names of the mapping, ``*`` included.
 
@@ -157,16 +174,7 @@ def trials_beside(run: RawRun, mapping: ColumnMapping, file: Path) -> tuple[OneO
     if not patterns:
         expected = 'a name with a *, such as "x_*", for trials by "columns"'
         raise InputError("no * in any name", file=mapping.file, expected=expected)
-    names = [name for table in run.tables for name in table.columns]
-    found = {pattern: _keys(pattern, names) for pattern in patterns}
-    keys = sorted({key for by_key in found.values() for key in by_key}, key=natural)
-    if not keys:
-        problem = f"no columns like {patterns[0]}"
-        raise InputError(problem, file=file, expected=f"among {', '.join(names[:12])}")
-    for pattern, by_key in found.items():
-        if missing := [key for key in keys if key not in by_key]:
-            problem = f"trial {missing[0]} has no column like {pattern}"
-            raise InputError(problem, file=file, expected="the columns of every trial")
+    found, keys = _columns_by_key(run, patterns, file)
     starred = {name for by_key in found.values() for name in by_key.values()}
     runs = (
         _run_of(run, key, position, len(keys), found, starred) for position, key in enumerate(keys)

@@ -67,6 +67,32 @@ def text_layout(file: Path) -> TextLayout:
 
     Raises InputError: the file is empty or no text, or no rows of numbers are in its beginning.
     """
+    encoding, lines = _first_lines(file)
+    told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
+    # A mark that stands nowhere separates nothing.
+    there = [d for d in _DELIMITERS if any(d in line for line in lines)] or [","]
+    delimiters = [told.group(1)] if told else there
+    marks = ".," if "," in there else "."
+    tries = [t for d in delimiters for mark in marks if (t := _try(lines, d, mark)) is not None]
+    if not tries:
+        expected = "a table with at least half of its cells numbers, below its header"
+        raise InputError("no rows of numbers in its beginning", file=file, expected=expected)
+    best = max(tries, key=lambda t: t.score)
+    names, units, header = _header(lines, best)
+    return TextLayout(
+        encoding,
+        best.delimiter,
+        best.decimal,
+        names,
+        units,
+        best.first,
+        header,
+        _texts(lines, best),
+    )
+
+
+def _first_lines(file: Path) -> tuple[str, list[str]]:
+    """The encoding, and the lines of the file's beginning."""
     encoding, text, whole = _head(file)
     lines = re.split(r"\r\n|\n|\r", text)
     if len(lines) > 1 and not whole:
@@ -79,26 +105,17 @@ def text_layout(file: Path) -> TextLayout:
     if max(map(len, lines)) > _LONGEST_LINE:
         problem = f"a line of more than {_LONGEST_LINE} characters"
         raise InputError(problem, file=file, expected="one row a sample")
-    told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
-    # A mark that stands nowhere separates nothing.
-    there = [d for d in _DELIMITERS if any(d in line for line in lines)] or [","]
-    delimiters = [told.group(1)] if told else there
-    marks = ".," if "," in there else "."
-    tries = [t for d in delimiters for mark in marks if (t := _try(lines, d, mark)) is not None]
-    if not tries:
-        expected = "a table with at least half of its cells numbers, below its header"
-        raise InputError("no rows of numbers in its beginning", file=file, expected=expected)
-    best = max(tries, key=lambda t: t.score)
-    names, units, header = _header(lines, best)
-    plain = _all_numbers(best.delimiter, best.decimal)
-    below = (line for line in lines[best.first :] if not plain.fullmatch(line))
-    rows = [cells_of(line, best.delimiter) for line in below]
-    texts = tuple(
-        any(not _is_value(row[i], best.decimal) for row in rows if i < len(row))
-        for i in range(best.width)
-    )
-    return TextLayout(
-        encoding, best.delimiter, best.decimal, names, units, best.first, header, texts
+    return encoding, lines
+
+
+def _texts(lines: list[str], table: _Try) -> tuple[bool, ...]:
+    """Which columns hold something else than numbers."""
+    plain = _all_numbers(table.delimiter, table.decimal)
+    below = (line for line in lines[table.first :] if not plain.fullmatch(line))
+    rows = [cells_of(line, table.delimiter) for line in below]
+    return tuple(
+        any(not _is_value(row[i], table.decimal) for row in rows if i < len(row))
+        for i in range(table.width)
     )
 
 
@@ -167,38 +184,57 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     if decimal == delimiter:
         return None
     rows = [cells_of(line, delimiter) for line in lines]
-    plain = _all_numbers(delimiter, decimal)
-    numbers = [
-        len(row) if plain.fullmatch(line) else _numbers(row, decimal)
-        for line, row in zip(lines, rows, strict=True)
-    ]
+    numbers = _counts(lines, rows, delimiter, decimal)
     holds = [_holds_numbers(row, count) for row, count in zip(rows, numbers, strict=True)]
     widths = Counter(len(row) for row, fits in zip(rows, holds, strict=True) if fits)
     if not widths:
         return None
     # The first of equal counts is the wider one: a lost cell does not make a table narrower.
     width = max(widths, key=lambda w: (widths[w], w))
-    filled = sorted(
-        n for r, n, h in zip(rows, numbers, holds, strict=True) if h and len(r) == width
-    )
-    usual = filled[len(filled) // 2]
-    for first, row in enumerate(rows):
-        below = [r for r in rows[first + 1 : first + _ROWS] if len(r) == width]
-        if len(row) != width or not holds[first]:
-            continue
+    fits = [
+        i
+        for i, (row, hold) in enumerate(zip(rows, holds, strict=True))
+        if hold and len(row) == width
+    ]
+    usual = sorted(numbers[i] for i in fits)[len(fits) // 2]
+    for first in fits:
         if 2 * numbers[first] < usual:
             continue  # a line above the header, filled up with empty cells
-        if any(not any(_is_value(c, decimal) for c in r) for r in below):
-            continue  # a header is still to come
+        block = [r for r in rows[first : first + _ROWS] if len(r) == width]
         above = _above(rows, first)
-        named = any(len(r) == width and not holds[i] for i, r in above)
-        if not named and _names_numbers(row, below, decimal):
+        if not _begins(block, _is_named(above, holds, width), decimal):
             continue
-        block = [row, *below]
-        share = sum(_is_value(c, decimal) for r in block for c in r) / (width * len(block))
+        share = _share(block, width, decimal)
         header = bool(above) and len(above[-1][1]) in (width, width - 1)
         return _Try(delimiter, decimal, first, (header, usual, round(share, 2), width), width)
     return None
+
+
+def _counts(lines: list[str], rows: list[list[str]], delimiter: str, decimal: str) -> list[int]:
+    """How many cells of each line are numbers."""
+    plain = _all_numbers(delimiter, decimal)
+    return [
+        len(row) if plain.fullmatch(line) else _numbers(row, decimal)
+        for line, row in zip(lines, rows, strict=True)
+    ]
+
+
+def _is_named(above: list[tuple[int, list[str]]], holds: list[bool], width: int) -> bool:
+    """Whether one of the lines above can be the header."""
+    return any(len(row) == width and not holds[i] for i, row in above)
+
+
+def _share(block: list[list[str]], width: int, decimal: str) -> float:
+    """The share of cells of these rows that hold a number, or nothing."""
+    return sum(_is_value(c, decimal) for row in block for c in row) / (width * len(block))
+
+
+def _begins(block: list[list[str]], named: bool, decimal: str) -> bool:
+    """Whether the table's numbers begin with the first of these rows."""
+    row, *below = block
+    if any(not any(_is_value(c, decimal) for c in r) for r in below):
+        return False  # a header is still to come
+    return named or not _names_numbers(row, below, decimal)
 
 
 @cache

@@ -149,7 +149,7 @@ def _markers(
 ) -> tuple[tuple[str, ...], list[int], dict[str, tuple[str, ...]]]:
     """Names of the markers, their points, and what was left out of the others."""
     labels, outputs = capture.point_labels, model_outputs(capture)
-    named = [i for i, label in enumerate(labels) if label and not label.startswith("*")]
+    named = _named_points(labels)
     chosen = [i for i in named if labels[i] not in outputs]
     if not chosen:
         problem = f"none of its {len(labels)} points is a marker"
@@ -161,23 +161,32 @@ def _markers(
         expected = "one of " + (", ".join(prefixes) or "no prefix")
         raise InputError(f"no marker of {prefix!r}", file=capture.name, expected=expected)
     own = tuple(str(name) for _, name in kept)
-    twice = [
-        name for name, count in zip(*np.unique(own, return_counts=True), strict=True) if count > 1
-    ]
+    twice = sorted({name for name in own if own.count(name) > 1})
     if twice:
         raise InputError(f"two markers {twice[0]}", file=capture.name, expected="different labels")
-    unlabelled = len(labels) - len(named)
     # Without their prefix, which is a person's name.
     others = [labels[i].rpartition(":")[2] for i, n in zip(chosen, names, strict=True) if n is None]
-    left: dict[str, tuple[str, ...]] = {"markers of another subject": tuple(others)}
-    for kind in dict.fromkeys(outputs.values()):
-        left[f"{kind} that a model made, no markers"] = tuple(
-            labels[i] for i in named if outputs.get(labels[i]) == kind
-        )
-    left["nothing says what they are"] = (
-        (f"{unlabelled} points without a name",) if unlabelled else ()
-    )
+    left = {"markers of another subject": tuple(others)}
+    left |= _no_markers([labels[i] for i in named], outputs, len(labels) - len(named))
     return own, [i for i, _ in kept], left
+
+
+def _named_points(labels: Sequence[str]) -> list[int]:
+    return [i for i, label in enumerate(labels) if label and not label.startswith("*")]
+
+
+def _no_markers(
+    named: list[str], outputs: Mapping[str, str], unlabelled: int
+) -> dict[str, tuple[str, ...]]:
+    """Points that are no markers, by the reason."""
+    left = {
+        f"{kind} that a model made, no markers": tuple(
+            label for label in named if outputs.get(label) == kind
+        )
+        for kind in dict.fromkeys(outputs.values())
+    }
+    unnamed = (f"{unlabelled} points without a name",) if unlabelled else ()
+    return left | {"nothing says what they are": unnamed}
 
 
 def _without_prefix(labels: list[str], prefix: str | None) -> list[str | None]:

@@ -89,6 +89,14 @@ def _is_large_list(kind: Any) -> bool:
     return bool(pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind))
 
 
+def _seconds(column: Any) -> np.ndarray[Any, Any]:
+    """Times of any unit in s."""
+    kind = column.type
+    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
+    whole = column.cast(pa.int32() if kind.bit_width == 32 else pa.int64())
+    return np.asarray(whole.cast(pa.float64(), safe=False).to_numpy(False)) / per_second
+
+
 def _values(column: Any) -> np.ndarray[Any, Any] | None:
     """Numbers as float64, texts as texts, times in s; None: anything else."""
     kind = column.type
@@ -96,24 +104,23 @@ def _values(column: Any) -> np.ndarray[Any, Any] | None:
         column = column.cast(kind.value_type)
         kind = column.type
     if pa.types.is_timestamp(kind) or pa.types.is_duration(kind) or pa.types.is_time(kind):
-        per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
-        whole = column.cast(pa.int32() if kind.bit_width == 32 else pa.int64())
-        return np.asarray(whole.cast(pa.float64(), safe=False).to_numpy(False)) / per_second
+        return _seconds(column)
     if pa.types.is_boolean(kind):
         column = column.cast(pa.uint8())
         kind = column.type
     if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind):
         if kind != pa.float64():
             column = column.cast(pa.float64(), safe=False)
-        values = (
-            column.to_numpy() if isinstance(column, pa.ChunkedArray) else column.to_numpy(False)
-        )
-        return np.asarray(values, dtype=np.float64)
-    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
-        texts = [text or "" for text in column.to_pylist()]
-        longest = max(map(len, texts), default=0)
-        return np.array(texts, dtype=np.str_) if 4 * longest * len(texts) < 100_000_000 else None
-    return None
+        chunked = isinstance(column, pa.ChunkedArray)
+        return np.asarray(column.to_numpy(*(() if chunked else (False,))), dtype=np.float64)
+    return _texts(column) if pa.types.is_string(kind) or pa.types.is_large_string(kind) else None
+
+
+def _texts(column: Any) -> np.ndarray[Any, Any] | None:
+    """Texts; None: they are too long."""
+    texts = [text or "" for text in column.to_pylist()]
+    longest = max(map(len, texts), default=0)
+    return np.array(texts, dtype=np.str_) if 4 * longest * len(texts) < 100_000_000 else None
 
 
 def _units(schema: pa.Schema) -> dict[str, str]:

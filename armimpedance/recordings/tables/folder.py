@@ -144,19 +144,18 @@ def recording_of_tables(
     columns = samples.columns
     lengths = np.diff(samples.offsets)[order]
     offsets = np.concatenate([[0], np.cumsum(lengths)])
-    in_order = np.array_equal(order, np.arange(len(order)))
-    # Sample numbers in the order of the trial table; the file's own order needs no copy.
-    index = (
-        None
-        if in_order
-        else np.repeat(samples.offsets[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
-    )
+    index = None
+    if not np.array_equal(order, np.arange(len(order))):
+        # sample numbers in the order of the trial table; the file's own order needs no copy
+        index = np.repeat(samples.offsets[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
+
+    sign = -1.0 if metadata.force_by == "device" else 1.0
 
     def in_its_order(values: FloatArray) -> FloatArray:
         return values if index is None else frozen(values[index])
 
-    def stack(names: tuple[str, ...], sign: float = 1.0) -> FloatArray | None:
-        return samples.stack(names, index, sign) if names else None
+    def stack(names: tuple[str, ...]) -> FloatArray | None:
+        return samples.stack(names, index) if names else None
 
     known = set(columns.named)
     extra = {k: in_its_order(v) for k, v in samples.table.columns.items() if k not in known}
@@ -167,7 +166,7 @@ def recording_of_tables(
         offsets=offsets,
         time_s=in_its_order(samples.table.columns["time_s"]),
         position=samples.stack(columns.position, index),
-        force=samples.stack(columns.force, index, -1.0 if metadata.force_by == "device" else 1.0),
+        force=samples.stack(columns.force, index, sign),
         joint_angles=stack(columns.joint_angles),
         emg=stack(columns.emg),
         muscles=columns.muscles if columns.emg else metadata.muscles or (),

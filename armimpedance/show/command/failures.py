@@ -125,6 +125,15 @@ _OF_THE_MACHINE: Final = {
 }
 
 
+def _of_the_system(error: OSError) -> tuple[str, int]:
+    name = str(error.filename) if isinstance(error.filename, str | bytes) else ""
+    if not name and not _has_working_folder():
+        name = "the working folder"
+    where = f"{shortened(shown(name), LONGEST_MESSAGE // 2)}: " if name else ""
+    status = FAILED if error.errno in _OF_THE_MACHINE else WRONG_INPUT
+    return _line(f"{where}{error.strerror or error}"), status
+
+
 def told(error: BaseException) -> tuple[str, int]:
     """What a user is told of an error, and the exit status.
 
@@ -140,12 +149,7 @@ def told(error: BaseException) -> tuple[str, int]:
     if isinstance(error, MemoryError):
         return "this machine has not enough memory for that; nothing was written", FAILED
     if isinstance(error, OSError):
-        name = str(error.filename) if isinstance(error.filename, str | bytes) else ""
-        if not name and not _has_working_folder():
-            name = "the working folder"
-        where = f"{shortened(shown(name), LONGEST_MESSAGE // 2)}: " if name else ""
-        status = FAILED if error.errno in _OF_THE_MACHINE else WRONG_INPUT
-        return _line(f"{where}{error.strerror or error}"), status
+        return _of_the_system(error)
     if isinstance(error, ModuleNotFoundError) and error.name in _BROUGHT_BY:
         return f"the package {error.name} is not installed ({_BROUGHT_BY[error.name]})", FAILED
     if isinstance(error, ImportError) and (lacks := _NO_LIBRARY.match(str(error))):

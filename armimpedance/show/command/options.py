@@ -21,7 +21,26 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="trials for which this holds only, over the columns of the trial table: "
         '"TP == 3 and is_error == 0", "block in (1, 2)"',
     )
-    kinarm = parser.add_argument_group("Kinarm exams")
+    _add_kinarm(parser.add_argument_group("Kinarm exams"))
+    parser.add_argument(
+        "--emg",
+        action="append",
+        default=[],
+        metavar="CHANNEL=MUSCLE",
+        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
+    )
+    parser.add_argument(
+        "--mapping",
+        type=Path,
+        metavar="FILE.toml",
+        help="what the columns of a table of any layout mean; `map-columns` proposes one "
+        "(default: columns.toml beside it)",
+    )
+    title = "motion capture (.c3d, .trc, .mot, .sto: one trial a file)"
+    _add_capture(parser.add_argument_group(title))
+
+
+def _add_kinarm(kinarm: argparse._ArgumentGroup) -> None:
     kinarm.add_argument(
         "--force-by",
         choices=("limb", "device"),
@@ -56,21 +75,9 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         "--without-errors", action="store_true", help="no trials that the task marked as errors"
     )
     kinarm.add_argument("--keep-personal", action="store_true", help="keep subject and dates")
-    parser.add_argument(
-        "--emg",
-        action="append",
-        default=[],
-        metavar="CHANNEL=MUSCLE",
-        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
-    )
-    parser.add_argument(
-        "--mapping",
-        type=Path,
-        metavar="FILE.toml",
-        help="what the columns of a table of any layout mean; `map-columns` proposes one "
-        "(default: columns.toml beside it)",
-    )
-    capture = parser.add_argument_group("motion capture (.c3d, .trc, .mot, .sto: one trial a file)")
+
+
+def _add_capture(capture: argparse._ArgumentGroup) -> None:
     capture.add_argument("--prefix", metavar="NAME", help=".c3d: whose markers (NAME:marker)")
     capture.add_argument("--axes", metavar="X,Y,Z", help="axes forward, left, up, such as x,-z,y")
     capture.add_argument(

@@ -27,10 +27,9 @@ def write_sto(content: Content, path: Path) -> None:
     names = [n for n in content.columns if n not in texts and not (n == _CLOCK and times)]
     if not names or not rows:
         raise InputError("no numbers to write", file=path, expected="a table with numbers")
-    table = [
-        [time, *(_number(row.get(name), name, i) for name in names)]
-        for i, (time, row) in enumerate(zip(times or range(len(rows)), rows, strict=True))
-    ]
+    clock = times or range(len(rows))
+    numbers = [[_number(row.get(name), name, i) for name in names] for i, row in enumerate(rows)]
+    table = ("\t".join(map(_cell, (t, *row))) for t, row in zip(clock, numbers, strict=True))
     lines = [
         "armimpedance results",
         "inDegrees=no",
@@ -38,13 +37,17 @@ def write_sto(content: Content, path: Path) -> None:
         f"nRows={len(rows)}",
         "DataType=double",
         "version=3",
-        *(["The time is the number of the row, from 0."] if times is None else []),
+        *_clock_told(times),
         *(_told(name, [row.get(name) for row in rows]) for name in texts),
         "endheader",
         "\t".join(["time", *_labels(names)]),
-        *("\t".join(map(_cell, row)) for row in table),
+        *table,
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="")
+
+
+def _clock_told(times: Sequence[float] | None) -> list[str]:
+    return ["The time is the number of the row, from 0."] if times is None else []
 
 
 def _times(cells: Sequence[Any]) -> list[float] | None:

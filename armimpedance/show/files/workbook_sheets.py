@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from statistics import median
@@ -167,29 +167,34 @@ def _leading_texts(content: Content) -> int:
 
 def _intervals(content: Content) -> Sheet:
     """One row a quantity that has an interval or a standard error."""
-    told = [one for one in content.long if one.lower is not None]
-    told += [one for one in content.long if one.lower is None and one.sd is not None]
+    within = [one for one in content.long if one.lower is not None or one.sd is not None]
+    told = sorted(within, key=lambda one: one.lower is None)
     keys = tuple(dict.fromkeys(name for one in told for name in one.keys))
     more = tuple(dict.fromkeys(name for one in told for name in one.more))
-    rows = [
-        [
-            *(one.keys.get(name) for name in keys),
-            *(one.words, one.quantity, one.value, one.lower, one.upper, one.unit, one.sd),
-            *(one.more.get(name) for name in more),
-        ]
-        for one in told
-    ]
     columns = (
-        *(_fitted(name, [one.keys.get(name) for one in told]) for name in keys),
+        *_key_columns(keys, [one.keys for one in told]),
         _fitted("what it is", [one.words for one in told], most=60),
         _fitted("symbol", [one.quantity for one in told]),
         *(Column(n, 13, numbers=True, by_row=True) for n in ("value", "lower 95 %", "upper 95 %")),
         _fitted("unit", [one.unit for one in told]),
         Column("standard error", 16, numbers=True, by_row=True),
-        *(_fitted(name, [one.more.get(name) for one in told]) for name in more),
+        *_key_columns(more, [one.more for one in told]),
     )
+    rows = [_interval_cells(one, keys, more) for one in told]
     decimals = [_decimals_of(one) for one in told]
     return Sheet("intervals", columns, rows, decimals, frozen=min(len(keys), 1))
+
+
+def _key_columns(names: Sequence[str], cells: Sequence[Mapping[str, Any]]) -> list[Column]:
+    return [_fitted(name, [row.get(name) for row in cells]) for name in names]
+
+
+def _interval_cells(one: Quantity, keys: Sequence[str], more: Sequence[str]) -> list[Any]:
+    return [
+        *map(one.keys.get, keys),
+        *(one.words, one.quantity, one.value, one.lower, one.upper, one.unit, one.sd),
+        *map(one.more.get, more),
+    ]
 
 
 def _fitted(name: str, cells: Sequence[Any], most: float = 40) -> Column:

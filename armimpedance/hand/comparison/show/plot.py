@@ -124,29 +124,42 @@ def plot_comparison(
     shown = _Shown(groups, places, which, scale)
     with print_style():
         ax = _new_axes(shown) if ax is None else ax
-        if not aside:
-            label_axes(ax, "x (m)", "y (m)")
-        if shown.once:
-            _join(ax, shown, pairs)
-        for group, hand in zip(groups, places, strict=True):
-            _draw_group(ax, shown, group, hand)
-        if shown.once:
-            ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
-        if len(groups) < len(everybody):
-            label = f"{len(groups)} of {len(everybody)} groups: where differences are clearest"
-            ax.plot([], [], linestyle="", label=label)
+        _draw_groups(ax, shown, pairs, len(everybody))
         if not one_place:
             draw_shoulders(ax, [group.estimate for group in groups])
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
-        ax.xaxis.set_major_locator(few_ticks())
-        ax.yaxis.set_major_locator(few_ticks())
-        if aside:
-            ax.set(xticks=[], yticks=[], xlabel="at one place, drawn side by side", ylabel="")
-        longest = max(map(len, shown.names))
-        legend_above(ax, columns=2 if longest <= _SHORT_NAME or not shown.styled else 1)
-        if not shown.styled:
-            _list_names(ax, shown.names)
+        _name_axes(ax, aside)
+        _name_groups(ax, shown)
     return ax
+
+
+def _draw_groups(ax: Axes, shown: _Shown, pairs: Sequence[Pair], of: int) -> None:
+    """All groups, and what the legend says of them; `of`: how many there are in all."""
+    if shown.once:
+        _join(ax, shown, pairs)
+    for group, hand in zip(shown.groups, shown.places, strict=True):
+        _draw_group(ax, shown, group, hand)
+    if shown.once:
+        ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
+    if len(shown.groups) < of:
+        label = f"{len(shown.groups)} of {of} groups: where differences are clearest"
+        ax.plot([], [], linestyle="", label=label)
+
+
+def _name_axes(ax: Axes, aside: bool) -> None:
+    if aside:
+        ax.set(xticks=[], yticks=[], xlabel="at one place, drawn side by side", ylabel="")
+        return
+    label_axes(ax, "x (m)", "y (m)")
+    ax.xaxis.set_major_locator(few_ticks())
+    ax.yaxis.set_major_locator(few_ticks())
+
+
+def _name_groups(ax: Axes, shown: _Shown) -> None:
+    longest = max(map(len, shown.names))
+    legend_above(ax, columns=2 if longest <= _SHORT_NAME or not shown.styled else 1)
+    if not shown.styled:
+        _list_names(ax, shown.names)
 
 
 def _drawn(

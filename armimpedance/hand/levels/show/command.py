@@ -86,19 +86,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Map every row, write the results, print a table."""
-    from armimpedance.hand.levels.show.muscle_estimates import muscle_text
-    from armimpedance.hand.levels.show.plot import plot_force_term, plot_muscle_ranges
-    from armimpedance.hand.levels.show.verb import to_joint, to_muscle
-    from armimpedance.hand.show.text import summary_table
-    from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.outputs import (
-        FIGURE,
-        TABLE,
-        Output,
-        check_long,
-        check_outputs,
-        write_result,
-    )
+    from armimpedance.show.command.outputs import FIGURE, TABLE, Output, check_long, check_outputs
 
     _check(args)
     check_outputs(
@@ -107,6 +95,16 @@ def run(args: argparse.Namespace) -> int:
         reads=[args.results, args.recording],
     )
     check_long(args)
+    return _to_joints(args) if args.to == "joint" else _to_muscles(args)
+
+
+def _to_joints(args: argparse.Namespace) -> int:
+    from armimpedance.hand.levels.show.plot import plot_force_term
+    from armimpedance.hand.levels.show.verb import to_joint
+    from armimpedance.hand.show.text import summary_table
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import write_result
+
     force_term = not args.no_force_term
 
     def mapped(with_force: bool) -> Estimates:
@@ -118,31 +116,38 @@ def run(args: argparse.Namespace) -> int:
             swivel_deg=args.swivel_deg,
         )
 
-    if args.to == "joint":
-        joint = mapped(force_term)
-        write_result(joint.content, args)
-        print(summary_table(joint))
-    else:
-        muscles = to_muscle(
-            args.results,
-            arm=args.arm,
-            recording=args.recording,
-            force_term=force_term,
-            curvature=not args.no_curvature,
-            share=args.share or "effort",
-        )
-        write_result(muscles.content, args)
-        print(muscle_text(muscles))
-    print(f"\n{len(joint if args.to == 'joint' else muscles)} rows written to {args.out}")
-    if args.to == "muscle":
-        draw_picture(args, lambda: plot_muscle_ranges(muscles), RANGES)
-        return 0
+    joint = mapped(force_term)
+    write_result(joint.content, args)
+    print(summary_table(joint))
+    print(f"\n{len(joint)} rows written to {args.out}")
 
     def draw() -> Any:
         other = mapped(not force_term)
         return plot_force_term(*((joint, other) if force_term else (other, joint)))
 
     draw_picture(args, draw, FORCE_TERM)
+    return 0
+
+
+def _to_muscles(args: argparse.Namespace) -> int:
+    from armimpedance.hand.levels.show.muscle_estimates import muscle_text
+    from armimpedance.hand.levels.show.plot import plot_muscle_ranges
+    from armimpedance.hand.levels.show.verb import to_muscle
+    from armimpedance.show.command.options import draw_picture
+    from armimpedance.show.command.outputs import write_result
+
+    muscles = to_muscle(
+        args.results,
+        arm=args.arm,
+        recording=args.recording,
+        force_term=not args.no_force_term,
+        curvature=not args.no_curvature,
+        share=args.share or "effort",
+    )
+    write_result(muscles.content, args)
+    print(muscle_text(muscles))
+    print(f"\n{len(muscles)} rows written to {args.out}")
+    draw_picture(args, lambda: plot_muscle_ranges(muscles), RANGES)
     return 0
 
 

@@ -159,6 +159,20 @@ FEWEST_TRIALS: Final = 8
 MOST_CONDITIONS: Final = 32
 
 
+def _meanings(
+    recording: Recording, models: Sequence[Model], names: Mapping[str, str]
+) -> dict[str, str]:
+    """Name of a check -> what its message says that it makes wrong."""
+    way = float(np.median([model.way for model in models]))
+    size = f"{1e3 * way:.1f} {'mm' if recording.kind == 'hand' else 'mrad'}"
+    return {
+        "reflex": f"an answer some {1e3 * late_s(names['reflex']):.0f} ms late makes K",
+        "amplitude": f"a law that is not linear over {size} makes K",
+        "friction": "dry friction makes B",
+        "voluntary": f"a push from some {1e3 * late_s(names['voluntary']):.0f} ms on makes K",
+    }
+
+
 def check_departures(recording: Recording) -> tuple[Finding, ...]:
     """What departs from M, B and K, and lack of fit; over all conditions together.
 
@@ -182,14 +196,7 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     for name, usual in USUAL.items():
         if name not in told:
             names[name], single[name] = usual, pooled(models, usual)
-    way = float(np.median([model.way for model in models]))
-    size = f"{1e3 * way:.1f} {'mm' if recording.kind == 'hand' else 'mrad'}"
-    what = {
-        "reflex": f"an answer some {1e3 * late_s(names['reflex']):.0f} ms late makes K",
-        "amplitude": f"a law that is not linear over {size} makes K",
-        "friction": "dry friction makes B",
-        "voluntary": f"a push from some {1e3 * late_s(names['voluntary']):.0f} ms on makes K",
-    }
+    what = _meanings(recording, models, names)
     wrist = any(CARRIED in column for column in models[0].columns)
     found = [_finding(name, one, name in told, what, wrist) for name, one in single.items()]
     inner = _check_inner(recording, models)

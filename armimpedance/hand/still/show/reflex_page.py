@@ -23,6 +23,15 @@ from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording
 
 
+def _sentences(seed: int) -> list[str]:
+    return [
+        f"Whether a stretch reflex stands in the stiffness was judged with {software()}: "
+        "M x'' + B x' + K x + R x(t - D) = -f was fitted beside the limb without R, over "
+        "windows of growing length and delays D from 30 to 120 ms",
+        f"p values come from random signs of the residuals of whole trials, seed {seed}",
+    ]
+
+
 def page_of(asked: Asked) -> Page:
     """The page of the reflex guard."""
     recording = read_recording(asked.recording)
@@ -56,16 +65,7 @@ def page_of(asked: Asked) -> Page:
             ),
         ),
         reviewer=reviewed(told, verdict_text(verdicts)),
-        methods=methods_of(
-            [
-                f"Whether a stretch reflex stands in the stiffness was judged with {software()}: "
-                "M x'' + B x' + K x + R x(t - D) = -f was fitted beside the limb without R, over "
-                "windows of growing length and delays D from 30 to 120 ms",
-                "p values come from random signs of the residuals of whole trials, seed "
-                f"{asked.seed}",
-            ],
-            findings=told,
-        ),
+        methods=methods_of(_sentences(asked.seed), findings=told),
         options=[("groups by", ", ".join(asked.by)), ("seed", asked.seed)],
         data={"verdicts": verdicts.to_frame()},
     )

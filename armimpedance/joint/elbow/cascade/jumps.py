@@ -9,7 +9,7 @@ variance take in that nobody knows to the millisecond when a jump was.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -172,6 +172,29 @@ def _pull(cells: Cells, of: Stretches, averaged: _Averaged) -> FloatArray:
     return np.asarray(np.linalg.inv(np.eye(len(S)) + S @ A))
 
 
+def _backward(
+    kept: Sequence[tuple[IntArray, FloatArray]],
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """First and last cell of the stretches, and their probability.
+
+    `kept`: of each cell as the last of a stretch, where it may have begun, and how probably.
+    """
+    n = len(kept)
+    ends = np.zeros(n + 1)
+    ends[n] = 1.0
+    found = []
+    for t in range(n, 0, -1):
+        if ends[t] < RARE:
+            continue
+        begun, part = kept[t - 1]
+        share = ends[t] * part
+        ends[begun] += share
+        big = share > RARE
+        found.append((begun[big], np.full(int(big.sum()), t), share[big]))
+    first, last, weight = (np.concatenate(x) for x in zip(*found, strict=True))
+    return first, last, weight
+
+
 def _averaged(cells: Cells, of: Stretches) -> _Averaged:
     """Fearnhead's recursion forward, then ends and starts of stretches backward."""
     n, p = len(cells.rows), cells.courses + 1
@@ -209,18 +232,7 @@ def _averaged(cells: Cells, of: Stretches) -> _Averaged:
         starts, before = np.append(starts, t), np.append(before, new)
     evidence = float(new - np.log(rate)) - 0.5 * float(sums[n][p, p])
     evidence -= 0.5 * float(cells.rows.sum()) * np.log(2 * np.pi * of.noise)
-    ends = np.zeros(n + 1)
-    ends[n] = 1.0
-    found = []
-    for t in range(n, 0, -1):
-        if ends[t] < RARE:
-            continue
-        begun, part = kept[t - 1]
-        share = ends[t] * part
-        ends[begun] += share
-        big = share > RARE
-        found.append((begun[big], np.full(int(big.sum()), t), share[big]))
-    first, last, weight = (np.concatenate(x) for x in zip(*found, strict=True))
+    first, last, weight = _backward(kept)
     return _Averaged(first, _whole(first, last, of.torn), last, weight, evidence)
 
 

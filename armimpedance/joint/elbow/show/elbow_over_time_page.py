@@ -25,6 +25,16 @@ from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording
 
 
+def _sentences(course: VaryingImpedance) -> list[str]:
+    return [
+        "Viscosity B and stiffness K of the joint were estimated over time, its inertia "
+        f"constant, with {software()}, method {course.method}",
+        *course.preparation,
+        *course.notes,
+        "Bands are pointwise 95 % intervals of the t distribution",
+    ]
+
+
 def page_of(asked: Asked) -> Page:
     """The page of a course over time."""
     recording = read_recording(asked.recording)
@@ -54,17 +64,7 @@ def page_of(asked: Asked) -> Page:
             Section("Constant", (parameter_table(tuple(course.parameters)),)),
         ),
         reviewer=reviewed(told, varying_text(course)),
-        methods=methods_of(
-            [
-                "Viscosity B and stiffness K of the joint were estimated over time, its inertia "
-                f"constant, with {software()}, method {course.method}",
-                *course.preparation,
-                *course.notes,
-                "Bands are pointwise 95 % intervals of the t distribution",
-            ],
-            [RUIZ],
-            told,
-        ),
+        methods=methods_of(_sentences(course), [RUIZ], told),
         options=[("method", course.method), ("despite", ", ".join(asked.despite))],
         data={
             "course": course.to_frame().drop(columns=["method", "warnings"]),

@@ -133,16 +133,9 @@ def elbow_over_time(
         notes: tuple[str, ...] = ()
         checks: tuple[Finding, ...] = ()
         if chosen.needs == "amplitude":
-            edge_hz = emg_cutoff_hz or CUTOFF_HZ
             pair = two_muscles(trials, flexor, extensor)
-            heard = Crosstalk.of(pair)
-            checks = (heard.finding(pair.muscles),)
-            emg = emg_amplitude(heard.own(pair), cutoff_hz=edge_hz)
-            # one standard error per muscle: the mean square over time
-            sd = (emg.sd**2).mean(axis=0) ** 0.5
-            options |= {"amplitude": emg.amplitude, "amplitude_sd": sd}
-            options |= {"amplitude_cutoff_hz": edge_hz}
-            notes = (*emg.notes, *emg.warnings)
+            amplitudes, notes, checks = _amplitudes(pair, emg_cutoff_hz or CUTOFF_HZ)
+            options |= amplitudes
         course = identify_varying(samples, cutoff_hz=cutoff_hz, progress=progress, **options)
     warnings = (*marks, *course.warnings, *warnings_of(checks))
     return replace(course, notes=notes, checks=(*checks, *course.checks), warnings=warnings)
@@ -197,3 +190,19 @@ def varying_content(varying: VaryingImpedance) -> Content:
         about=about,
         digits=10,
     )
+
+
+def _amplitudes(
+    pair: Recording, edge_hz: float
+) -> tuple[dict[str, Any], tuple[str, ...], tuple[Finding, ...]]:
+    """The EMG of two muscles as keywords of `identify_varying`, with notes and checks of it."""
+    heard = Crosstalk.of(pair)
+    emg = emg_amplitude(heard.own(pair), cutoff_hz=edge_hz)
+    # one standard error per muscle: the mean square over time
+    sd = (emg.sd**2).mean(axis=0) ** 0.5
+    options = {
+        "amplitude": emg.amplitude,
+        "amplitude_sd": sd,
+        "amplitude_cutoff_hz": edge_hz,
+    }
+    return options, (*emg.notes, *emg.warnings), (heard.finding(pair.muscles),)

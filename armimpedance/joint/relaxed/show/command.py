@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
@@ -53,6 +53,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_figure(parser, "torque and its prediction")
     add_despite(parser)
+    _configure_model(parser, METHODS.listed())
+    _configure_reading(parser)
+
+
+def _configure_model(parser: argparse.ArgumentParser, methods: str) -> None:
     parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
     parser.add_argument(
         "--rest-angle",
@@ -64,7 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="NAME",
-        help=f"{METHODS.listed()}; output-error fits the measured swing itself, parallel takes "
+        help=f"{methods}; output-error fits the measured swing itself, parallel takes "
         "every term through the filter, ls is the source's with its unfiltered sign",
     )
     parser.add_argument(
@@ -84,7 +89,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="how well the limb's mass is known, to which k, h, f are proportional; 0: weighed "
         "(default: the subject's mass_sd_kg, else what tables differ by, 7.5)",
     )
-    _configure_reading(parser)
 
 
 def _configure_reading(parser: argparse.ArgumentParser) -> None:
@@ -116,13 +120,25 @@ def _configure_reading(parser: argparse.ArgumentParser) -> None:
     )
 
 
+_CAPTION: Final = (
+    "Torque of each relaxed joint over time: measured, and as its stiffness, viscosity and "
+    "friction (method {}) make it of the joint's motion."
+)
+
+
+def _unless(word: str, given: str, option: str, expected: str) -> float | None:
+    """The number of an option; None where it is this word."""
+    from armimpedance.show.command.outputs import number
+
+    return None if given == word else number(given, option, expected)
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Fit, write, print."""
     from armimpedance.joint.relaxed.show.plot import plot_passive_fits
     from armimpedance.joint.relaxed.show.text import passive_text
     from armimpedance.joint.relaxed.show.verb import passive
     from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.outputs import number
     from armimpedance.show.command.screen import bar
     from armimpedance.show.files import fit_content
 
@@ -143,12 +159,8 @@ def run(arguments: argparse.Namespace) -> int:
             friction=not arguments.without_friction,
             mass_sd_percent=arguments.mass_sd_percent,
             joints=arguments.joint,
-            cutoff_hz=None
-            if cutoff == "none"
-            else number(cutoff, "--cutoff-hz", "more than 0 Hz, or none"),
-            emg_gate_percent=None
-            if gate == "off"
-            else number(gate, "--emg-gate", "% of the maximum, or off"),
+            cutoff_hz=_unless("none", cutoff, "--cutoff-hz", "more than 0 Hz, or none"),
+            emg_gate_percent=_unless("off", gate, "--emg-gate", "% of the maximum, or off"),
             torque_sign=arguments.torque_sign,
             longest_gap_s=arguments.longest_gap_s,
             validate=arguments.validate,
@@ -157,12 +169,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
     write_result(fit_content(fits.to_dict()), arguments)
     print(passive_text(fits))
-    draw_picture(
-        arguments,
-        lambda: plot_passive_fits(fits),
-        "Torque of each relaxed joint over time: measured, and as its stiffness, viscosity and "
-        f"friction (method {fits[0].method}) make it of the joint's motion.",
-    )
+    draw_picture(arguments, lambda: plot_passive_fits(fits), _CAPTION.format(fits[0].method))
     return 0
 
 

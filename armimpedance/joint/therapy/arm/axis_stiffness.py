@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -88,6 +88,16 @@ class AxisFit:
         return -self.elastic_Nm / self.weight_Nm
 
 
+def _viscosity(
+    speed: Sequence[FloatArray], torque: Sequence[FloatArray], variance: float
+) -> dict[str, Any]:
+    """b and its sd from speed and torque that the other columns leave."""
+    aside = sum(float(v @ v) for v in speed)
+    # b = sum v' s' / sum v'^2
+    b = sum(float(v @ s) for v, s in zip(speed, torque, strict=True)) / aside
+    return {"viscosity": b, "viscosity_sd": float(np.sqrt(variance / aside))}
+
+
 def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
     """k_s and offset of one axis.
 
@@ -97,8 +107,8 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
     Raises InputError: a repetition without samples that are fast enough.
     """
     kept = [sliding_samples(m, rise_rad_s) for m in movements]
-    q = [m.q[rows] for m, rows in zip(movements, kept, strict=True)]
-    S = [(m.support - m.rigid_arm)[rows] for m, rows in zip(movements, kept, strict=True)]
+    pairs = list(zip(movements, kept, strict=True))
+    q, S = [m.q[rows] for m, rows in pairs], [(m.support - m.rigid_arm)[rows] for m, rows in pairs]
     lines = [np.stack([x, np.ones_like(x)], axis=1) for x in q]
     single = np.stack([_line(w, s) for w, s in zip(lines, S, strict=True)])
     residual = [s - w @ line for s, w, line in zip(S, lines, single, strict=True)]
@@ -112,15 +122,11 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
     W = _with_direction(lines, movements)
     fitted, gradients, parts = _solve(W, S, movements, kept)
     density = noise_density(residual, rate)
-    speeds = [m.qd[rows] for m, rows in zip(movements, kept, strict=True)]
+    speeds = [m.qd[rows] for m, rows in pairs]
     left = [s - w @ fitted.parameters for s, w in zip(S, W, strict=True)]
     beside = [v - w @ gradients[:, -1] for v, w in zip(speeds, W, strict=True)]
-    aside = sum(float(v @ v) for v in beside)
-    rigid = np.concatenate([m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)])
-    elastic = np.concatenate(lines) @ fitted.parameters[:2]
-    angles = np.concatenate(q)
-    weight = float(rigid.mean())
-    loaded = abs(weight) >= NO_WEIGHT_NM
+    rigid = np.concatenate([m.rigid_arm[rows] for m, rows in pairs])
+    loaded = abs(float(rigid.mean())) >= NO_WEIGHT_NM
     inertia = (0.0, np.inf, 0.0) if loaded else _inertia(W, left, movements, kept)
     return AxisFit(
         fit=fitted,
@@ -132,20 +138,32 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         mass_gradient=-gradients[:2, 0],
         robot_gradient=-gradients[:2, 1:-1],
         speed_gradient=gradients[:2, -1],
-        # b = sum v' s' / sum v'^2 of speed and torque that the other columns leave
-        viscosity=sum(float(v @ s) for v, s in zip(beside, left, strict=True)) / aside,
-        viscosity_sd=float(np.sqrt(density * rate / aside)),
+        **_viscosity(beside, left, density * rate),
         inertia=inertia[0],
         inertia_sd=inertia[1],
         arm_inertia=inertia[2],
         one_way=len({direction_of(m) for m in movements}) < 2,
-        weight_Nm=weight,
-        elastic_Nm=float(elastic.mean()),
-        arm_rms_Nm=float(np.sqrt(((rigid + elastic) ** 2).mean())),
-        residual_rms_Nm=float(np.sqrt((np.concatenate(residual) ** 2).mean())),
-        range_rad=np.array([angles.min(), angles.max()]),
-        left_out=1 - len(angles) / sum(len(m.q) for m in movements),
+        **_sizes(rigid, np.concatenate(lines) @ fitted.parameters[:2], residual),
+        **_covered(np.concatenate(q), movements),
     )
+
+
+def _sizes(
+    rigid: FloatArray, elastic: FloatArray, residual: Sequence[FloatArray]
+) -> dict[str, Any]:
+    """Sizes of the torques: the arm's weight, its elastic torque, both, and what is left."""
+    return {
+        "weight_Nm": float(rigid.mean()),
+        "elastic_Nm": float(elastic.mean()),
+        "arm_rms_Nm": float(np.sqrt(((rigid + elastic) ** 2).mean())),
+        "residual_rms_Nm": float(np.sqrt((np.concatenate(residual) ** 2).mean())),
+    }
+
+
+def _covered(angles: FloatArray, movements: Sequence[MovementTorques]) -> dict[str, Any]:
+    """The angles that were used, and the share of samples that were not."""
+    left_out = 1 - len(angles) / sum(len(m.q) for m in movements)
+    return {"range_rad": np.array([angles.min(), angles.max()]), "left_out": left_out}
 
 
 def _inertia(

@@ -25,6 +25,16 @@ from armimpedance.show.text import counted, with_half_width
 from armimpedance.show.verbs.results import read_recording
 
 
+def _sentences() -> list[str]:
+    return [
+        f"The contribution was computed with {software()} as the share c of "
+        "tau_user = c tau_h + d (inertia torque of the robot) by least squares over the "
+        "samples in which the axis moves",
+        "0 % is a passive arm, 100 % an arm that needs no support",
+        "Intervals are 95 % intervals that count robot, arm and noise",
+    ]
+
+
 def page_of(asked: Asked) -> Page:
     """The page of a session with an identified robot and a measured arm."""
     if asked.robot is None or asked.arm is None:
@@ -57,16 +67,7 @@ def page_of(asked: Asked) -> Page:
             ),
         ),
         reviewer=reviewed(told, contribution_text(found)),
-        methods=methods_of(
-            [
-                f"The contribution was computed with {software()} as the share c of "
-                "tau_user = c tau_h + d (inertia torque of the robot) by least squares over the "
-                "samples in which the axis moves",
-                "0 % is a passive arm, 100 % an arm that needs no support",
-                "Intervals are 95 % intervals that count robot, arm and noise",
-            ],
-            [GUIDALI],
-        ),
+        methods=methods_of(_sentences(), [GUIDALI]),
         options=[("despite", ", ".join(asked.despite))],
         data={"contributions": found.to_frame()},
     )

@@ -38,6 +38,14 @@ def add_live(parser: argparse.ArgumentParser) -> None:
     live.add_argument(
         "--condition-s", type=float, metavar="S", help="time of one condition (default: 12)"
     )
+    _add_precision(live)
+    live.add_argument(
+        "--elbow", choices=("held", "free"), help="in space (default: what the recording says)"
+    )
+    live.add_argument("--out-calibration", type=Path, metavar="CSV", help="the conditions")
+
+
+def _add_precision(live: argparse._ArgumentGroup) -> None:
     live.add_argument(
         "--condition-percent",
         type=float,
@@ -61,10 +69,6 @@ def add_live(parser: argparse.ArgumentParser) -> None:
         "--levels", type=float, nargs="+", metavar="PERCENT", help="(default: 3 10 20)"
     )
     live.add_argument("--force-n", type=float, metavar="N", help="by the hand (default: 8)")
-    live.add_argument(
-        "--elbow", choices=("held", "free"), help="in space (default: what the recording says)"
-    )
-    live.add_argument("--out-calibration", type=Path, metavar="CSV", help="the conditions")
 
 
 def refuse_own(args: argparse.Namespace) -> None:

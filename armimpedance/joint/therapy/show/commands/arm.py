@@ -54,6 +54,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--condition", metavar="NAME", help=f"trials of this condition only (default: {_PASSIVE})"
     )
+    _configure_person(parser)
+    add_figure(parser, "passive torques and their model")
+    add_despite(parser)
+
+
+def _configure_person(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mass-kg", type=float, metavar="KG", help="mass of the whole body")
     for name, what in (
         ("upper-arm", "shoulder to elbow"),
@@ -81,8 +87,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="KG,M,M",
         help="twice: a mock-up's upper arm, then its forearm; mass, length, diameter",
     )
-    add_figure(parser, "passive torques and their model")
-    add_despite(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
