@@ -23,18 +23,18 @@ ROOT = Path(__file__).resolve().parents[1]
 
 #: Word -> how often it stands still. Who rewrites a sentence lowers the number.
 MOST = {
-    "told": 25,
-    "tells": 6,
-    "said": 2,
-    "given": 23,
-    "found": 7,
-    "known": 40,
+    "told": 4,
+    "tells": 0,
+    "said": 0,
+    "given": 21,
+    "found": 2,
+    "known": 34,
     "held": 20,
-    "nobody": 4,
+    "nobody": 0,
     "somebody": 0,
-    "is none": 4,
+    "is none": 3,
     "none is": 2,
-    "stands": 17,
+    "stands": 4,
 }
 #: What is called with a message.
 MESSAGES = re.compile(r"(Error|Finding|add_argument|warn)$")

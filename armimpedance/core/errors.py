@@ -48,7 +48,7 @@ class ArmImpedanceError(Exception):
 
 
 class InputError(ArmImpedanceError):
-    """Bad input, told in one line: what is wrong, where, and what was expected.
+    """Bad input, stated in one line: what is wrong, where, and what was expected.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
         found: dict[str, Any] = {}
         for name, value in pairs:
             if name in found:
-                problem = f"{json.dumps(name)} stands twice"
+                problem = f"{json.dumps(name)} appears twice"
                 raise InputError(problem, file=file, expected="one value")
             found[name] = value
         return found

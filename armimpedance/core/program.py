@@ -7,6 +7,7 @@ import json
 import sys
 from functools import cache
 from importlib import metadata
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -46,3 +47,8 @@ def _files(package: str) -> list[tuple[str, str]]:
     kept = (path for path in top.rglob("*") if "__pycache__" not in path.parts)
     files = sorted(path for path in kept if path.is_file())
     return [(path.relative_to(top).as_posix(), of_bytes(path.read_bytes())) for path in files]
+
+
+def software() -> str:
+    """The program and its version, as a paper names it."""
+    return f"armimpedance {version('armimpedance')}"

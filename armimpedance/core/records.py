@@ -29,7 +29,7 @@ from armimpedance.core.trials import InTrials, expect_shape, trial_slices as tri
 
 @dataclass(frozen=True)
 class Subject:
-    """Who was measured; what is not known is None. Lengths: see `conventions`.
+    """The person who was measured; a fact that is not stated is None. Lengths: see `conventions`.
 
     `mass_sd_kg` and `length_sd_m` say how well the mass and each length are known, where they do.
 

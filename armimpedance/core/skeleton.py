@@ -179,7 +179,7 @@ def _require_tree(segments: tuple[Segment, ...]) -> None:
     seen: set[str] = set()
     for i, segment in enumerate(segments):
         if segment.name in seen:
-            raise RecordError(f"segment {segment.name} stands twice in a skeleton")
+            raise RecordError(f"segment {segment.name} appears twice in a skeleton")
         if i > 0 and segment.parent not in seen:
             raise RecordError(f"{segment.name}: no segment {segment.parent!r} before it")
         if i > 0 and not segment.hinges:

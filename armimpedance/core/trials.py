@@ -52,7 +52,7 @@ class InTrials(FrozenRecord):
             raise RecordError("no trials", expected="one row per trial")
         if trials["trial"].duplicated().any():
             twice = trials["trial"][trials["trial"].duplicated()].iloc[0]
-            raise RecordError(f"trial {twice} stands twice in the trial table")
+            raise RecordError(f"trial {twice} appears twice in the trial table")
         _check_numbers(trials)
         expect_shape("offsets", self.offsets, (len(trials) + 1,))
         if self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():

@@ -296,7 +296,7 @@ class _Walker:
             for i in range(names.start, names.start + names.size, letters)
         ]
         if len(set(fields)) < len(fields) or b"" in fields:
-            raise _DamagedError("a field name is empty or stands twice")
+            raise _DamagedError("a field name is empty or appears twice")
         if not fields and count > _MOST_PARTS:
             raise _DamagedError(f"{count} structs without a field")
         self._matrices(count * len(fields), names.after, end, depth)

@@ -108,7 +108,7 @@ def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether what is at a path can be opened without being told more.
+    """Whether what is at a path can be opened without further options.
 
     A table of any layout counts where a mapping stands beside it or in it.
 

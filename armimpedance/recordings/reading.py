@@ -23,7 +23,7 @@ AnyRecording = Recording | MarkerRecording | MotionRecording
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """What a file does not say itself and its reader has to be told; None: not given.
+    """Options of a reader that a file does not state itself; None: not stated.
 
     Attributes
     ----------

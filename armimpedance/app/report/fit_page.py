@@ -11,6 +11,7 @@ import pandas as pd
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.json_text import read_json
+from armimpedance.core.program import software
 from armimpedance.show.pages import (
     Asked,
     Page,
@@ -20,7 +21,6 @@ from armimpedance.show.pages import (
     methods_of,
     page_from,
     reviewed,
-    software,
     told_by,
 )
 from armimpedance.show.text import counted, with_half_width

@@ -13,6 +13,7 @@ from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.inputs import unchanged
 from armimpedance.core.json_text import read_json
+from armimpedance.core.program import software
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.show import plot_quality
@@ -28,7 +29,6 @@ from armimpedance.show.pages import (
     page_from,
     picture,
     reviewed,
-    software,
     write_page,
 )
 from armimpedance.show.verbs.inspected import Inspection

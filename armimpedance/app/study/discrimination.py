@@ -81,7 +81,7 @@ def _group(
     files = [os.fspath(p) for _, p in named if isinstance(p, str | os.PathLike)]
     twice = [file for file in files if files.count(file) > 1]
     if twice:
-        raise InputError(f"group {name}: {min(twice)} stands twice", expected="one file a person")
+        raise InputError(f"group {name}: {min(twice)} appears twice", expected="one file a person")
     values = [_value(person, parameter, joint) for _, person in named]
     units = sorted({value.unit for value in values})
     if len(units) > 1:

@@ -80,7 +80,7 @@ def people(data: Path) -> dict[str, dict[str, str]]:
             raise InputError(f"no column {PERSON}", file=file, expected=PERSON)
         name = row.pop(PERSON).removeprefix("sub-")
         if name in found:
-            raise InputError(f"{name!r} stands twice", file=file, row=number, expected="once")
+            raise InputError(f"{name!r} appears twice", file=file, row=number, expected="once")
         found[name] = row
     return found
 

@@ -28,7 +28,7 @@ from armimpedance.core.conventions import MATRICES, UNITS
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.comparison.matrix_test import upper_elements
-from armimpedance.hand.ellipses import FIELDS, Ellipse, Which, ellipse_of
+from armimpedance.hand.ellipses import FIELDS, Ellipse, Which, ellipse_of, half_turn
 
 # What a change takes of one group alone: values, variances and the limits of its ellipse.
 
@@ -276,11 +276,6 @@ def welch_dof(variances: tuple[Any, Any], dof: tuple[Any, Any]) -> FloatArray:
         return np.where(rate > 0, _squared(np.add(v1, v2)) / rate, np.inf)
 
 
-def wrap_half_turn(angle: Any) -> Any:
-    """The same axis in (-pi/2, pi/2], for a number or (R,)."""
-    return np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi)
-
-
 def _squared(values: Any) -> FloatArray:
     """Squares by the C library's ``pow``: those of many are those of one to the last bit."""
     flat = np.ravel(values).tolist()
@@ -321,7 +316,7 @@ def _shape(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray
 
 
 def _turn(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    d = wrap_half_turn(two.angle[:, 0] - one.angle[:, 0])
+    d = half_turn(two.angle[:, 0] - one.angle[:, 0])
     low, high = _combined(d, one.angle, two.angle)
     unknown = one.circular | two.circular | (high - low >= np.pi)
     low, high = np.where(unknown, -np.pi / 2, low), np.where(unknown, np.pi / 2, high)

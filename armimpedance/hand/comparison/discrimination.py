@@ -134,7 +134,7 @@ class PeopleGroup(FrozenRecord):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Discrimination(FrozenRecord):
-    """How well one number tells two groups apart.
+    """How well one number separates two groups.
 
     Attributes
     ----------

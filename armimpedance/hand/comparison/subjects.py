@@ -25,9 +25,10 @@ from scipy.special import chdtri, stdtr, stdtrit
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison.differences import LEVEL, Change, InUnits, changes, wrap_half_turn
+from armimpedance.hand.comparison.differences import LEVEL, Change, InUnits, changes
 from armimpedance.hand.comparison.groups import ComparedGroup
 from armimpedance.hand.comparison.matrix_test import holm
+from armimpedance.hand.ellipses import half_turn
 
 
 @dataclass(frozen=True)
@@ -206,7 +207,7 @@ def _unwrapped(angles: FloatArray) -> FloatArray:
     """Axes' changes (n,) within a quarter turn of their mean axis."""
     known = angles[np.isfinite(angles)]
     middle = float(np.angle(np.exp(2j * known).sum()) / 2)
-    return np.array([middle + wrap_half_turn(a - middle) for a in angles])
+    return np.array([middle + half_turn(a - middle) for a in angles])
 
 
 def _adjusted(found: list[list[SubjectsChange]]) -> list[SubjectsChange]:

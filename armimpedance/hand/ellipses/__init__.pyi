@@ -10,6 +10,7 @@ from .geometry import (
     Which as Which,
     ellipse as ellipse,
     ellipse_of as ellipse_of,
+    half_turn as half_turn,
     locus as locus,
 )
 from .resampled import resampled_ellipse as resampled_ellipse

@@ -93,7 +93,7 @@ class Ellipse:
     @property
     def orientation_rad(self) -> float:
         """Major axis, counter-clockwise from the reference line, in (-pi/2, pi/2]."""
-        return _half_circle(self.axis_angle_rad - self.reference_angle_rad)
+        return float(half_turn(self.axis_angle_rad - self.reference_angle_rad))
 
     @cached_property
     def deviator(self) -> FloatArray:
@@ -191,7 +191,7 @@ class Ellipse:
         centre = vectors[:, 1] * np.sign(vectors[:, 1] @ x)
         half_width = np.arctan(np.sqrt(max(-values[0], 0) / values[1])) / 2
         middle = np.arctan2(centre[1], centre[0]) / 2
-        shift = _half_circle(middle - self.axis_angle_rad)
+        shift = float(half_turn(middle - self.axis_angle_rad))
         middle = self.orientation_rad + shift
         return middle - half_width, middle + half_width
 
@@ -259,16 +259,26 @@ def ellipse(
     return Ellipse(
         semi_major=float(mean + radius),
         semi_minor=float(mean - radius),
-        axis_angle_rad=_half_circle(np.arctan2(c, (a - b) / 2) / 2),
+        axis_angle_rad=float(half_turn(np.arctan2(c, (a - b) / 2) / 2)),
         reference_angle_rad=reference_angle_rad,
         element_covariance=elements,
         dof=dof,
     )
 
 
-def _half_circle(angle: float) -> float:
-    """The same axis in (-pi/2, pi/2]."""
-    return float(np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi))
+def half_turn(angle: ArrayLike) -> FloatArray:
+    """The same axis in (-pi/2, pi/2]: a line has no direction.
+
+    Parameters
+    ----------
+    angle : array
+        rad.
+
+    Returns
+    -------
+    array
+    """
+    return np.asarray(np.pi / 2 - np.mod(np.pi / 2 - np.asarray(angle), np.pi))
 
 
 # The ellipse of an estimate: at the hand counted from the line shoulder -> hand.

@@ -232,7 +232,7 @@ class MuscleCone(FrozenRecord):
             method="highs",
         )
         if solved.status != 0:
-            raise EstimationError(f"a muscle's feasible range was not found: {solved.message}")
+            raise EstimationError(f"a muscle's feasible range was not determined: {solved.message}")
         dual = unit * np.array(solved.eqlin.marginals, dtype=float)
         return float(dual @ y), dual
 

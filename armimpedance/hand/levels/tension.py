@@ -181,5 +181,5 @@ def largest_share(A: FloatArray, tau: FloatArray, scale: float) -> float:
         method="highs",
     )
     if solved.status != 0 or solved.x is None:
-        raise EstimationError(f"what the muscles can reach was not found: {solved.message}")
+        raise EstimationError(f"the muscles' feasible set was not determined: {solved.message}")
     return float(solved.x[-1])

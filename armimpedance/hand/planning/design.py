@@ -152,7 +152,7 @@ def design(
         if progress is not None:
             progress(start + 1, starts)
     if best is None:
-        raise EstimationError("no start led to a disturbance that tells the parameters apart")
+        raise EstimationError("no start led to a disturbance that separates the parameters")
     return _finished(best[1], limits, name, np.exp(best[0] / 2))
 
 

@@ -48,7 +48,7 @@ def commands_of(recording: Recording) -> Commands:
             return _chosen(recording, family, moving)
     if recording.imposed != "position":
         raise InputError(
-            "the samples do not hold what the robot was told: in a loop of limb and robot the "
+            "the samples do not hold the robot's command: in a loop of limb and robot the "
             "force answers the motion and the motion the force",
             column=", ".join(names if recording.kind == "hand" else families[2]),
             expected="the robot's commands, or imposed 'position' in recording.json",

@@ -72,9 +72,9 @@ def check_labels(every: Sequence[PhaseWindows], phase: str) -> None:
     pushed = windows.trial[~hit][seen > MOST_FREE]
     if len(pushed):
         raise InputError(
-            f"{_trials(pushed)}: no push is told, and the hand went as if there was one",
+            f"{_trials(pushed)}: no push is stated, and the hand moved as if there was one",
             column="phase",
-            expected=f"{phase}, or a trial that nobody pushed",
+            expected=f"{phase}, or a trial without a push",
         )
 
 
@@ -101,7 +101,7 @@ def _check_commands(every: Sequence[PhaseWindows], phase: str) -> None:
         raise InputError(
             f"phase {phase}: the hand does not follow the robot's commands",
             column="command_x",
-            expected="what the robot was told at each sample, 0 where it let go",
+            expected="the robot's command at each sample, 0 where it let go",
         )
 
 

@@ -250,7 +250,7 @@ def _told(
 ) -> FloatArray:
     """Means (n, g) of the robot's commands over `BIN_S`, in units of their spread."""
     if pushes.command is None:
-        raise InputError("no commands", column="command_x", expected="what the robot was told")
+        raise InputError("no commands", column="command_x", expected="the robot's command")
     lag = np.arange(-BEFORE_S, lag_s[-1], SPACING_S)
     lag = lag[: len(lag) // _BIN * _BIN]
     lags = np.rint(lag * courses.sample_rate_hz).astype(int)
@@ -274,7 +274,7 @@ def _history(courses: Courses, rows: IntArray, at: IntArray) -> FloatArray:
 def _check_counts(phase: str, pushed: int, free: int) -> None:
     if free < LEAST_FREE:
         raise InputError(
-            f"phase {phase}: {free or 'no'} reaches that nobody pushed",
+            f"phase {phase}: {free or 'no'} reaches without a push",
             column="phase",
             expected=f"{LEAST_FREE} or more with an empty cell: they show how reaches differ",
         )

@@ -186,7 +186,7 @@ def _check(window: Window, delay_s: float | None) -> None:
     trials = int(window.usable.sum())
     if trials < FEWEST_TRIALS:
         raise InputError(
-            f"{trials} usable trials: chance cannot be told from a reflex",
+            f"{trials} usable trials: chance cannot be distinguished from a reflex",
             expected=f"{FEWEST_TRIALS} or more",
         )
     if delay_s is not None and not DELAYS_S[0] <= delay_s <= DELAYS_S[1]:

@@ -70,7 +70,7 @@ FEW_CLUSTERS = 10
 
 @dataclass(frozen=True)
 class Group:
-    """What is known of a group of trials beside its samples.
+    """Facts of a group of trials beside its samples.
 
     Attributes
     ----------

@@ -302,7 +302,7 @@ class Trust:
         return Finding(
             "table",
             "warning",
-            f"the person's segments deviate from the table by some {likely}, the prior was told "
+            f"the person's segments deviate from the table by some {likely}, the prior was stated "
             f"{told}: it was trusted to {likely} only, and intervals allow for that",
             smallest=smallest,
         )

@@ -240,8 +240,8 @@ def check_excitation(samples: PassiveSamples, terms: Terms) -> None:
         )
     if terms.free and (np.all(qd > 0) or np.all(qd < 0)):
         raise NotIdentifiableError(
-            f"{name} moves one way only: friction f cannot be told from the rest angle q_r "
-            "(expected motion both ways, or a known rest angle)",
+            f"{name} moves one way only: friction f cannot be distinguished from the rest angle "
+            "q_r (expected motion both ways, or a known rest angle)",
             parameters=("f", "q_r"),
         )
 

@@ -63,7 +63,7 @@ def read_submission(file: Path, asked: Collection[AskedQuantity]) -> dict[Place,
     order; those that are missing are missing.
     `asked`: what the benchmark asks for.
     Raises InputError: a column, task, record, quantity or unit that is not asked for, a row that
-    stands twice, a cell that is no number, limits the wrong way round: with row and column.
+    appears twice, a cell that is no number, limits the wrong way round: with row and column.
     """
     units = {(a.task, a.record, a.quantity): a.unit for a in asked}
     claims: dict[Place, Claim] = {}
@@ -75,7 +75,7 @@ def read_submission(file: Path, asked: Collection[AskedQuantity]) -> dict[Place,
                 row = _Row(file, reader.line_num, cells)
                 place = row.place(units)
                 if place in claims:
-                    raise row.wrong("quantity", f"{' '.join(place)} stands twice", "one row")
+                    raise row.wrong("quantity", f"{' '.join(place)} appears twice", "one row")
                 claims[place] = row.claim()
         except UnicodeDecodeError:
             raise InputError("is not UTF-8 text", file=file, expected="a CSV") from None

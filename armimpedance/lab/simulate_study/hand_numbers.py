@@ -14,11 +14,10 @@ from armimpedance.core.conventions import UNITS, parameter_names
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.records import Window
-from armimpedance.hand.ellipses import FIELDS, Ellipse, ellipse, ellipse_of
+from armimpedance.hand.ellipses import FIELDS, Ellipse, ellipse, ellipse_of, half_turn
 from armimpedance.hand.still import METHODS, Group, Options, estimate_window
 from armimpedance.lab.simulate_study.fields import Field, Settings, one_of
 from armimpedance.lab.simulate_study.rig import COLUMNS, Numbers, Shortcut, StudyQuantity
-from armimpedance.lab.simulate_study.summary import half_turn
 from armimpedance.numerics.regression import t_interval
 
 _UNITS: Final = UNITS["hand"]

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.hand.ellipses import half_turn
 from armimpedance.lab.simulate_study.rig import (
     BOUND,
     DOF,
@@ -116,11 +117,6 @@ def errors_of(
                 turned = truth[:, q] + turn
                 held[:, q] |= (low[:, q] <= turned) & (turned <= high[:, q])
     return error, held
-
-
-def half_turn(angle: FloatArray) -> FloatArray:
-    """The same axis in (-pi/2, pi/2]."""
-    return np.asarray(np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi))
 
 
 def wilson(held: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -152,7 +152,7 @@ def two_link_arm(
 
 
 def arm_of(subject: Subject, *, table: Table = "winter", sex: Sex = "male") -> TwoLinkArm:
-    """The two-link arm of a recording's subject, from what is known of it.
+    """The two-link arm of a recording's subject, from the facts that are stated.
 
     Parameters
     ----------

@@ -299,7 +299,7 @@ def _header(file: Path, line: int, names: list[str], needed: tuple[str, ...]) ->
             )
     for name in names:
         if names.count(name) > 1:
-            raise InputError("stands twice in the header", file=file, row=line, column=name)
+            raise InputError("appears twice in the header", file=file, row=line, column=name)
     return names
 
 

@@ -264,7 +264,7 @@ def motion_of(
     forces: bool = False,
     progress: Progress | None = None,
 ) -> tuple[MotionRecording, tuple[str, ...]]:
-    """The joint motion, and what a reader must know of how it was found.
+    """The joint motion, with notes on how it was estimated.
 
     Parameters
     ----------

@@ -142,7 +142,7 @@ PLACES: Final = 60
 
 @dataclass(frozen=True)
 class CalibrationWish:
-    """What is wanted of the live stiffness, and what a condition costs and tells.
+    """The wanted error of the live stiffness, and the time and errors of a condition.
 
     Attributes
     ----------

@@ -264,7 +264,7 @@ def serve(
     write: Callable[[str], bool],
     refuse: Callable[[str], object],
 ) -> Served:
-    """Update for each packet and write the result, until there are no more or nobody listens.
+    """Update for each packet and write the result, until there are no more or the listener is gone.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ class Predicted(FrozenRecord):
 
 @dataclass(frozen=True, repr=False)
 class JointPrediction(Predicted):
-    """Predicted joint stiffness and viscosity, with what is known of their errors.
+    """Predicted joint stiffness and viscosity with their errors.
 
     Attributes
     ----------

@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, frozen_array
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
-from armimpedance.hand.ellipses import Ellipse, ellipse_of
+from armimpedance.hand.ellipses import Ellipse, ellipse_of, half_turn
 from armimpedance.muscles.models import HandPrediction, matrix
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.plots import (
@@ -194,8 +194,8 @@ def predicted_field(hand: HandPrediction, which: Predicted) -> EllipseField:
     # where `ellipse` refuses
     known = mean - radius > 1e-13 * mean
     major, minor = (np.where(known, axis, np.nan) for axis in (mean + radius, mean - radius))
-    size, axis = np.pi * major * minor, _half_circle(np.arctan2(c, (a - b) / 2) / 2)
-    turned = _half_circle(axis - hand.reference_angle_rad)
+    size, axis = np.pi * major * minor, half_turn(np.arctan2(c, (a - b) / 2) / 2)
+    turned = half_turn(axis - hand.reference_angle_rad)
     sd = _sd_of_size(a, b, c, np.asarray(covariance))
     return EllipseField(
         size=size,
@@ -235,11 +235,6 @@ def _sd_of_size(a: FloatArray, b: FloatArray, c: FloatArray, covariance: FloatAr
     gradient = np.pi * np.stack([b, -c, -c, a], axis=-1)
     variance = np.einsum("pi,pij,pj->p", gradient, covariance, gradient)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
-
-
-def _half_circle(angle: FloatArray) -> FloatArray:
-    """The same axes in (-pi/2, pi/2]."""
-    return np.asarray(np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi))
 
 
 def _field(found: Sequence[Ellipse | None]) -> EllipseField:

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.core.program import software
 from armimpedance.muscles.models import FittedModel, kind_of, read_model
 from armimpedance.muscles.show.predictions_plot import plot_predictions
 from armimpedance.show.pages import (
@@ -18,7 +19,6 @@ from armimpedance.show.pages import (
     Topic,
     fit_page,
     picture,
-    software,
 )
 
 #: Places along each range at which the model is drawn.

@@ -324,7 +324,7 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
     arm = cast(SpatialArm, arm_of_whose(recording, joints))
     if arm.gravity_m_s2 is None:
         expected = "gravity_m_s2 of the recording, [0, 0, 0] where the arm's weight is borne"
-        raise InputError("an arm in space whose gravity is not told", expected=expected)
+        raise InputError("an arm in space whose gravity is not stated", expected=expected)
     return rows_of_hand(estimates, arm)
 
 

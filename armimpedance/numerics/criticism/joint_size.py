@@ -76,7 +76,7 @@ def check_joint_size(
         "units",
         "warning",
         f"{told} is that {whose} ({limits}): torque in N m and angle in rad are expected; check "
-        "the units (kgf m, mNm, degrees), and the mass and the length that were told",
+        "the units (kgf m, mNm, degrees), and the mass and the length that were stated",
     )
 
 

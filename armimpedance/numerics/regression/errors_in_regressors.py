@@ -207,7 +207,7 @@ def refuse_unreliable(
     if reliability < least:
         raise NotIdentifiableError(
             f"errors explain {100 - 100 * reliability:.0f} % of what is seen of a combination of "
-            f"{' and '.join(names)}: nothing can be told from it; let them vary more, one without "
+            f"{' and '.join(names)}: it determines nothing; let them vary more, one without "
             "the other, or average longer",
             names,
         )

@@ -247,7 +247,7 @@ class LastRows:
     """The last rows that were pushed, one after another in memory."""
 
     def __init__(self, length: int, width: int) -> None:
-        # every row stands twice: any `length` of them in turn are then one block
+        # every row appears twice: any `length` of them in turn are then one block
         self._rows = np.zeros((2 * length, width))
         self._length = length
         self._next = 0

@@ -233,7 +233,7 @@ def _check_names(channels: Sequence[Channel], file: object) -> None:
     seen: set[str] = set()
     for row, name in enumerate(names, start=2):
         if name in seen or not name or not name.isprintable():
-            problem = f"a channel called {name!r:.60}" + (" stands twice" if name in seen else "")
+            problem = f"a channel called {name!r:.60}" + (" appears twice" if name in seen else "")
             raise InputError(problem, file=file, row=row, column="name", expected="other names")
         seen.add(name)
 

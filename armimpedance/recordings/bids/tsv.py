@@ -33,7 +33,7 @@ def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]
     """The rows of a table with a header, as texts.
 
     `required`: columns that it must have.
-    Raises InputError: it cannot be read, a required column is missing, a name stands twice, or a
+    Raises InputError: it cannot be read, a required column is missing, a name appears twice, or a
     row has another number of cells.
     """
     lines = _text(file).splitlines()
@@ -43,7 +43,7 @@ def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]
             raise InputError("no such column", file=file, row=1, column=name, expected="it")
     for name in names:
         if names.count(name) > 1:
-            raise InputError("stands twice in the header", file=file, row=1, column=ascii(name))
+            raise InputError("appears twice in the header", file=file, row=1, column=ascii(name))
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         if not line.strip():

@@ -221,7 +221,7 @@ class C3dFile:
     `header`: the first block.
     `words` (F, W): as stored: of each frame x, y, z, residual of each point, then the analog
     samples.
-    `point_labels`, `analog_labels`: a label that stands twice is replaced by its description where
+    `point_labels`, `analog_labels`: a label that appears twice is replaced by its description where
     that tells the two apart.
     """
 

@@ -302,7 +302,7 @@ def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: P
     if not text.strip() and language == "msg" and name != "std_msgs/Empty":
         known = standard_definitions(file)
         if name not in known:
-            raise DefinitionError("its type is none of ROS's own and has no definition here")
+            raise DefinitionError("its type is not one of ROS's own and has no definition here")
     elif language == "msg":
         known = definitions_of_text(text, kind)
     else:

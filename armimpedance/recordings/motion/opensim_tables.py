@@ -204,7 +204,7 @@ class OpenSimTable(FrozenRecord):
         if name in self.twice:
             expected = "another name for one of the two"
             raise InputError(
-                "stands twice in the header", file=self.file, column=name, expected=expected
+                "appears twice in the header", file=self.file, column=name, expected=expected
             )
         if name not in self.columns:
             there = ", ".join(self.columns)
@@ -242,7 +242,7 @@ class OpenSimTable(FrozenRecord):
                 f"{most:g} looks like degrees",
                 file=self.file,
                 column=names[large[0]],
-                expected="radians, as told",
+                expected="radians, as stated",
             )
         return angles
 

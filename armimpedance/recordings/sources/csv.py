@@ -70,7 +70,7 @@ def _names(file: Path, layout: TextLayout) -> list[str]:
     counts = Counter(names)
     for name in names:
         if counts[name] > 1 or not name.isprintable():
-            problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
+            problem = "appears twice in the header" if name.isprintable() else "cannot be a name"
             raise InputError(problem, file=file, row=layout.skip, column=ascii(name).strip("'"))
     return names
 

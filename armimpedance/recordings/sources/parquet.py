@@ -36,7 +36,7 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
         raise _unreadable(file, error) from None
     for name, count in Counter(names).items():
         if count > 1:
-            raise InputError("stands twice", file=file, column=name, expected="different names")
+            raise InputError("appears twice", file=file, column=name, expected="different names")
     chosen = [name for name in names if wanted(name)]
     skipped = not_taken([n for n in names if not wanted(n)], "the mapping gives them no meaning")
     try:

@@ -52,7 +52,7 @@ class NumberTable:
 def column_names(file: Path) -> tuple[str, ...]:
     """The names of a table's columns, without reading it.
 
-    Raises InputError: the file is missing, empty or not of its kind, or a name stands twice.
+    Raises InputError: the file is missing, empty or not of its kind, or a name appears twice.
     """
     if not file.is_file():
         raise InputError("no such file", file=file)
@@ -67,7 +67,7 @@ def check_header(file: Path, names: Sequence[str]) -> None:
     """Names of columns must be different, and fit on the line of a message."""
     for name in names:
         if names.count(name) > 1 or not name.isprintable():
-            problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
+            problem = "appears twice in the header" if name.isprintable() else "cannot be a name"
             raise InputError(problem, file=file, row=1, column=ascii(name).strip("'"))
     if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
         raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")

@@ -54,8 +54,8 @@ def read_trials(file: Path) -> TrialTable:
     Whole numbers stay integers; a column of numbers with empty cells is float with NaN; `True` and
     `False` are booleans; the rest is text. `condition` is always text.
 
-    Raises InputError: the file is missing or empty, a column is missing or stands twice, a cell is
-    empty or not what its column holds, or a trial stands twice.
+    Raises InputError: the file is missing or empty, a column is missing or appears twice, a cell is
+    empty or not what its column holds, or a trial appears twice.
     """
     header, lines, rows = _read_cells(file)
     return trials_of_cells(file, header, lines, rows)
@@ -148,7 +148,7 @@ def _check_rows(table: TrialTable) -> None:
     if len(again):
         row = int(again[0])
         raise table.error(
-            f"trial {trial.iloc[row]} stands twice", row, "trial", "one row per trial"
+            f"trial {trial.iloc[row]} appears twice", row, "trial", "one row per trial"
         )
     for name in ("q_shoulder_rad", "q_elbow_rad"):
         if name in table.trials:

@@ -6,11 +6,11 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.metadata import version
 from itertools import chain
 from typing import Any, Final
 
 from armimpedance.core.findings import Finding, checked_sentence
+from armimpedance.core.program import software
 
 # Texts in one cell of a table: formulas that are kept text, several sentences in one.
 #
@@ -221,11 +221,6 @@ class Content:
 
 #: More steps than this stand in the sheet of the provenance only.
 _MOST_STEPS: Final = 6
-
-
-def software() -> str:
-    """The program and its version."""
-    return f"armimpedance {version('armimpedance')}"
 
 
 def methods_paragraph(content: Content) -> str:

@@ -74,7 +74,7 @@ def _cell(value: float) -> str:
 
 
 def _labels(names: Sequence[str]) -> list[str]:
-    """Names without what ends a cell; none is `time`, none stands twice."""
+    """Names without what ends a cell; none is `time`, none appears twice."""
     labels = ["_".join(name.translate(_BREAKS).split()) or "column" for name in names]
     taken = {"time"}
     for i in range(len(labels)):

@@ -122,7 +122,7 @@ def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
     Raises
     ------
     InputError
-        The file cannot be read (`what` says what it should be), a column stands twice, or there
+        The file cannot be read (`what` says what it should be), a column appears twice, or there
         is no row.
     """
     try:
@@ -142,7 +142,7 @@ def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
     header = [unguarded(str(name)) for name in table.iloc[0]]
     for name in header:
         if name and header.count(name) > 1:
-            raise InputError("stands twice in the header", file=path, row=1, column=name)
+            raise InputError("appears twice in the header", file=path, row=1, column=name)
     rows = [
         TableRow(path, line, dict(zip(header, map(unguarded, map(str, cells)), strict=True)))
         for line, cells in enumerate(table.iloc[1:].itertuples(index=False), start=2)
@@ -172,14 +172,14 @@ def read_left_out(path: str | Path) -> dict[int, str]:
     Raises
     ------
     InputError
-        The file cannot be read, a number is none, or a trial stands twice; it names the row.
+        The file cannot be read, a number is none, or a trial appears twice; it names the row.
     """
     found: dict[int, str] = {}
     for row in table_rows(Path(path), "a list of trials, as `trials` saves it"):
         number = row.count("trial", low=-(2**31))
         if number in found:
             raise InputError(
-                f"trial {number} stands twice", file=path, row=row.line, column="trial"
+                f"trial {number} appears twice", file=path, row=row.line, column="trial"
             )
         found[number] = row.cells.get("why", "")
     return found

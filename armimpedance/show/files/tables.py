@@ -12,6 +12,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.json_text import json_text, read_json
 from armimpedance.core.outputs import staged_file
+from armimpedance.core.program import software
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.files.content import (
     About,
@@ -19,7 +20,6 @@ from armimpedance.show.files.content import (
     Content,
     Quantity,
     methods_paragraph,
-    software,
 )
 from armimpedance.show.files.endings import ENDINGS, Ending
 from armimpedance.show.files.words import meaning_of, number, quantities_of
@@ -93,7 +93,7 @@ def write_content(
     long: bool = False,
     about: About | None = None,
 ) -> None:
-    """Write what is known of a result, whole or not at all.
+    """Write a result, whole or not at all.
 
     Parameters
     ----------

@@ -16,7 +16,6 @@ from .of_fit import (
     fit_page as fit_page,
     methods_of as methods_of,
     parameter_table as parameter_table,
-    software as software,
     told_by as told_by,
 )
 from .page import (

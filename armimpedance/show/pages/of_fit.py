@@ -26,11 +26,6 @@ COVARIANCES: Final = {
 CITED: Final = "armimpedance: impedance of the human arm, version {}."
 
 
-def software() -> str:
-    """The program and its version, as a paper names it."""
-    return f"armimpedance {version('armimpedance')}"
-
-
 def methods_of(
     sentences: Sequence[str], references: Sequence[str] = (), findings: Sequence[Finding] = ()
 ) -> Methods:
@@ -87,7 +82,7 @@ def parameter_table(parameters: Sequence[NamedParameter], caption: str = "") -> 
 
 
 def told_by(warnings: Sequence[str], checks: Sequence[Finding]) -> tuple[Finding, ...]:
-    """The checks, and those warnings that are no check's as findings without a name.
+    """The checks, and the other warnings as findings without a name.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ class Fact:
 
 @dataclass(frozen=True, repr=False)
 class Inspection(FrozenRecord):
-    """What `inspect` found.
+    """The findings of `inspect`.
 
     Attributes
     ----------

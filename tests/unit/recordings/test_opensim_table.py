@@ -189,7 +189,7 @@ def test_columns_of_one_name(tmp_path):
     names = "time\tright_elbow_flexion\tright_elbow_flexion"
     file = write(tmp_path, content().replace("time\telbow_flexion\tarm_flex", names))
     assert read_opensim_table(file).columns == {}
-    with pytest.raises(InputError, match="column right_elbow_flexion: stands twice"):
+    with pytest.raises(InputError, match="column right_elbow_flexion: appears twice"):
         opensim_motion(file, SKELETON)
 
 

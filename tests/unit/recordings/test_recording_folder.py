@@ -280,7 +280,7 @@ def test_muscle_without_a_column(tables):
         ("trials.csv", "trial,condition\n", "no trials"),
         ("trials.csv", "trial,condition,trial\n1,a,1\n", "twice"),
         ("trials.csv", "trial,condition\n1,a\n2\n", "1 cells"),
-        ("trials.csv", "trial,condition\n1,a\n1,b\n", "stands twice"),
+        ("trials.csv", "trial,condition\n1,a\n1,b\n", "appears twice"),
         ("trials.csv", "trial,condition\n1,\n", "empty cell"),
         ("trials.csv", "trial,condition\n1.5,a\n", "whole number"),
         ("trials.csv", "trial,condition\n,a\n", "empty cell"),

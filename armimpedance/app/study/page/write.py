@@ -21,6 +21,7 @@ from armimpedance.app.study.page.tables import (
     relative,
     verdict_of_cohort,
 )
+from armimpedance.core.program import software
 from armimpedance.show.pages import (
     NAMED,
     Block,
@@ -31,7 +32,6 @@ from armimpedance.show.pages import (
     Prose,
     Section,
     methods_of,
-    software,
     write_page,
 )
 from armimpedance.show.text import counted

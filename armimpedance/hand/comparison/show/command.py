@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--subjects",
         metavar="COLUMN",
-        help="the column that tells subjects apart; 'recording' or 'subject' (the id in "
+        help="the column that names the subjects; 'recording' or 'subject' (the id in "
         "recording.json) where each has a recording of their own",
     )
     parser.add_argument("--method", metavar="NAME", help=f"estimator: {METHODS.listed()}")

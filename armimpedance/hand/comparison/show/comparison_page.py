@@ -8,6 +8,7 @@ from heapq import nsmallest
 from math import isnan
 from typing import Final
 
+from armimpedance.core.program import software
 from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.show.plot import plot_comparison
 from armimpedance.hand.comparison.show.verb import Comparison, compare
@@ -21,7 +22,6 @@ from armimpedance.show.pages import (
     page_from,
     picture,
     reviewed,
-    software,
     told_by,
 )
 from armimpedance.show.text import counted

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Final
 
 from armimpedance.core.conventions import Level
+from armimpedance.core.program import software
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.reaching.push_plan import MovementPlan
-from armimpedance.show.pages import software
 from armimpedance.show.text import counted
 
 NAGAR: Final = (

@@ -180,7 +180,7 @@ def is_wrist_free(recording: Recording, rows: IntArray) -> bool:
 
 
 def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
-    """Whether the elbow was held or free in these trials; None where nobody said.
+    """Whether the elbow was held or free in these trials; None where it is not stated.
 
     Parameters
     ----------

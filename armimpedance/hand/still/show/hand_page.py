@@ -9,6 +9,7 @@ import pandas as pd
 
 from armimpedance.core.conventions import MATRICES, UNITS, group_name
 from armimpedance.core.findings import Finding
+from armimpedance.core.program import software
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.reaching.show import NAGAR, is_moving, moving_sentences
@@ -37,7 +38,6 @@ from armimpedance.show.pages import (
     page_from,
     picture,
     reviewed,
-    software,
 )
 from armimpedance.show.text import counted, with_half_width
 from armimpedance.show.verbs.results import read_recording

@@ -43,7 +43,7 @@ _MOST_LETTERS = 70
 
 
 def plot_quality(recording: Recording, outliers: Collection[int] | None = None) -> Figure:
-    """Draw what tells a good session from a bad one, all trials of all conditions.
+    """Draw the quality of a session, all trials of all conditions.
 
     Displacement and force of every trial from its onset; what is left of the way when the
     disturbance is over; the force's noise at rest; force along the motion against the motion. Of a

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from armimpedance.core.conventions import group_name
 from armimpedance.core.findings import Finding
+from armimpedance.core.program import software
 from armimpedance.hand.still.show.reflex_plot import plot_reflex
 from armimpedance.hand.still.show.reflex_verb import ReflexVerdicts, reflex
 from armimpedance.hand.still.show.text import headline, verdict_text
@@ -17,7 +18,6 @@ from armimpedance.show.pages import (
     page_from,
     picture,
     reviewed,
-    software,
 )
 from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording

@@ -32,7 +32,7 @@ def reflex(
     despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> ReflexVerdicts:
-    """Judge for every group of trials whether a reflex stands in its stiffness.
+    """Judge for every group of trials whether its stiffness contains a reflex.
 
     Parameters
     ----------

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.program import software
 from armimpedance.core.records import Recording
 from armimpedance.joint.body.methods import METHODS
 from armimpedance.joint.body.show.plot import body_figure
 from armimpedance.joint.body.show.text import body_text
 from armimpedance.joint.body.show.verb import body
-from armimpedance.show.pages import VENTURE_BODY, Asked, Page, Topic, fit_page, picture, software
+from armimpedance.show.pages import VENTURE_BODY, Asked, Page, Topic, fit_page, picture
 
 
 def page_of(asked: Asked) -> Page:

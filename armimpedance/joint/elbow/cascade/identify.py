@@ -150,7 +150,7 @@ def _refuse(
     if needed > 1 and not (aligned and samples.n_trials >= needed):
         raise InputError(
             f"method {method.name!r} with {samples.n_trials} trials"
-            + ("" if aligned else ", not said to be aligned"),
+            + ("" if aligned else ", not stated to be aligned"),
             expected=f"{needed} trials or more of the same course (--aligned), or cascade",
         )
 

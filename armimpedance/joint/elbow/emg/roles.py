@@ -166,8 +166,8 @@ def refuse_alike(
         names = tuple(np.array(muscles)[still].tolist())
         raise NotIdentifiableError(
             f"the amplitude of {', '.join(names)} does not vary beyond its errors (spread "
-            f"{spread[still][0]:.3g}, error {noise[still][0]:.3g}): what it does cannot be told "
-            f"from a constant; {HINT}",
+            f"{spread[still][0]:.3g}, error {noise[still][0]:.3g}): its effect cannot be "
+            f"distinguished from a constant; {HINT}",
             names,
         )
     centred = amplitude - amplitude.mean(axis=0)

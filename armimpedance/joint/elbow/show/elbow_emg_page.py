@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from armimpedance.core.program import software
 from armimpedance.joint.elbow.show.emg_verb import emg_law
 from armimpedance.joint.elbow.show.plot import plot_emg_law
 from armimpedance.joint.elbow.show.text import law_text
-from armimpedance.show.pages import RUIZ, Asked, Page, Topic, fit_page, picture, software
+from armimpedance.show.pages import RUIZ, Asked, Page, Topic, fit_page, picture
 from armimpedance.show.verbs.results import read_recording
 
 

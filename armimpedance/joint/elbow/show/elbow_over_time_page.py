@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from armimpedance.core.program import software
 from armimpedance.joint.elbow.elbow_result import VaryingImpedance
 from armimpedance.joint.elbow.show.over_time_verb import elbow_over_time
 from armimpedance.joint.elbow.show.plot import plot_varying_both
@@ -18,7 +19,6 @@ from armimpedance.show.pages import (
     parameter_table,
     picture,
     reviewed,
-    software,
     told_by,
 )
 from armimpedance.show.text import counted

@@ -168,7 +168,7 @@ def jacobian(model: DiscreteModel) -> FloatArray:
 def _continuous(model: DiscreteModel) -> FloatArray:
     b_sum = float(model.b.sum())
     if abs(b_sum) < np.finfo(float).tiny:
-        raise EstimationError("the discrete model has no gain at rest: K cannot be told")
+        raise EstimationError("the discrete model has no gain at rest: K cannot be estimated")
     square, rate, _, _ = _ratios(model)
     with np.errstate(all="ignore"):
         # Numbers beyond all joints overflow here; they are refused as such.

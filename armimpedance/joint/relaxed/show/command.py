@@ -110,7 +110,8 @@ def _configure_reading(parser: argparse.ArgumentParser) -> None:
         "--torque-sign",
         type=int,
         choices=(1, -1),
-        help="kind joint: 1 passive torque, -1 torque of the limb on the device (default: found)",
+        help="kind joint: 1 passive torque, -1 torque of the limb on the device (default: "
+        "detected)",
     )
     parser.add_argument(
         "--longest-gap-s",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from armimpedance.core.program import software
 from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.show.plot import plot_passive_fits
 from armimpedance.joint.relaxed.show.text import passive_text
 from armimpedance.joint.relaxed.show.verb import passive
-from armimpedance.show.pages import VENTURE_ELBOW, Asked, Page, Topic, fit_page, picture, software
+from armimpedance.show.pages import VENTURE_ELBOW, Asked, Page, Topic, fit_page, picture
 from armimpedance.show.text import counted
 
 

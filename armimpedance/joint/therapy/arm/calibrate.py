@@ -159,7 +159,7 @@ def _by_movement(
         if len(group) < FEWEST:
             raise InputError(
                 f"{len(group)} passive repetition{'s'[: len(group) != 1]} of the movement {name}",
-                expected=f"{FEWEST} or more: their scatter tells how far the arm can be trusted",
+                expected=f"{FEWEST} or more: their scatter is the arm's uncertainty",
             )
         if len({m.axis for m in group}) > 1:
             axes = sorted({m.axis_name for m in group})

@@ -189,7 +189,7 @@ class PassiveArm(FrozenRecord):
             raise RecordError(f"mass_sd {self.mass_sd}", expected="0 to 0.5, a fraction")
         axes = [e.axis for e in self.elastic]
         if len(set(axes)) != len(axes):
-            raise RecordError("an axis' stiffness stands twice in a passive arm")
+            raise RecordError("an axis' stiffness appears twice in a passive arm")
 
     def elastic_of(self, axis: str) -> Elastic:
         """Stiffness of this axis.
@@ -297,7 +297,7 @@ def segments_of(
     hand_m: float | None = None,
     point_masses: bool = False,
 ) -> tuple[ArmSegment, ...]:
-    """Upper arm, forearm and hand of a person; what is given goes before what the recording says.
+    """Upper arm, forearm and hand of a person; arguments take precedence over the recording.
 
     A forearm or hand that is not known keeps Winter's proportion to the measured length from elbow
     to grip, or else to the height.

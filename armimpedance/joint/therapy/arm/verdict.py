@@ -173,7 +173,7 @@ def _drift(group: Sequence[MovementTorques], fitted: AxisFit) -> str:
 
 @dataclass(frozen=True, repr=False)
 class AxisCalibration:
-    """What is known of one axis of the passive arm.
+    """One axis of the passive arm, with its uncertainty.
 
     Attributes
     ----------

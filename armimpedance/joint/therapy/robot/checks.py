@@ -104,7 +104,7 @@ def _check_angles(recording: Recording, robot: TherapyRobot) -> None:
 def _check_torques(recording: Recording, robot: TherapyRobot) -> None:
     largest = np.abs(recording.force).max(axis=0)
     if not largest.any():
-        raise InputError("the motor torques are all zero", expected="what the motors were told")
+        raise InputError("the motor torques are all zero", expected="the motors' command")
     over = largest / robot.torque_limit_Nm
     axis = int(np.argmax(over))
     if over[axis] > BEYOND_TORQUE:
@@ -119,7 +119,7 @@ def _check_torques(recording: Recording, robot: TherapyRobot) -> None:
             raise InputError(
                 f"axis {dead + 1} moves with a motor torque of zero throughout",
                 column=f"tau{dead + 1}_Nm",
-                expected="what its motor was told",
+                expected="its motor's command",
             )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.program import software
 from armimpedance.joint.therapy.show.contributions import Contributions
 from armimpedance.joint.therapy.show.plots import plot_feedback
 from armimpedance.joint.therapy.show.text import contribution_text
@@ -18,7 +19,6 @@ from armimpedance.show.pages import (
     page_from,
     picture,
     reviewed,
-    software,
     told_by,
 )
 from armimpedance.show.text import counted, with_half_width

@@ -199,8 +199,8 @@ def _refuse_constant(activation: FloatArray, muscles: tuple[str, ...]) -> None:
     if still.any():
         names = tuple(np.array(muscles)[still].tolist())
         raise NotIdentifiableError(
-            f"the activation of {', '.join(names)} never varies: what it does to stiffness "
-            "cannot be told from a constant",
+            f"the activation of {', '.join(names)} never varies: its effect on stiffness "
+            "cannot be distinguished from a constant",
             names,
         )
 
@@ -244,7 +244,7 @@ def _reliability(
     if reliability < _REFUSED:
         raise NotIdentifiableError(
             f"errors of the activation explain {100 - 100 * reliability:.0f} % of how {where} "
-            f"varies at order {equations.order}: no model can be told from it; add conditions of "
+            f"varies at order {equations.order}: it determines no model; add conditions of "
             "other patterns, such as hand forces in several directions",
             names,
         )

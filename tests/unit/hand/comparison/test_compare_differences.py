@@ -5,7 +5,8 @@ import pytest
 from scipy.special import stdtrit
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison.differences import changes, welch_dof, wrap_half_turn
+from armimpedance.hand.comparison.differences import changes, welch_dof
+from armimpedance.hand.ellipses import half_turn
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 
@@ -108,6 +109,6 @@ def test_welch_and_wrap_limits():
     assert welch_dof((1.0, 0.0), (7.0, 3.0)) == pytest.approx(7)
     assert welch_dof((1.0, 1.0), (9.0, 9.0)) == pytest.approx(18)
     assert welch_dof((1.0, 1.0), (np.inf, np.inf)) == np.inf
-    assert wrap_half_turn(np.pi / 2) == pytest.approx(np.pi / 2)
-    assert wrap_half_turn(-np.pi / 2) == pytest.approx(np.pi / 2)
-    assert wrap_half_turn(3.0) == pytest.approx(3.0 - np.pi)
+    assert half_turn(np.pi / 2) == pytest.approx(np.pi / 2)
+    assert half_turn(-np.pi / 2) == pytest.approx(np.pi / 2)
+    assert half_turn(3.0) == pytest.approx(3.0 - np.pi)

@@ -7,9 +7,9 @@ import pytest
 from scipy import stats
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.comparison.differences import wrap_half_turn
 from armimpedance.hand.comparison.groups import ComparedGroup
 from armimpedance.hand.comparison.subjects import compare_subjects, random_effects
+from armimpedance.hand.ellipses import half_turn
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 
@@ -100,7 +100,7 @@ def test_turns_across_the_end_of_the_scale_are_averaged_the_short_way(estimated)
         if c.quantity == "orientation" and c.matrix == "stiffness"
     )
     # 90.3 and -89.7 degrees are the same turn of an axis
-    away = wrap_half_turn(turn.value - np.radians(271 / 3))
+    away = half_turn(turn.value - np.radians(271 / 3))
     assert abs(np.degrees(away)) < 0.01
 
 

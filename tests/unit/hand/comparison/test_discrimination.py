@@ -155,7 +155,7 @@ def test_the_command_reads_one_file_a_person(tmp_path, capsys):
         (lambda call: call[:5], "1 groups"),
         (lambda call: [*call, "--parameter", "h"], "no parameter h"),
         (lambda call: call, "k of several joints"),
-        (lambda call: [*call, call[-1], "--joint", "1"], "stands twice"),
+        (lambda call: [*call, call[-1], "--joint", "1"], "appears twice"),
     ],
 )
 def test_a_wrong_call_is_one_line_and_writes_nothing(tmp_path, capsys, change, message):

@@ -179,7 +179,7 @@ def test_a_bad_cell_is_named_by_file_row_and_column(written, column, text, word)
         (lambda r: r[:0], ["is empty"]),
         (lambda r: r[:1], ["no rows"]),
         (lambda r: [r[0].replace("G_elbow_m", "arm"), *r[1:]], ["column G_elbow_m"]),
-        (lambda r: [r[0] + ",muscle", *(x + ",a" for x in r[1:])], ["stands twice"]),
+        (lambda r: [r[0] + ",muscle", *(x + ",a" for x in r[1:])], ["appears twice"]),
         (lambda r: [*r[:9], *r[10:]], ["no row for a", "1 of 147"]),
         (lambda r: [*r, r[4]], ["row 149", "again"]),
         (lambda r: [*r[:5], r[5] + ",7", *r[6:]], ["row 6", "6 cells"]),

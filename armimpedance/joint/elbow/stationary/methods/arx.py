@@ -44,7 +44,7 @@ def solve(prepared: PreparedSamples, band: Band) -> Estimate:
         raise InputError(
             f"arx on raw samples at {prepared.sample_rate_hz:g} Hz: noise of the sensors would "
             f"give {in_words(bias)}",
-            expected="a low-pass or decimation (automatic if not told), or method iv or "
+            expected="a low-pass or decimation (automatic by default), or method iv or "
             "output-error",
         )
     estimate = solve_structure(prepared, "tustin", free=free)
