@@ -84,7 +84,7 @@ passive swing --rest-angle 1.4 --out swing_c.json
 passive swing --rest-angle 1.2 --out swing_d.json
 passive swing --rest-angle 1.1 --out swing_e.json
 passive swing --rest-angle 1.0 --out swing_f.json
-body body --motions all --what-shows --noise-draws 0 --out body.json
+body body --motions all --what-shows --out body.json
 reflex hand --out reflex.csv
 compare hand --out differences.csv
 therapy robot empty --drawings drawings.json --out robot.json

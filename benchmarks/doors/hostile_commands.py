@@ -244,7 +244,7 @@ def damage_call(words: list[str], home: Path, rng: np.random.Generator) -> None:
         if i > 0 and words[i - 1].startswith("--") and not word.startswith("--")
         if not word.startswith("out") and not (home / word).exists()
         # How much work is asked for is the caller's own affair.
-        if words[i - 1] not in ("--permutations", "--noise-draws", "--order")
+        if words[i - 1] not in ("--permutations", "--order")
     ]
     if free:
         text = TEXTS[int(rng.integers(len(TEXTS)))].replace("\x00", "")

@@ -40,7 +40,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--covariance",
-        choices=("cr3", "replicates", "cr1", "bootstrap"),
+        choices=("cr3", "bootstrap"),
         default="cr3",
         help="of the hand: how intervals follow from the spread between trials (default: cr3)",
     )

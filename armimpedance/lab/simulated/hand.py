@@ -29,11 +29,6 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         metavar="SHARE",
         help="a stretch reflex, delayed by 55 ms, of this share of the stiffness",
     )
-    parser.add_argument(
-        "--compiled",
-        action="store_true",
-        help="integrate with Numba: faster, the same but for rounding (extra 'fast')",
-    )
 
 
 def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
@@ -51,7 +46,6 @@ def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> S
         noise=arguments.noise,
         servo=_servo(arguments.servo),
         reflex=None if arguments.reflex is None else Reflex(arguments.reflex),
-        compiled=arguments.compiled,
     )
     return Simulated(recording, truth)
 

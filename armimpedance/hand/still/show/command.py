@@ -65,10 +65,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--covariance",
-        choices=("cr3", "replicates", "cr1", "bootstrap"),
+        choices=("cr3", "bootstrap"),
         default="cr3",
-        help="clustered by trial: cr3 = jackknife (default), replicates = within each direction, "
-        "cr1 = sandwich, bootstrap = trials drawn with replacement",
+        help="clustered by trial: cr3 = jackknife (default), bootstrap = trials drawn with "
+        "replacement",
     )
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the bootstrap (default: 0)")
     parser.add_argument(

@@ -59,13 +59,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="--method prior: how far a mass may be from the skeleton's (default: 30)",
     )
     parser.add_argument(
-        "--noise-draws",
-        type=int,
-        metavar="N",
-        help="draws of added noise, to take off what the angles' own noise does (default: 6; 0: "
-        "none)",
-    )
-    parser.add_argument(
         "--what-shows",
         action="store_true",
         help="fit what these motions show instead of refusing where they show too little",
@@ -137,7 +130,6 @@ def run(arguments: argparse.Namespace) -> int:
             terms=arguments.term,
             passive_joints=_rest_angles(arguments.passive_joint),
             prior_sd_percent=arguments.prior_sd_percent,
-            noise_draws=arguments.noise_draws,
             what_shows=arguments.what_shows,
             longest_gap_s=arguments.longest_gap_s,
             progress=progress,

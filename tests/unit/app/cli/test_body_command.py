@@ -204,8 +204,6 @@ def test_wrong_recordings_are_one_line(damage, options, says, studio, refusal, t
         (("--motions", "0"), ("0 motions",)),
         (("--rows", "all"), ("torque",)),
         (("--term", "viscosity"), ("terms of joints", "rows 'all'")),
-        (("--noise-draws", "1"), ("1 draws", "2 or more")),
-        (("--noise-draws", "4", "--method", "ls"), ("no effect", "weighted")),
         (("--longest-gap-s", "0.1"), ("gaps", "recording of markers")),
         (("--passive-joint", "knee=0"), ("'knee'", "right_elbow_flexion")),
         (("--passive-joint", "right_elbow_flexion"), ("NAME=REST_RAD",)),

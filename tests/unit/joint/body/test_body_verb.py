@@ -77,6 +77,7 @@ def test_the_summary_is_that_of_the_file(fit):
         ({"prior_sd_percent": 30.0}, "method 'prior'"),
         ({"method": "prior", "prior_sd_percent": -3.0}, "more than 0"),
         ({"noise_draws": 1}, "2 or more"),
+        ({"noise_draws": 1}, "1 draws"),
         ({"noise_draws": 4, "method": "ls"}, "no effect"),
         ({"noise_draws": 4, "cutoff_hz": None}, "no effect"),
         ({"longest_gap_s": 0.1}, "a recording of markers"),
