@@ -104,7 +104,7 @@ def information(rows: FloatArray, weight: FloatArray) -> FloatArray:
 
 
 #: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
-#: designs of benchmarks/plan_widths.py.
+#: designs of benchmarks/decided/plan_widths.py.
 INEFFICIENCY: Final = (1.08, 1.03, 1.03)
 #: Where the search for the number of trials ends.
 MOST_SETS: Final = 10**6

@@ -16,6 +16,10 @@ import argparse
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+
+# limbs.py, which several studies share, lies one folder up.
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 from limbs import LINEAR, linear_window

@@ -18,6 +18,10 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import argparse
 import sys
 from dataclasses import dataclass
+from pathlib import Path
+
+# limbs.py, which several studies share, lies one folder up.
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 from designed_disturbance import LIMB_NOISE, WEIGHTED

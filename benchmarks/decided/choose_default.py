@@ -13,7 +13,11 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 import argparse
 import sys
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
+
+# limbs.py, which several studies share, lies one folder up.
+sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
 from limbs import experiments, frobenius_percent
