@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final, Literal
+from typing import Final, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,14 +151,20 @@ def source_of(samples: JointSamples) -> Source | None:
 
 
 def band_of(prepared: PreparedSamples, source: Source | None = None) -> Band:
-    """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
+    """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`, kept there.
 
     `source`: what instruments are made of: what was recorded or told, or else the torque.
     Raises InputError: the band holds too few coefficients.
     """
+    source = source or source_of(prepared.source) or "torque"
+    if source not in prepared.bands:
+        prepared.bands[source] = _band(prepared, source)
+    return cast(Band, prepared.bands[source])
+
+
+def _band(prepared: PreparedSamples, source: Source) -> Band:
     spectra = prepared.spectra
     noises = (spectra.torque.noise_variance or 0.0, spectra.angle.noise_variance or 0.0)
-    source = source or source_of(prepared.source) or "torque"
     # Without noise to weigh by: the error of what is not imposed.
     unseen = (1.0, 0.0) if source == "angle" else (0.0, 1.0)
     weigh = noises if any(noises) else unseen
