@@ -93,7 +93,7 @@ def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
     if element and element[1] in _NAMED:
         return _element(element[1], int(element[2]), int(element[3]), level, axes)
     if found := _OF_ELLIPSE.fullmatch(column):
-        return _of_ellipse(found[1], found[2], level)
+        return _of_ellipse(found[1], found[2], level, axes)
     if (symbol := column.removesuffix("_antisymmetric")) in _SYMBOLS and symbol != column:
         words = f"antisymmetric part of the {_SYMBOLS[symbol]}"
         return Meaning(words, UNITS[level][symbol])
@@ -144,19 +144,24 @@ def _of_muscles(symbol: str, rest: str) -> Meaning:
     return Meaning(f"{what} of {rest.replace('_', ' ')}", UNITS["muscle"][symbol])
 
 
-def _of_ellipse(symbol: str, part: str, level: str) -> Meaning:
-    words = f"{_SYMBOLS[symbol]} ellipse: {part.removesuffix('_deg')}"
-    units = {"size": f"({UNITS[level][symbol]})^2", "orientation_deg": "deg", "shape": "1"}
+def _of_ellipse(symbol: str, part: str, level: str, axes: int) -> Meaning:
+    """The size is an area, in three axes a volume."""
+    shape = "ellipsoid" if axes == 3 else "ellipse"
+    words = f"{_SYMBOLS[symbol]} {shape}: {part.removesuffix('_deg')}"
+    units = {"size": f"({UNITS[level][symbol]})^{axes}", "orientation_deg": "deg", "shape": "1"}
     return Meaning(words, units[part])
 
 
 def _numbered(column: str, what: str, number: int, level: str, axes: int) -> Meaning:
     if what == "alpha":
         return Meaning(f"activation of muscle {number}", "1", number)
-    place = (
-        level if what in ("position", "force") and not column.endswith(("rad", "Nm")) else "joint"
-    )
-    names = axis_names(place, axes)
+    place = level if what in ("position", "force") else "joint"
+    if what in ("position", "force") and column.endswith(("_m", "_N")):
+        # of the hand, which a row at the joints keeps
+        place = "hand"
+    elif column.endswith(("_rad", "_Nm")):
+        place = "joint"
+    names = AXES if place == "hand" else axis_names(place, axes)
     axis = names[number - 1] if number <= len(names) else f"axis {number}"
     words = {
         "position": f"position {axis}" if place == "hand" else f"angle of {axis}",

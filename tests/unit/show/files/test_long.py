@@ -104,3 +104,16 @@ def test_half_a_character_is_one_line_and_nothing_is_left(tmp_path, ending):
         write_content(content, tmp_path / f"r.{ending}")
     assert "\n" not in str(told.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_row_at_the_joints_keeps_the_place_of_the_hand():
+    place, angle = (meaning_of(f"position_1_{unit}", "joint") for unit in ("m", "rad"))
+    assert (place.words, place.unit) == ("position x", "m")
+    assert (angle.words, angle.unit) == ("angle of shoulder", "rad")
+    assert meaning_of("force_3_N", "joint", axes=4).words == "force z"
+
+
+def test_the_size_of_an_ellipsoid_is_a_volume():
+    solid = meaning_of("K_size", "hand", axes=3)
+    assert solid.unit == "(N/m)^3"
+    assert "ellipsoid" in solid.words
