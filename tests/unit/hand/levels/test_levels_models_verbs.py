@@ -126,7 +126,7 @@ def test_rows_may_be_a_path_paths_estimates_or_rows(hand, folder):
 
 def test_models_of_activation_and_of_muscles(hand):
     joint = to_joint(hand)
-    with pytest.raises(NotIdentifiableError, match="no model can be told"):
+    with pytest.raises(NotIdentifiableError, match="errors of the activation explain"):
         fit_activation(joint)
     steps = []
     made = fit_muscles(joint, order=0, progress=lambda done, total: steps.append((done, total)))
