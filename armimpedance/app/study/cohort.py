@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -32,6 +31,7 @@ from armimpedance.app.study.people_groups import (
 from armimpedance.app.study.sessions import StudySession
 from armimpedance.app.study.store import Fingerprints, Store
 from armimpedance.app.study.strips import Strip, strips_of
+from armimpedance.core.delimited import read_text_table
 from armimpedance.core.errors import InputError
 from armimpedance.show.files import table_content, write_content
 
@@ -232,8 +232,8 @@ def _default_steps(folder: Path, names: Sequence[str]) -> tuple[StudyStep, ...]:
     """Conditions compared over people: of each session where people came several times."""
     if COMPARED not in names:
         return ()
-    with open(folder / COMPARED, newline="", encoding="utf-8") as stream:
-        rows = [tuple(row.get(n) or "" for n in _NAMED) for row in csv.DictReader(stream)]
+    table = read_text_table(folder / COMPARED)
+    rows = [tuple(row.get(n) or "" for n in _NAMED) for row in table.dicts()]
     for by in (("condition",), ("condition", "session")):
         groups = [(row[0], *(row[_NAMED.index(name)] for name in by)) for row in rows]
         if len(set(groups)) == len(groups):

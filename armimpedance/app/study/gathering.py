@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TextIO
+from typing import Any, Final
 
 from armimpedance.app.study.participants import read_record
 from armimpedance.app.study.sessions import StudySession
 from armimpedance.app.study.store import Fingerprints
+from armimpedance.core.delimited import TSV, read_text_table
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file
 
@@ -75,7 +75,7 @@ def people(data: Path) -> dict[str, dict[str, str]]:
     if not file.is_file():
         return {}
     found: dict[str, dict[str, str]] = {}
-    for number, row in enumerate(_rows(file, "\t"), start=2):
+    for number, row in enumerate(read_text_table(file, TSV).dicts(), start=2):
         if PERSON not in row:
             raise InputError(f"no column {PERSON}", file=file, expected=PERSON)
         name = row.pop(PERSON).removeprefix("sub-")
@@ -112,7 +112,7 @@ def gather(
     columns: dict[str, None] = dict.fromkeys(KEYS)
     about = dict.fromkeys(column for person in known.values() for column in person)
     for one in those:
-        columns |= dict.fromkeys(_header(one.folder / name))
+        columns |= dict.fromkeys(read_text_table(one.folder / name).header)
     own = {column: f"participant_{column}" if column in columns else column for column in about}
     order = [*KEYS, *own.values(), *(column for column in columns if column not in KEYS)]
     count = 0
@@ -123,7 +123,7 @@ def gather(
             person = known.get(one.session.participant, {})
             keys = dict(zip(KEYS, (one.session.participant, one.session.session), strict=True))
             about_them = {own[column]: value for column, value in person.items()}
-            for row in _rows(one.folder / name, ","):
+            for row in read_text_table(one.folder / name).dicts():
                 writer.writerow(row | about_them | keys)
                 count += 1
     return count
@@ -148,30 +148,3 @@ def sessions_table(
             where = session.recording.relative_to(data.resolve()).as_posix()
             writer.writerow([session.participant, session.session, where, state, reason])
     return sum(state != "done" for _, state, _ in rows)
-
-
-def _header(file: Path) -> list[str]:
-    with _opened(file) as stream:
-        return next(csv.reader(stream), [])
-
-
-@contextmanager
-def _opened(file: Path) -> Iterator[TextIO]:
-    try:
-        with open(file, newline="", encoding="utf-8-sig") as stream:
-            yield stream
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="a table") from None
-    except csv.Error as error:
-        raise InputError(f"is no table: {error}", file=file, expected="a table") from None
-
-
-def _rows(file: Path, delimiter: str) -> Iterator[dict[str, str]]:
-    with _opened(file) as stream:
-        rows = csv.reader(stream, delimiter=delimiter)
-        header = next(rows, [])
-        for row in rows:
-            if len(row) != len(header):
-                problem = f"{len(row)} cells, the header has {len(header)}"
-                raise InputError(problem, file=file, row=rows.line_num)
-            yield dict(zip(header, row, strict=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,8 @@ from typing import Any, Final
 from armimpedance.app.study.gathering import Ended
 from armimpedance.app.study.participants import LOG_FILE
 from armimpedance.app.study.sessions import StudySession
+from armimpedance.core.delimited import read_text_table
+from armimpedance.core.errors import InputError
 
 #: By which the table of `inspect --out` is known.
 _OF_CHECKS: Final = {"kind", "name", "state", "message"}
@@ -112,13 +113,12 @@ def _checks_rows(one: Ended) -> list[dict[str, str]]:
 def _rows_of_checks(file: Path) -> list[dict[str, str]]:
     """The rows of a table of checks; nothing of any other, or of one that somebody took away."""
     try:
-        with open(file, newline="", encoding="utf-8") as stream:
-            reader = csv.DictReader(stream)
-            if not set(reader.fieldnames or ()) >= _OF_CHECKS:
-                return []
-            return [{name: row.get(name) or "" for name in _OF_CHECKS} for row in reader]
-    except (OSError, ValueError, csv.Error):
+        table = read_text_table(file)
+    except InputError:
         return []
+    if not set(table.header) >= _OF_CHECKS:
+        return []
+    return [{name: row[name] for name in _OF_CHECKS} for row in table.dicts()]
 
 
 def _report(one: Ended) -> str:
@@ -176,7 +176,6 @@ def _marks(one: Ended) -> Iterator[tuple[str, str]]:
 def _has_numbers(file: Path) -> bool:
     """Whether a table holds numbers with intervals: these do not agree by chance."""
     try:
-        with open(file, newline="", encoding="utf-8") as stream:
-            return any(cell.startswith("ci_low_") for cell in next(csv.reader(stream), []))
-    except (OSError, ValueError, csv.Error):
+        return any(cell.startswith("ci_low_") for cell in read_text_table(file).header)
+    except InputError:
         return False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 from armimpedance.app.study.gathering import KEYS
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.conventions import UNITS
+from armimpedance.core.delimited import read_text_table
 
 #: Half a 95 % interval in standard errors, where a table holds the interval alone.
 _NORMAL: Final = 1.959964
@@ -95,19 +95,18 @@ def _of_table(
     name: str, file: Path, numbers: Mapping[tuple[str, str], int], known: Sequence[str]
 ) -> Iterator[Strip]:
     found: dict[tuple[str, str, str], list[tuple[float, ...]]] = {}
-    with open(file, newline="", encoding="utf-8") as stream:
-        reader = csv.reader(stream)
-        header = next(reader, [])
-        read = _reader(header, [*KEYS, *known])
-        if read is None:
-            return
-        for row in reader:
-            session = numbers.get((row[header.index(KEYS[0])], row[header.index(KEYS[1])]))
-            if session is None:
-                continue
-            for quantity, condition, unit, told in read(row):
-                if all(map(math.isfinite, told[:3])):
-                    found.setdefault((quantity, condition, unit), []).append((session, *told))
+    table = read_text_table(file)
+    header = list(table.header)
+    read = _reader(header, [*KEYS, *known])
+    if read is None:
+        return
+    for row in table.rows:
+        session = numbers.get((row[header.index(KEYS[0])], row[header.index(KEYS[1])]))
+        if session is None:
+            continue
+        for quantity, condition, unit, told in read(row):
+            if all(map(math.isfinite, told[:3])):
+                found.setdefault((quantity, condition, unit), []).append((session, *told))
     order = {quantity: i for i, quantity in enumerate(dict.fromkeys(key[0] for key in found))}
     for key in sorted(found, key=lambda key: order[key[0]]):
         yield _strip(name, *key, np.array(found[key]).T)

@@ -6,7 +6,6 @@ that the order of rows does not matter.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -15,6 +14,7 @@ from pathlib import Path
 from statistics import median
 from typing import Final, NamedTuple
 
+from armimpedance.core.delimited import read_text_table
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import unchanged
 from armimpedance.lab.benchmark.layout import AskedQuantity, Half, KnownTruth, half_of
@@ -67,34 +67,21 @@ def read_submission(file: Path, asked: Collection[AskedQuantity]) -> dict[Place,
     """
     units = {(a.task, a.record, a.quantity): a.unit for a in asked}
     claims: dict[Place, Claim] = {}
-    with unchanged(file), _opened(file) as stream:
-        reader = csv.DictReader(stream, strict=True)
-        try:
-            _check_header(file, reader.fieldnames)
-            for cells in reader:
-                row = _Row(file, reader.line_num, cells)
-                place = row.place(units)
-                if place in claims:
-                    raise row.wrong("quantity", f"{' '.join(place)} appears twice", "one row")
-                claims[place] = row.claim()
-        except UnicodeDecodeError:
-            raise InputError("is not UTF-8 text", file=file, expected="a CSV") from None
-        except csv.Error as error:
-            raise InputError(f"broken CSV: {error}", file=file, row=reader.line_num) from None
+    with unchanged(file):
+        table = read_text_table(file, expected="a submission")
+    _check_header(file, table.header)
+    for line, cells in zip(table.lines, table.dicts(), strict=True):
+        row = _Row(file, line, cells)
+        place = row.place(units)
+        if place in claims:
+            raise row.wrong("quantity", f"{' '.join(place)} appears twice", "one row")
+        claims[place] = row.claim()
     if not claims:
         raise InputError("holds no rows", file=file, expected="one row a quantity")
     return claims
 
 
-def _opened(file: Path):  # type: ignore[no-untyped-def]
-    try:
-        return file.open(encoding="utf-8-sig", newline="")
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-
-
-def _check_header(file: Path, names: Collection[str] | None) -> None:
-    found = list(names or ())
+def _check_header(file: Path, found: Sequence[str]) -> None:
     for name in _REQUIRED:
         if name not in found:
             raise InputError("no such column", file=file, column=name, expected="a submission")
@@ -111,11 +98,9 @@ def _check_header(file: Path, names: Collection[str] | None) -> None:
 class _Row:
     """One line of the file."""
 
-    def __init__(self, file: Path, line: int, cells: Mapping[str, str | None]) -> None:
+    def __init__(self, file: Path, line: int, cells: Mapping[str, str]) -> None:
         self.file, self.line = file, line
-        if None in cells or None in cells.values():
-            raise InputError("another number of cells than the header", file=file, row=line)
-        self.cells = {name: (text or "").strip() for name, text in cells.items()}
+        self.cells = {name: text.strip() for name, text in cells.items()}
 
     def wrong(self, column: str, problem: str, expected: str) -> InputError:
         return InputError(problem, file=self.file, row=self.line, column=column, expected=expected)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -16,6 +15,7 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 from scipy.sparse.linalg import lsqr
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen_array
+from armimpedance.core.delimited import Delimited, numbered_rows, opened_text
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.inputs import unchanged
 from armimpedance.limb.arm.polynomial_paths import (
@@ -252,14 +252,18 @@ def _paths(table: _Table, muscles: tuple[str, ...]) -> tuple[MusclePaths, FloatA
     return spatial, spatial.box
 
 
+_LAYOUT: Final = Delimited(comment="#", blank=True)
+
+
 def _read(file: Path) -> _Table:
     if not file.is_file():
         raise InputError("no such file", file=file, expected="a table of moment arms")
     with (
         unchanged(file),
-        file.open(encoding="utf-8-sig", errors="replace", newline="") as stream,
+        opened_text(file, errors="replace") as stream,
     ):
-        lines = _lines(file, stream)
+        rows_of = numbered_rows(stream, file, _LAYOUT)
+        lines = ((number, [cell.strip() for cell in cells]) for number, cells in rows_of)
         first = next(lines, None)
         if first is None:
             raise InputError("is empty", file=file, expected=", ".join(("muscle", *ANGLES, *ARMS)))
@@ -278,16 +282,6 @@ def _columns(header: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
     joints = next(j for j in range(1, len(header) + 2) if f"q_{j}_rad" not in header)
     n = range(1, joints)
     return tuple(f"q_{j}_rad" for j in n), tuple(f"G_{j}_m" for j in n)
-
-
-def _lines(file: Path, stream: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
-    reader = csv.reader(stream)
-    try:
-        for cells in reader:
-            if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#"):
-                yield reader.line_num, [cell.strip() for cell in cells]
-    except csv.Error as error:
-        raise InputError(f"not CSV: {error}", file=file, row=reader.line_num) from None
 
 
 def _header(file: Path, line: int, names: list[str], needed: tuple[str, ...]) -> list[str]:

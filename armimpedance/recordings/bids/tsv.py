@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.delimited import TSV, read_text_table
 from armimpedance.core.errors import InputError
 
 #: Tables that describe (channels, participants, events) are small.
@@ -36,35 +37,13 @@ def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]
     Raises InputError: it cannot be read, a required column is missing, a name appears twice, or a
     row has another number of cells.
     """
-    lines = _text(file).splitlines()
-    names = [name.strip() for name in lines[0].split("\t")] if lines else []
+    if file.is_file() and file.stat().st_size > _LARGEST_HEADED_BYTES:
+        raise InputError("is too large for such a table", file=file, expected="below 20 MB")
+    table = read_text_table(file, TSV, "a table of BIDS")
     for name in required:
-        if name not in names:
+        if name not in table.header:
             raise InputError("no such column", file=file, row=1, column=name, expected="it")
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError("appears twice in the header", file=file, row=1, column=ascii(name))
-    rows = []
-    for number, line in enumerate(lines[1:], start=2):
-        if not line.strip():
-            continue
-        cells = [cell.strip() for cell in line.split("\t")]
-        if len(cells) != len(names):
-            expected = f"{len(names)}, as in the header, with tabs between them"
-            raise InputError(f"{len(cells)} cells", file=file, row=number, expected=expected)
-        rows.append(dict(zip(names, cells, strict=True)))
-    return rows
-
-
-def _text(file: Path) -> str:
-    try:
-        if file.stat().st_size > _LARGEST_HEADED_BYTES:
-            raise InputError("is too large for such a table", file=file, expected="below 20 MB")
-        return file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="a table of BIDS") from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    return [{name: cell.strip() for name, cell in row.items()} for row in table.dicts()]
 
 
 def numbers(file: Path, names: Sequence[str], wanted: Sequence[int]) -> FloatArray:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from armimpedance.core.arrays import FloatArray, frozen
+from armimpedance.core.delimited import check_header, numbered_rows, opened_text
 from armimpedance.core.errors import InputError
 
 #: Rows of a Parquet file that are unpacked together: 32 MiB, which go back to the system at once.
@@ -61,16 +61,6 @@ def column_names(file: Path) -> tuple[str, ...]:
     names = _parquet_names(file) if file.suffix == ".parquet" else _csv_names(file)
     check_header(file, names)
     return names
-
-
-def check_header(file: Path, names: Sequence[str]) -> None:
-    """Names of columns must be different, and fit on the line of a message."""
-    for name in names:
-        if names.count(name) > 1 or not name.isprintable():
-            problem = "appears twice in the header" if name.isprintable() else "cannot be a name"
-            raise InputError(problem, file=file, row=1, column=ascii(name).strip("'"))
-    if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
-        raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")
 
 
 def read_numbers(
@@ -263,15 +253,5 @@ def _csv_names(file: Path) -> tuple[str, ...]:
 @contextmanager
 def _csv_reader(file: Path) -> Iterator[Iterator[tuple[int, list[str]]]]:
     """The lines of a CSV file that are not blank, each with its number in an editor."""
-    with file.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
-        reader = csv.reader(stream)
-
-        def rows() -> Iterator[tuple[int, list[str]]]:
-            try:
-                for cells in reader:
-                    if cells:
-                        yield reader.line_num, cells
-            except csv.Error as error:
-                raise InputError(f"not CSV: {error}", file=file, row=reader.line_num + 1) from None
-
-        yield rows()
+    with opened_text(file, errors="replace") as stream:
+        yield numbered_rows(stream, file)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
@@ -15,8 +14,8 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.core.conventions import LARGEST_ANGLE_RAD
+from armimpedance.core.delimited import read_text_table
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.tables.number_table import check_header
 
 #: Columns that hold a number in every row, where they are there at all.
 NUMBER_COLUMNS: Final = (
@@ -182,25 +181,7 @@ def _number(cell: str) -> float | None:
 
 def _read_cells(file: Path) -> tuple[list[str], tuple[int, ...], list[list[str]]]:
     """Header, line numbers and cells of a CSV file; blank lines are passed over."""
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="CSV") from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-    reader = csv.reader(io.StringIO(text, newline=""))
-    try:
-        numbered = [(reader.line_num, cells) for cells in reader if cells]
-    except csv.Error as error:
-        raise InputError(f"not CSV: {error}", file=file, row=reader.line_num + 1) from None
-    if not numbered:
-        raise InputError("is empty", file=file, expected="a header and one row per trial")
-    header = [name.strip() for name in numbered[0][1]]
-    check_header(file, header)
-    if len(numbered) == 1:
+    table = read_text_table(file, expected="a header and one row per trial")
+    if not table.rows:
         raise InputError("holds no trials", file=file, expected="one row per trial")
-    for line, cells in numbered[1:]:
-        if len(cells) != len(header):
-            expected = f"{len(header)}, as in the header"
-            raise InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
-    return header, tuple(line for line, _ in numbered[1:]), [cells for _, cells in numbered[1:]]
+    return list(table.header), table.lines, list(table.rows)

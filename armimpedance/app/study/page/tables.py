@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
+from armimpedance.core.delimited import read_text_table
 from armimpedance.show.pages import (
     Block,
     Fold,
@@ -236,11 +236,10 @@ def _quantity(row: Cells) -> str:
 
 def conditions_table(file: Path) -> Table | None:
     """Mean changes over people between conditions; None where a file is no such table."""
-    with open(file, newline="", encoding="utf-8") as stream:
-        reader = csv.DictReader(stream)
-        if not set(reader.fieldnames or ()) >= _OVER_SUBJECTS:
-            return None
-        rows = list(reader)
+    table = read_text_table(file)
+    if not set(table.header) >= _OVER_SUBJECTS:
+        return None
+    rows = table.dicts()
     known = dict.fromkeys((row["matrix"], row["quantity"]) for row in rows)
     shown = [name for name in _SHOWN if name in known] or list(known)[: len(_SHOWN)]
     pairs: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
