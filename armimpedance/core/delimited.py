@@ -90,6 +90,13 @@ def numbered_rows(
         raise InputError(f"not CSV: {error}", file=file, row=reader.line_num + 1) from None
 
 
+def text_header(file: Path, layout: Delimited = CSV) -> tuple[str, ...]:
+    """The names of a table's columns, without reading on; none where it is empty."""
+    with opened_text(file) as stream:
+        _, names = next(numbered_rows(stream, file, layout), (0, []))
+    return tuple(name.strip() for name in names)
+
+
 def read_text_table(file: Path, layout: Delimited = CSV, expected: str = "a table") -> TextTable:
     """A small table of texts.
 

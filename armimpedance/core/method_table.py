@@ -8,7 +8,7 @@ library only.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -20,35 +20,26 @@ from armimpedance.core.errors import InputError
 Entry = TypeVar("Entry")
 
 
-class MethodTable(Mapping[str, Entry], Generic[Entry]):
-    """The entries of a folder, by their names; the default first, the others by the alphabet.
+class EntryTable(Mapping[str, Entry], Generic[Entry]):
+    """Entries by their names; the default first, the others by the alphabet.
 
-    `package`: the folder, dotted. Each of its modules holds one entry.
-    `record`: what the entry is called in its module, such as ``METHOD``.
     `kind`: what an entry is called in messages, such as "method".
     `default`: the name of the entry that is meant where none is named; "" if there is none.
-    `joint`: what stands in names where the file's name has an underscore.
     """
 
-    def __init__(
-        self, package: str, record: str, kind: str, default: str = "", joint: str = "_"
-    ) -> None:
-        self._package, self._record, self._joint = package, record, joint
+    def __init__(self, kind: str, default: str = "") -> None:
         self.kind: str = kind
         self.default: str = default
         self._loaded: dict[str, Entry] = {}
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """All names; nothing is imported for them but the folder itself."""
-        folder = import_module(self._package)
-        found = sorted(module.name for module in iter_modules(folder.__path__))
-        named = [name.replace("_", self._joint) for name in found]
-        return tuple(sorted(named, key=lambda name: name != self.default))
+        """All names; no entry is imported for them."""
+        return tuple(sorted(self._listed(), key=lambda name: (name != self.default, name)))
 
-    def _place(self, name: str) -> str:
-        """The module that holds an entry."""
-        return f"{self._package}.{name.replace(self._joint, '_')}"
+    def _listed(self) -> Iterable[str]:
+        """The names in any order."""
+        return self._loaded
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -57,11 +48,6 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         return len(self.names)
 
     def __getitem__(self, name: str) -> Entry:
-        if name not in self._loaded:
-            if name not in self.names:
-                raise KeyError(name)
-            module = import_module(self._place(name))
-            self._loaded[name] = getattr(module, self._record)
         return self._loaded[name]
 
     def named(self, name: str | None = None) -> Entry:
@@ -81,21 +67,47 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         return ", ".join(n + (" (default)" if n == self.default else "") for n in self.names)
 
 
-class RecordTable(MethodTable[Entry]):
+class RecordTable(EntryTable[Entry]):
     """A table whose entries are a word or a few lines each: its module lists them itself.
 
     `entries`: by their names; what they need is imported where it is used.
-    `kind`, `default`: as of `MethodTable`.
     """
 
     def __init__(self, entries: Mapping[str, Entry], kind: str, default: str = "") -> None:
-        super().__init__("", "", kind, default)
-        self._loaded = dict(entries)
+        super().__init__(kind, default)
+        self._loaded.update(entries)
 
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """All names."""
-        return tuple(sorted(self._loaded, key=lambda name: (name != self.default, name)))
+
+class MethodTable(EntryTable[Entry]):
+    """The entries of a folder, each imported when it is looked up.
+
+    `package`: the folder, dotted. Each of its modules holds one entry.
+    `record`: what the entry is called in its module, such as ``METHOD``.
+    `joint`: what stands in names where the file's name has an underscore.
+    """
+
+    def __init__(
+        self, package: str, record: str, kind: str, default: str = "", joint: str = "_"
+    ) -> None:
+        super().__init__(kind, default)
+        self._package, self._record, self._joint = package, record, joint
+
+    def _listed(self) -> Iterable[str]:
+        folder = import_module(self._package)
+        found = (module.name for module in iter_modules(folder.__path__))
+        return (name.replace("_", self._joint) for name in found)
+
+    def _place(self, name: str) -> str:
+        """The module that holds an entry."""
+        return f"{self._package}.{name.replace(self._joint, '_')}"
+
+    def __getitem__(self, name: str) -> Entry:
+        if name not in self._loaded:
+            if name not in self.names:
+                raise KeyError(name)
+            module = import_module(self._place(name))
+            self._loaded[name] = getattr(module, self._record)
+        return self._loaded[name]
 
 
 class FoundTable(MethodTable[Entry]):
@@ -122,10 +134,8 @@ class FoundTable(MethodTable[Entry]):
             found[path.stem.removesuffix(self._ending)] = ".".join((self._package, *parts))
         return found
 
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """All names; nothing is imported for them."""
-        return tuple(sorted(self._places, key=lambda name: (name != self.default, name)))
+    def _listed(self) -> Iterable[str]:
+        return self._places
 
     def _place(self, name: str) -> str:
         return self._places[name]

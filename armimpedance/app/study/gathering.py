@@ -11,7 +11,7 @@ from typing import Any, Final
 from armimpedance.app.study.participants import read_record
 from armimpedance.app.study.sessions import StudySession
 from armimpedance.app.study.store import Fingerprints
-from armimpedance.core.delimited import TSV, read_text_table
+from armimpedance.core.delimited import TSV, read_text_table, text_header
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file
 
@@ -75,7 +75,8 @@ def people(data: Path) -> dict[str, dict[str, str]]:
     if not file.is_file():
         return {}
     found: dict[str, dict[str, str]] = {}
-    for number, row in enumerate(read_text_table(file, TSV).dicts(), start=2):
+    table = read_text_table(file, TSV)
+    for number, row in zip(table.lines, table.dicts(), strict=True):
         if PERSON not in row:
             raise InputError(f"no column {PERSON}", file=file, expected=PERSON)
         name = row.pop(PERSON).removeprefix("sub-")
@@ -112,7 +113,7 @@ def gather(
     columns: dict[str, None] = dict.fromkeys(KEYS)
     about = dict.fromkeys(column for person in known.values() for column in person)
     for one in those:
-        columns |= dict.fromkeys(read_text_table(one.folder / name).header)
+        columns |= dict.fromkeys(text_header(one.folder / name))
     own = {column: f"participant_{column}" if column in columns else column for column in about}
     order = [*KEYS, *own.values(), *(column for column in columns if column not in KEYS)]
     count = 0

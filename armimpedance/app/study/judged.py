@@ -10,7 +10,7 @@ from typing import Any, Final
 from armimpedance.app.study.gathering import Ended
 from armimpedance.app.study.participants import LOG_FILE
 from armimpedance.app.study.sessions import StudySession
-from armimpedance.core.delimited import read_text_table
+from armimpedance.core.delimited import read_text_table, text_header
 from armimpedance.core.errors import InputError
 
 #: By which the table of `inspect --out` is known.
@@ -113,12 +113,12 @@ def _checks_rows(one: Ended) -> list[dict[str, str]]:
 def _rows_of_checks(file: Path) -> list[dict[str, str]]:
     """The rows of a table of checks; nothing of any other, or of one that somebody took away."""
     try:
-        table = read_text_table(file)
+        if not set(text_header(file)) >= _OF_CHECKS:
+            return []
+        rows = read_text_table(file).dicts()
     except InputError:
         return []
-    if not set(table.header) >= _OF_CHECKS:
-        return []
-    return [{name: row[name] for name in _OF_CHECKS} for row in table.dicts()]
+    return [{name: row[name] for name in _OF_CHECKS} for row in rows]
 
 
 def _report(one: Ended) -> str:
@@ -176,6 +176,6 @@ def _marks(one: Ended) -> Iterator[tuple[str, str]]:
 def _has_numbers(file: Path) -> bool:
     """Whether a table holds numbers with intervals: these do not agree by chance."""
     try:
-        return any(cell.startswith("ci_low_") for cell in read_text_table(file).header)
+        return any(cell.startswith("ci_low_") for cell in text_header(file))
     except InputError:
         return False

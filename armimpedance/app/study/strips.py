@@ -13,7 +13,7 @@ import numpy as np
 from armimpedance.app.study.gathering import KEYS
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.conventions import UNITS
-from armimpedance.core.delimited import read_text_table
+from armimpedance.core.delimited import read_text_table, text_header
 
 #: Half a 95 % interval in standard errors, where a table holds the interval alone.
 _NORMAL: Final = 1.959964
@@ -95,12 +95,11 @@ def _of_table(
     name: str, file: Path, numbers: Mapping[tuple[str, str], int], known: Sequence[str]
 ) -> Iterator[Strip]:
     found: dict[tuple[str, str, str], list[tuple[float, ...]]] = {}
-    table = read_text_table(file)
-    header = list(table.header)
+    header = list(text_header(file))
     read = _reader(header, [*KEYS, *known])
     if read is None:
         return
-    for row in table.rows:
+    for row in read_text_table(file).rows:
         session = numbers.get((row[header.index(KEYS[0])], row[header.index(KEYS[1])]))
         if session is None:
             continue

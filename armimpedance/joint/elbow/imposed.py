@@ -238,7 +238,7 @@ def _held_against(told: Way, prepared: PreparedSamples, method: ElbowMethod) -> 
         return Answer((told,))
     if _alike(ways):
         return Answer((told,))
-    odds = _odds(prepared)
+    odds = _odds(ways["torque"].floors)
     loss, otherwise = odds.loss, float(ways[other].alone.values[2])
     # held against the other limit alone, or against a device that gives way, which explains more
     sure = (loss[own] - loss[other] - odds.enough, loss[own] - odds.enough - NATS / 2)
@@ -293,8 +293,8 @@ class _Odds:
     gives_way: RigFit
 
 
-def _odds(prepared: PreparedSamples) -> _Odds:
-    floors = band_of(prepared, "torque")
+def _odds(floors: Band) -> _Odds:
+    """`floors`: with the torque as the instrument."""
     fits = _fits(floors)
     best = min(fit.nats for fit in fits.values())
     loss = {rig: fit.nats - best for rig, fit in fits.items()}
@@ -303,7 +303,8 @@ def _odds(prepared: PreparedSamples) -> _Odds:
 
 def _likely(prepared: PreparedSamples, ways: dict[Rig, Way]) -> Answer:
     """What the likelihood keeps; a limit that gave no joint is none."""
-    odds = _odds(prepared)
+    torque = ways.get("torque")
+    odds = _odds(band_of(prepared, "torque") if torque is None else torque.floors)
     loss, enough = odds.loss, odds.enough
     ordered = sorted(ways, key=lambda rig: loss[rig])
     kept: list[Rig] = [rig for rig in ordered if loss[rig] < enough]

@@ -86,7 +86,7 @@ def _check_header(file: Path, found: Sequence[str]) -> None:
         if name not in found:
             raise InputError("no such column", file=file, column=name, expected="a submission")
     for name in found:
-        if name not in (*_REQUIRED, *_OPTIONAL) or found.count(name) > 1:
+        if name not in (*_REQUIRED, *_OPTIONAL):
             expected = f"each at most once: {', '.join((*_REQUIRED, *_OPTIONAL))}"
             raise InputError(
                 "unknown or repeated column", file=file, column=name, expected=expected

@@ -56,8 +56,9 @@ class Processor:
 
 
 #: The code in the parameter section's fourth byte -> processor.
+INTEL: Final = Processor("Intel", "<")
 PROCESSORS: Final = {
-    84: Processor("Intel", "<"),
+    84: INTEL,
     85: Processor("DEC", "<", vax=True),
     86: Processor("MIPS", ">"),
 }
@@ -92,8 +93,8 @@ class C3dParameters:
     A Kinarm archive that is no C3D file has the same groups.
     """
 
-    processor: Processor
     groups: Groups
+    processor: Processor = INTEL
 
     def entry(self, group: str, name: str) -> Entry | None:
         """A parameter, or None."""
@@ -174,7 +175,7 @@ class _Section:
         named: dict[str, dict[str, Entry]] = {label: {} for label in groups.values()}
         for group, label, entry in entries:
             named.setdefault(groups.get(group, f"GROUP{group}"), {})[label] = entry
-        return C3dParameters(self.processor, named)
+        return C3dParameters(named, self.processor)
 
     def _entry(self, groups: dict[int, str], entries: list[tuple[int, str, Entry]]) -> bool:
         """Read a group or parameter; whether there may be another one."""

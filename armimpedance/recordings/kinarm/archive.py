@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d.parameters import (
-    PROCESSORS,
     C3dParameters,
     Entry,
     Groups,
@@ -258,7 +257,7 @@ class Archive:
             self._header("common")
         return ExamFile(
             f"{self.path}:{self.root}common",
-            C3dParameters(PROCESSORS[84], self._parameters("common")),
+            C3dParameters(self._parameters("common")),
             *(0.0, 0, {}, {}),
         )
 
@@ -276,7 +275,7 @@ class Archive:
         channels, others = self._channels(folder, header)
         return ExamFile(
             name=f"{self.path}:{self.root}{folder}",
-            parameters=C3dParameters(PROCESSORS[84], parameters),
+            parameters=C3dParameters(parameters),
             rate_hz=header.rate_hz,
             frames=header.frames,
             hands=self._hands(folder, header),

@@ -95,7 +95,7 @@ def robot_of(common: ExamFile, side: Side) -> Robot:
     A robot whose version is not in it has no lengths: the hand is then where it was recorded.
     """
     prefix = side.upper()
-    version = common.parameters.text(f"{prefix}_KINARM", "VERSION") or ""
+    version = common.parameters.text(f"{prefix}_KINARM", "VERSION")
     shoulder = _numbers(common, "CALIBRATION", f"{prefix}_SHO_X", f"{prefix}_SHO_Y")
     geometry = next((each for each in GEOMETRIES if version.startswith(each.begins)), None)
     if geometry is None:

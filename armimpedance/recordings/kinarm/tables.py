@@ -208,7 +208,7 @@ def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
         ways = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
     loads = dict(_loads(settings, trial.file, common))
     direction = direction_of(settings, loads, ways, side)
-    stated = trial.file.parameters.text("TRIAL", "TP") or ""
+    stated = trial.file.parameters.text("TRIAL", "TP")
     if not stated or stated.isdigit():
         stated = next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
     return Protocol(row, stated, settings, targets, ways, loads, side, direction)

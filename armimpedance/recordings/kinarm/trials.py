@@ -220,8 +220,8 @@ def _trial_row(trial: ExamTrial, keep_personal: bool) -> dict[str, object]:
     }
     row |= _events(file)
     if keep_personal:
-        row["date"] = file.parameters.text("TRIAL", "DATE") or ""
-        row["time_of_day"] = file.parameters.text("TRIAL", "TIME") or ""
+        row["date"] = file.parameters.text("TRIAL", "DATE")
+        row["time_of_day"] = file.parameters.text("TRIAL", "TIME")
     return row
 
 

@@ -111,8 +111,9 @@ def _values(column: Any) -> np.ndarray[Any, Any] | None:
     if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind):
         if kind != pa.float64():
             column = column.cast(pa.float64(), safe=False)
-        chunked = isinstance(column, pa.ChunkedArray)
-        return np.asarray(column.to_numpy(*(() if chunked else (False,))), dtype=np.float64)
+        is_chunked = isinstance(column, pa.ChunkedArray)
+        values = column.to_numpy() if is_chunked else column.to_numpy(False)
+        return np.asarray(values, dtype=np.float64)
     return _texts(column) if pa.types.is_string(kind) or pa.types.is_large_string(kind) else None
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
-from armimpedance.core.delimited import read_text_table
+from armimpedance.core.delimited import read_text_table, text_header
 from armimpedance.show.pages import (
     Block,
     Fold,
@@ -236,10 +236,9 @@ def _quantity(row: Cells) -> str:
 
 def conditions_table(file: Path) -> Table | None:
     """Mean changes over people between conditions; None where a file is no such table."""
-    table = read_text_table(file)
-    if not set(table.header) >= _OVER_SUBJECTS:
+    if not set(text_header(file)) >= _OVER_SUBJECTS:
         return None
-    rows = table.dicts()
+    rows = read_text_table(file).dicts()
     known = dict.fromkeys((row["matrix"], row["quantity"]) for row in rows)
     shown = [name for name in _SHOWN if name in known] or list(known)[: len(_SHOWN)]
     pairs: dict[tuple[str, str], dict[tuple[str, str], str]] = {}

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final, Literal, cast
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,18 +151,12 @@ def source_of(samples: JointSamples) -> Source | None:
 
 
 def band_of(prepared: PreparedSamples, source: Source | None = None) -> Band:
-    """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`, kept there.
+    """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
 
     `source`: what instruments are made of: what was recorded or told, or else the torque.
     Raises InputError: the band holds too few coefficients.
     """
     source = source or source_of(prepared.source) or "torque"
-    if source not in prepared.bands:
-        prepared.bands[source] = _band(prepared, source)
-    return cast(Band, prepared.bands[source])
-
-
-def _band(prepared: PreparedSamples, source: Source) -> Band:
     spectra = prepared.spectra
     noises = (spectra.torque.noise_variance or 0.0, spectra.angle.noise_variance or 0.0)
     # Without noise to weigh by: the error of what is not imposed.

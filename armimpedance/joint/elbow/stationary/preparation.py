@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Annotated, Any, Final, Literal
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -44,8 +44,6 @@ class PreparedSamples(FrozenRecord):
     `notes`: what was chosen, and why, one sentence each.
     `lowest_hz`: a fit in the frequency domain begins here.
     `band_why`: why it ends at `band_hz`.
-    `bands`: the coefficients of its band by what instruments are made of, each computed once; see
-    `band.band_of`.
     """
 
     sample_rate_hz: float
@@ -62,7 +60,6 @@ class PreparedSamples(FrozenRecord):
     notes: tuple[str, ...] = ()
     lowest_hz: float = 0.0
     band_why: str = ""
-    bands: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
