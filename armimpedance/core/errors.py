@@ -14,7 +14,7 @@ LONGEST_MESSAGE: Final = 400
 def shown(text: str) -> str:
     """A text of a file as a message shows it: on one line, and no command to a terminal.
 
-    Returns printable; any other character as Python writes it, such as ``\\x1b``.
+    Returns: printable; any other character as Python writes it, such as ``\\x1b``.
     """
     if text.isprintable():
         return text

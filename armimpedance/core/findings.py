@@ -82,7 +82,7 @@ def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
 def checked_sentence(findings: Iterable[Finding]) -> str:
     """What a methods paragraph says of the checks; "" where none was made.
 
-    Returns one sentence: what was held against the data, and what is violated or cannot be told.
+    Returns: one sentence: what was held against the data, and what is violated or cannot be told.
     """
     asked = [f for f in findings if f.name and f.verdict != "missing"]
     if not asked:
@@ -103,7 +103,7 @@ def not_taken(what: Sequence[str], why: str) -> tuple[str, ...]:
 
     `what`: names of channels, groups or columns.
     `why`: such as "no meaning was given to them".
-    Returns one sentence or none.
+    Returns: one sentence or none.
 
     Examples
     --------

@@ -121,7 +121,7 @@ def _look(path: Path, *, summed: bool | None = None) -> _Look | None:
 def distinct_names(paths: Sequence[Path]) -> list[str]:
     """A name for each path: its own, with as many folders before it as make all different.
 
-    Returns such as ``["monday/session", "tuesday/session"]``.
+    Returns: such as ``["monday/session", "tuesday/session"]``.
     Raises InputError: one place is given twice.
     """
     places = [path.resolve() for path in paths]

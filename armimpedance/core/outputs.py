@@ -29,7 +29,7 @@ def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     `path`: the final name. An existing file is replaced in one step; the new one is as open to
     others as the old one was.
-    Yields a temporary name in the same folder, with the same suffix, to be written to.
+    Yields: a temporary name in the same folder, with the same suffix, to be written to.
     Raises InputError: the folder does not exist or cannot be written to, or `path` is no regular
     file or write-protected.
     """
@@ -64,7 +64,7 @@ def staged_folder(
     `path`: the final name.
     `mark`: the file by which an earlier output is known.
     `known`: the names (not deeper than one level) that an earlier output may hold.
-    Yields a temporary empty folder beside `path`.
+    Yields: a temporary empty folder beside `path`.
     Raises InputError: the parent folder does not exist or cannot be written to, or `path` must not
     be replaced.
     """

@@ -69,7 +69,7 @@ def exchange(temporary: Path, final: Path) -> bool:
     """Give a finished folder its final name.
 
     `temporary`, `final`: in one folder.
-    Returns whether a folder had the name until now; it has the temporary one then.
+    Returns: whether a folder had the name until now; it has the temporary one then.
     """
     # Another writer may take the name between the look and the step; the second look sees it.
     for _ in range(_TRIES):

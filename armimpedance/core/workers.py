@@ -27,7 +27,7 @@ def worker_pool(workers: int) -> ProcessPoolExecutor:
     "spawn" everywhere: a fork of a process whose libraries have threads may hang. The others have
     as many threads as this one: on their number the last bits of a matrix product depend.
 
-    Returns work is submitted to it within `interrupts_for_us_alone`.
+    Returns: work is submitted to it within `interrupts_for_us_alone`.
     """
     return ProcessPoolExecutor(workers, get_context("spawn"), _end_with_parent)
 
@@ -78,7 +78,7 @@ class Crew:
         """Put a piece of work at the end of the row; the longest should come first.
 
         `*given`: what it is called with; as its result, it goes from process to process.
-        Returns for `finish`.
+        Returns: for `finish`.
         """
         piece = _Piece(work, given)
         self._row.append(piece)
@@ -88,7 +88,7 @@ class Crew:
     def finish(self, pieces: Sequence[Future[Any]]) -> list[Any]:
         """Work along until the row is empty, then wait for these pieces.
 
-        Returns their results, in this order.
+        Returns: their results, in this order.
         Raises WorkerError: another process was killed, or ran out of memory.
         """
         while (piece := self._next()) is not None:

@@ -145,7 +145,7 @@ def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
 def with_one_name_each(recording: AnyRecording) -> AnyRecording:
     """The recording with names of the trial table that look alike as one name.
 
-    Returns the same where no two names of a column look alike; otherwise its provenance (and the
+    Returns: the same where no two names of a column look alike; otherwise its provenance (and the
     findings of a `Recording`) say which were taken as one.
     """
     trials, sentences = recording.trials, []

@@ -45,7 +45,7 @@ _RESULTS: Final = (".csv", ".json")
 def report_page(asked: Asked) -> Page:
     """The page of the topic that was asked for, or that the source belongs to.
 
-    Returns of a recording that a check stops, a page that says why and holds no result.
+    Returns: of a recording that a check stops, a page that says why and holds no result.
     Raises InputError: the source cannot be read, belongs to no topic, or several were given where
     one is reported.
     """

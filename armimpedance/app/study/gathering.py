@@ -68,7 +68,7 @@ def people(data: Path) -> dict[str, dict[str, str]]:
     """What ``participants.tsv`` says of each person, by the name without ``sub-``.
 
     `data`: folder of the data.
-    Returns empty where there is no such file.
+    Returns: empty where there is no such file.
     Raises InputError: it has no column ``participant_id``, or a person stands in it twice.
     """
     file = data / PEOPLE_FILE
@@ -107,7 +107,7 @@ def gather(
 
     `name`: of the table in each session's folder.
     `known`: person -> columns of their own, which follow the keys.
-    Returns number of rows.
+    Returns: number of rows.
     """
     those = [one for one in ended if name in one.record["files"]]
     columns: dict[str, None] = dict.fromkeys(KEYS)

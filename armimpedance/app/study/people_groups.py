@@ -84,7 +84,7 @@ def groups_of_people(
 
     `people`: person -> column -> value.
     `present`: people who have results.
-    Returns column -> its values, in the order of the alphabet.
+    Returns: column -> its values, in the order of the alphabet.
     """
     found = {}
     for column in dict.fromkeys(name for row in people.values() for name in row):
@@ -107,7 +107,7 @@ def compare_people(
     `persons`: person of each session, by its number.
     `people`: person -> column -> value.
     `names`: its values.
-    Returns of every strip and pair with `FEWEST` people in each group.
+    Returns: of every strip and pair with `FEWEST` people in each group.
     """
     found = []
     for strip in strips:
@@ -247,7 +247,7 @@ def robust_scores(values: FloatArray, errors: FloatArray) -> tuple[float, FloatA
     """The median, and how many spreads each value lies from it.
 
     `values`, `errors` (n,).
-    Returns `z` (n,): zero where nothing differs at all.
+    Returns: `z` (n,): zero where nothing differs at all.
     """
     centre = float(np.median(values))
     squares, own = (values - centre) ** 2, errors**2

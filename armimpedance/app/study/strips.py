@@ -86,7 +86,7 @@ def strips_of(
     `tables`: name -> the gathered table.
     `numbers`: (participant, session) -> the session's number; rows of others are left out.
     `known`: columns that say something of the people.
-    Returns in the order of the tables' columns.
+    Returns: in the order of the tables' columns.
     """
     return [strip for name in tables for strip in _of_table(name, tables[name], numbers, known)]
 

@@ -252,7 +252,7 @@ def change_numbers(sides: Sequence[Side], first: IntArray, second: IntArray) -> 
 
     `sides`: one for each matrix (`side_of`), of all groups.
     `first`, `second` (R,): numbers of the groups of each pair.
-    Returns (R, n, 7): of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
+    Returns: (R, n, 7): of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
     """
     columns: list[FloatArray] = []
     # what has no ellipse is nan all through

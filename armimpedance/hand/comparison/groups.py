@@ -48,7 +48,7 @@ def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
 
     `keys`: columns of a group.
     `by`: columns whose values make the group's name.
-    Returns the values in the order of `by`, separated by commas.
+    Returns: the values in the order of `by`, separated by commas.
     """
     values = [keys[column] for column in by]
     whole = [int(v) if isinstance(v, float) and v.is_integer() else v for v in values]
@@ -129,7 +129,7 @@ def groups_of_estimates(
     """Groups of which only the estimates are known.
 
     `by`: names among their keys.
-    Returns one group per estimate, named by its values of `by`; none holds equations of trials.
+    Returns: one group per estimate, named by its values of `by`; none holds equations of trials.
     Raises InputError: a column is missing, or two estimates are alike in all of them.
     """
     groups: dict[str, ComparedGroup] = {}
@@ -349,7 +349,7 @@ UNLIKELY: Final = 1.45
 def check_inertia(groups: Sequence[ComparedGroup], pairs: Sequence[Pair]) -> tuple[Finding, ...]:
     """Pairs of one person at one place whose inertia differs by a factor.
 
-    Returns "inertia", one for each pair that differs, or one for all that do not; empty where no
+    Returns: "inertia", one for each pair that differs, or one for all that do not; empty where no
     two groups have one posture.
     """
     of = {group.name: group.estimate for group in groups}

@@ -50,7 +50,7 @@ def expected_square(middle: ArrayLike, covariance: ArrayLike) -> FloatArray:
     `middle` (..., k, k): P, positive definite.
     `covariance` (..., c, c): covariance of the c = k (k + 1)/2 elements ``D_ij, i <= j``
     (`upper_elements`).
-    Returns (...,).
+    Returns: (...,).
     """
     metric = metric_at(np.asarray(middle, dtype=np.float64))
     return np.asarray(np.einsum("...ef,...fe->...", metric, np.asarray(covariance)))
@@ -114,7 +114,7 @@ def hotelling(
     `difference` (..., p).
     `covariances` two of (..., p, p): covariances of the two means.
     `dof` two of (...,): degrees of freedom of each covariance; inf: known.
-    Returns `T2`, `probability` (...,): nan where the sum of the covariances is singular: some
+    Returns: `T2`, `probability` (...,): nan where the sum of the covariances is singular: some
     direction has no spread.
     """
     total = covariances[0] + covariances[1]

@@ -153,7 +153,7 @@ def mixture_tail(weights: FloatArray, dof: FloatArray, statistic: FloatArray) ->
     `weights` (R, J): at least 0, and not all of them 0.
     `dof` (R,): nu; inf: Y/nu is one.
     `statistic` (R,): q, at least 0.
-    Returns (R,): nan where an argument is.
+    Returns: (R,): nan where an argument is.
     """
     weights = np.maximum(weights, 1e-12 * weights.max(axis=1, keepdims=True))
     nu, scale = np.minimum(dof, _KNOWN_DOF), weights.sum(axis=1)
@@ -242,7 +242,7 @@ def first_order_tests(of: Elements, first: IntArray, second: IntArray) -> FloatA
     """Tests of R pairs, (R, 4, 4).
 
     `first`, `second` (R,): numbers of the estimates of each pair.
-    Returns (R, 4, 4): of inertia, viscosity, stiffness and all: distance, its p, T2, its p, as in
+    Returns: (R, 4, 4): of inertia, viscosity, stiffness and all: distance, its p, T2, its p, as in
     `MatrixTest`.
     Raises InputError: a pair without an error.
     """

@@ -51,7 +51,7 @@ def planar_statistics(first: FloatArray, second: FloatArray, covariance: FloatAr
 
     `first`, `second` (R, 3, 3): elements 11, 12, 22 of each of the three matrices.
     `covariance` (R, 9, 9) or (9, 9): of the difference of all of them.
-    Returns (R, 4): nan where a matrix is not positive definite.
+    Returns: (R, 4): nan where a matrix is not positive definite.
     """
     parts = [slice(3 * i, 3 * i + 3) for i in range(3)]
     ratios = [
@@ -66,7 +66,7 @@ def planar_ratios(first: FloatArray, second: FloatArray, covariance: FloatArray)
 
     `first`, `second` (R, 3): elements 11, 12, 22 of the symmetric matrices.
     `covariance` (R, 3, 3) or (3, 3): of the difference of these elements.
-    Returns (R,): nan where one of the two is not positive definite.
+    Returns: (R,): nan where one of the two is not positive definite.
     """
     a, b, c = np.ascontiguousarray(first.T)
     A, B, C = np.ascontiguousarray(second.T)

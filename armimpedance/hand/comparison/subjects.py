@@ -141,7 +141,7 @@ def compare_subjects(
 
     `subjects`: name of the subject -> its groups.
     `against`: the group that comes first in every pair.
-    Returns mean changes of each pair of groups that at least two subjects have.
+    Returns: mean changes of each pair of groups that at least two subjects have.
     Raises InputError: fewer than two subjects, or no pair of groups that two subjects have; no
     group `against`.
     """

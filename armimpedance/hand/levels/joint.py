@@ -242,7 +242,7 @@ def posture_findings(estimate: ImpedanceEstimate, posture: ArmPosture) -> tuple[
 
     `estimate`: at the hand.
     `posture`: that it is mapped with.
-    Returns empty where the hand's place was not measured, or nothing depends on the shoulder's.
+    Returns: empty where the hand's place was not measured, or nothing depends on the shoulder's.
     """
     if estimate.position is None:
         return ()
@@ -310,7 +310,7 @@ def with_arm_errors(
     it, the posture from a hand's position among it.
 
     `mapped`: from a subject to the estimate mapped with its arm.
-    Returns with a warning where lengths come from the height alone, and nothing says how well.
+    Returns: with a warning where lengths come from the height alone, and nothing says how well.
     """
     made = mapped(subject)
     if subject is None:

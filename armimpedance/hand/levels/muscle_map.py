@@ -36,7 +36,7 @@ def joint_stiffness(
     `tensions` (..., m): N; with `curvature`. Without both the second term is left out, as the
     source does.
     `curvature` (..., m, n, n): d2L/dq2, m.
-    Returns (..., n, n): N m/rad.
+    Returns: (..., n, n): N m/rad.
     Raises InputError: shapes that do not belong together, or only one of `tensions` and
     `curvature`.
     """
@@ -53,7 +53,7 @@ def joint_viscosity(G: ArrayLike, B_m: ArrayLike) -> FloatArray:
 
     `G` (..., m, n): moment arms dL/dq, m.
     `B_m` (..., m): viscosity of each muscle, N s/m.
-    Returns (..., n, n): N m s/rad.
+    Returns: (..., n, n): N m s/rad.
     """
     return _through_arms(G, B_m)
 

@@ -144,7 +144,7 @@ _AXES: Final = 3
 def is_in_space(estimate: ImpedanceEstimate) -> bool:
     """Whether an estimate is of an arm in space.
 
-    Returns of the hand by its three axes, of the joints by its four angles, or seven.
+    Returns: of the hand by its three axes, of the joints by its four angles, or seven.
     """
     if estimate.level == "hand":
         return estimate.k == _AXES
@@ -169,7 +169,7 @@ def spatial_posture_for(
     `gravity_m_s2` (3,): along the hand's axes; without, its part of the stiffness is left out.
     `swivel_rad`: needed where the angles were not measured.
     `wrist`: of seven measured angles; default: free.
-    Returns `q` (n,).
+    Returns: `q` (n,).
     `posture`: of three joints (turn, elevation, elbow), of four (the axial one third), or of these
     and the three of a free wrist.
     Raises InputError: neither angles nor place and swivel are known, lengths or a mass under

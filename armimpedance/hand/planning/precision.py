@@ -70,7 +70,7 @@ def modal_motion(
     """x'', x', x, then x at each delay, in modes.
 
     `displacement` (..., S): at rest before the window.
-    Returns (3 + len(delays_s), ..., n).
+    Returns: (3 + len(delays_s), ..., n).
     """
     derivatives = [displacement @ part.T for part in (modes.second, modes.first, modes.smooth)]
     late = [delayed(displacement, delay * sample_rate_hz) @ modes.smooth.T for delay in delays_s]
@@ -81,7 +81,7 @@ def equation_rows(motion: FloatArray) -> FloatArray:
     """Rows of ``G theta``, theta = M, B, K, ... row by row.
 
     `motion` (r, ..., d, n).
-    Returns (..., d n, r d^2).
+    Returns: (..., d n, r d^2).
     """
     r, *others, d, n = motion.shape
     moved = np.moveaxis(motion, 0, -3)

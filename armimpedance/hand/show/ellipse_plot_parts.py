@@ -33,7 +33,7 @@ def outline_radius(
     |u| = 1.
     `covariance` (4, 4): of the matrix, row by row.
     `angle_rad` (n,): directions from the centre.
-    Returns `radius`, `sd` (n,).
+    Returns: `radius`, `sd` (n,).
     """
     a = np.asarray(matrix, dtype=float)
     inverse = np.linalg.inv((a + a.T) / 2)
@@ -102,7 +102,7 @@ def default_scale(
     `matrices` sequence of (2, 2): the matrices whose ellipses are drawn.
     `centres` (n, 2): the centres of the ellipses, in the unit of the axes.
     `one_place`: centres closer than this are one place, whatever the spread of all.
-    Returns the scale, in units of the axes per unit of the matrix.
+    Returns: the scale, in units of the axes per unit of the matrix.
     """
     largest = _largest(matrices)
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)

@@ -45,7 +45,7 @@ def plot_ellipsoids(estimates: Sequence[ImpedanceEstimate], which: Which = "stif
 
     `estimates`: of three axes; what is not positive definite is left out and named in the legend.
     `which`: whose ellipsoid is drawn.
-    Returns three views with 95 % bands, and a perspective drawing with the principal axes.
+    Returns: three views with 95 % bands, and a perspective drawing with the principal axes.
     """
     symbol = MATRICES[which][0]
     unit = UNITS[estimates[0].level][symbol]

@@ -25,7 +25,7 @@ def condition_of(estimate: ImpedanceEstimate) -> str:
     """The group in words: the condition alone, or all columns by name.
 
     `estimate`: the estimate of the group.
-    Returns the name of the group.
+    Returns: the name of the group.
     """
     return group_name(estimate.keys)
 
@@ -38,7 +38,7 @@ def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:
     estimate that was mapped from the hand carries the joint angles that it was mapped with.
 
     `estimate`: the estimate of a group.
-    Returns True where the device turned joints, False where the hand was moved.
+    Returns: True where the device turned joints, False where the hand was moved.
     """
     mapped = estimate.joint_angles is not None or estimate.shoulder_m is not None
     return estimate.level == "joint" and not mapped
@@ -48,7 +48,7 @@ def half_widths(estimate: ImpedanceEstimate) -> FloatArray:
     """Half-widths of the 95 % intervals of M, B, K, (3, k, k).
 
     `estimate`: the estimate of a group, with k axes.
-    Returns (3, k, k) ndarray: the half-widths, in the units of the matrices.
+    Returns: (3, k, k) ndarray: the half-widths, in the units of the matrices.
     """
     return t_factor(estimate.dof) * estimate.sd
 
@@ -58,7 +58,8 @@ def antisymmetric(estimate: ImpedanceEstimate, symbol: str) -> tuple[float, floa
 
     `estimate`: the estimate that holds the matrix; it has two axes.
     `symbol`: which matrix.
-    Returns `value`, `sd`: the antisymmetric part and its standard error, in the unit of the matrix.
+    Returns: `value`, `sd`: the antisymmetric part and its standard error, in the unit of the
+    matrix.
     """
     part, row = antisymmetric_part(estimate), "MBK".index(symbol)
     return float(part.value[row, 0]), float(part.sd[row, 0])
@@ -99,7 +100,7 @@ def ellipse_values(
     `estimate`: the estimate whose ellipse is told.
     `field`: which matrix.
     `with_handle`: the inertia is taken as measured, with the mass between sensor and hand.
-    Returns under each of the three names its value and its lower and upper 95 % limit.
+    Returns: under each of the three names its value and its lower and upper 95 % limit.
     """
     ellipse = ellipse_of(estimate, field, with_handle=with_handle)
     return {} if ellipse is None else limits_of(ellipse)

@@ -33,7 +33,7 @@ def result_objects(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any
     """One mapping per estimate, with nested lists of plain numbers.
 
     `estimates`: the estimates, one for each group.
-    Returns the mappings, in the order of the estimates.
+    Returns: the mappings, in the order of the estimates.
     Raises InputError: a group's column is named like a column of the results.
     """
     return [_as_object(estimate) for estimate in estimates]
@@ -116,7 +116,7 @@ def _list(array: FloatArray | None) -> Any:
 def result_structs(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any]]:
     """One mapping a group: `stiffness`, `stiffness_lower`, ..., `covariance`, `keys`, `units`.
 
-    Returns of plain values, arrays and, where texts are listed, tuples.
+    Returns: of plain values, arrays and, where texts are listed, tuples.
     """
     return [_struct(estimate) for estimate in estimates]
 

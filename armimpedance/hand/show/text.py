@@ -38,7 +38,7 @@ def estimate_text(estimate: ImpedanceEstimate) -> str:
     """The matrices with their 95 % half-widths, their parts and ellipses, quality and warnings.
 
     `estimate`: the estimate to describe.
-    Returns blocks of text, separated by empty lines.
+    Returns: blocks of text, separated by empty lines.
     """
     blocks = [_head(estimate)]
     half = half_widths(estimate)
@@ -151,7 +151,7 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
     numbered and stand at the end.
 
     `estimates`: the estimates, one row each.
-    Returns the tables, then the numbered warnings.
+    Returns: the tables, then the numbered warnings.
     """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     parts: dict[tuple[str, int], list[ImpedanceEstimate]] = {}

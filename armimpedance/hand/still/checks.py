@@ -88,7 +88,7 @@ def check_limb(recording: Recording) -> tuple[Finding, ...]:
     """Units, reach, sign and axes, from a quick fit of every condition.
 
     `recording`: with disturbances that return.
-    Returns "units", "reach", "force sign" (only where it is wrong) and "axes"; empty where no
+    Returns: "units", "reach", "force sign" (only where it is wrong) and "axes"; empty where no
     condition can be fitted, which an estimate will say better.
     """
     if recording.perturbation != "returning":
@@ -311,7 +311,7 @@ def check_driven(recording: Recording) -> list[Finding]:
 
     Only `estimate` fits so: `elbow` weighs by noise, and finds what was imposed.
 
-    Returns empty where the perturbation is not stochastic.
+    Returns: empty where the perturbation is not stochastic.
     """
     if recording.perturbation != "stochastic":
         return []

@@ -81,7 +81,7 @@ def stochastic_response(
 
     `recording`: trials of a stochastic perturbation, as `estimate_stochastic` takes them.
     `band_hz` (low, high): the fitted band.
-    Returns its trials are the blocks.
+    Returns: its trials are the blocks.
     Raises InputError: if the band does not fit the sample rate or a trial is too short.
     """
     parts = list(_responses(recording, band_hz))

@@ -212,7 +212,7 @@ def is_silent(window: Window) -> bool:
     Weights from residuals would then follow what the model leaves unexplained, such as the
     curvature of the limb's law, as if it were noise.
 
-    Returns True where the force of every trial stays put before the onset.
+    Returns: True where the force of every trial stays put before the onset.
     """
     rest = window.lag_s <= 0
     if rest.sum() < 3:

@@ -42,7 +42,7 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
 
     `samples`: torque and angle as recorded.
     `segment_s`: length of a segment, s.
-    Returns the compliance, rad/N m, and the coherence at each frequency, Hz.
+    Returns: the compliance, rad/N m, and the coherence at each frequency, Hz.
     Raises InputError: no trial holds a segment.
     """
     length = round(segment_s * samples.sample_rate_hz)
@@ -76,7 +76,7 @@ def model_compliance(frequency_hz: FloatArray, parameters: FloatArray) -> np.nda
 
     `frequency_hz` (f,): frequencies, Hz.
     `parameters` (3,): inertia I, kg m^2; viscosity B, N m s/rad; stiffness K, N m/rad.
-    Returns (f,) complex ndarray: the compliance at each frequency, rad/N m.
+    Returns: (f,) complex ndarray: the compliance at each frequency, rad/N m.
     """
     s = 2j * np.pi * np.asarray(frequency_hz)
     inertia, viscosity, stiffness = parameters

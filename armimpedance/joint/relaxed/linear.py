@@ -160,7 +160,7 @@ def free_rest_angle(
 
     `equations`: equations of a single joint, by these terms.
     `terms`: terms of the model, with a stated rest angle.
-    Returns None where the motion does not show it.
+    Returns: None where the motion does not show it.
     """
     try:
         fits = solve_linear(_with_offset(equations), sample_rate_hz)

@@ -51,7 +51,7 @@ class StateSteps:
         `measured` (S, T, m), `inputs` (S - 1, T, 2, m).
         `start` (T, 2, m): the first states.
         `ratios` (V,): variances of w over that of n.
-        Returns (rows, logarithms): rows of samples that were not measured are zero.
+        Returns: (rows, logarithms): rows of samples that were not measured are zero.
         """
         S, T, m = measured.shape
         first = self.spread(ratios)[..., 0]

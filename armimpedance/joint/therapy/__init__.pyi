@@ -3,7 +3,6 @@ from .arm.mockup import MockupCheck as MockupCheck, check_mockup as check_mockup
 from .arm.movements import MovementTorques as MovementTorques, movement_torques as movement_torques
 from .arm.passive_arm import (
     ArmSegment as ArmSegment,
-    Elastic as Elastic,
     PassiveArm as PassiveArm,
     segments_of as segments_of,
 )
@@ -11,16 +10,13 @@ from .arm.verdict import ArmCalibration as ArmCalibration, AxisCalibration as Ax
 from .live_replay import replay as replay
 from .robot.calibrate import RobotCalibration as RobotCalibration, identify_robot as identify_robot
 from .robot.checks import AxisValidation as AxisValidation, validate_robot as validate_robot
-from .robot.holds import fit_holds as fit_holds
 from .robot.steady import (
     SmoothTrial as SmoothTrial,
-    SteadyPart as SteadyPart,
     slides as slides,
     smooth_trials as smooth_trials,
 )
-from .robot.sweeps import AxisSweeps as AxisSweeps, fit_axis as fit_axis
+from .robot.sweeps import AxisSweeps as AxisSweeps
 from .robot.therapy_robot import (
-    Loads as Loads,
     TherapyRobot as TherapyRobot,
     robot_bodies as robot_bodies,
 )

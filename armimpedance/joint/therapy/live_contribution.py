@@ -226,7 +226,7 @@ class LiveContribution:
         `q` (n,): angles of all axes, rad.
         `motor` (n,): motor torques of all axes, N m, positive where they accelerate their axis.
         `time_s`: its time stamp; without one, samples are taken to follow each other at their rate.
-        Returns None until the kernel is full.
+        Returns: None until the kernel is full.
         Raises InputError: angles or torques that are no numbers or not one for each axis, a time
         stamp that is repeated, or does not follow: samples are missing. The sample is not taken;
         `reset` begins anew.

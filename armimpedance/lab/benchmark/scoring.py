@@ -199,7 +199,7 @@ def score(truth: Iterable[KnownTruth], claims: Mapping[Place, Claim]) -> list[Sc
     A task of which nothing is claimed has no score.
 
     `claims`: (task, record, quantity) -> Claim.
-    Returns in the order of the truths.
+    Returns: in the order of the truths.
     """
     attempted = {place[0] for place in claims}
     groups: dict[tuple[str, Half, str], list[KnownTruth]] = defaultdict(list)

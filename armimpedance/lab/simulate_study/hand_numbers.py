@@ -109,7 +109,7 @@ def values_of(extras: FloatArray, truth: FloatArray, bound: FloatArray) -> Float
 
     `truth`, `bound` (21,).
     `extras` (n, 44): as `hand_numbers.numbers_of` has them.
-    Returns (n, 21, 7): nan where a matrix has no ellipse.
+    Returns: (n, 21, 7): nan where a matrix has no ellipse.
     """
     # each number's column lies in one piece, which is what the arithmetic runs along
     values = np.empty((len(QUANTITIES), len(COLUMNS), len(extras)))

@@ -123,7 +123,7 @@ def wilson(held: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
     """95 % limits of a share after Wilson.
 
     `held`, `n` (Q,): how many of how many.
-    Returns `low`, `high` (Q,).
+    Returns: `low`, `high` (Q,).
     """
     share = held / n
     middle = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)

@@ -74,7 +74,7 @@ class BlockWork:
 def tasks_of(config: Config, blocks: Blocks) -> list[BlockTask]:
     """The blocks that are not done yet.
 
-    Returns those of one simulated part hold only the cells that miss it.
+    Returns: those of one simulated part hold only the cells that miss it.
     """
     parts: dict[object, list[Cell]] = {}
     for cell in config.cells:
@@ -99,8 +99,7 @@ def work_off(
 ) -> Iterator[tuple[BlockTask, str]]:
     """Do the tasks.
 
-    Yields as it ends, in any order.
-    why it failed; empty where it did not.
+    Yields: as it ends, in any order. why it failed; empty where it did not.
     """
     by_name = {task.name: task for task in tasks}
     for ended in engine(BlockWork(blocks), tasks):
@@ -150,7 +149,7 @@ class Result:
 def results_of(config: Config, blocks: Blocks) -> list[Result]:
     """Read the store and add up.
 
-    Returns one for each cell.
+    Returns: one for each cell.
     """
     return [_result(cell, config, blocks) for cell in config.cells]
 

@@ -70,7 +70,7 @@ def with_joints_locked(paths: PolynomialPaths, free: int) -> PolynomialPaths:
     """The same muscles over the first joints alone, the others locked at zero angles.
 
     `free`: number of joints that are left.
-    Returns without the muscles that span none of them.
+    Returns: without the muscles that span none of them.
     """
     middle, half = paths.box.mean(axis=1), np.diff(paths.box, axis=1)[:, 0] / 2
     # a term's locked factors are a number: u^e at the scaled angle u of zero

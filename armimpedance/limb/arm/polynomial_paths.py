@@ -303,7 +303,7 @@ def paths_of_table(
     `muscles` (m,) tuple of str.
     `q` (m,) sequence of (P, n): postures of each muscle's rows, rad; the same for all.
     `G` (m,) sequence of (P, n): moment arms dL/dq there, m.
-    Returns its box is the range of the postures.
+    Returns: its box is the range of the postures.
     Raises InputError: a muscle has other postures than the first one, or moment arms that no such
     length has.
     Raises NotIdentifiableError: the postures tell not even a constant arm.

@@ -275,7 +275,7 @@ def dynamic_inverse(J: ArrayLike, M: ArrayLike) -> FloatArray:
 
     `J` (..., d, n): Jacobian of the hand.
     `M` (..., n, n): inertia of the joints, kg m^2.
-    Returns (..., n, d).
+    Returns: (..., n, d).
     Raises InputError: shapes do not fit.
     Raises NotIdentifiableError: singular posture, or fewer joints than hand axes.
     """
@@ -291,7 +291,7 @@ def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> F
     `Jdot_qd` (..., d): ``dJ/dt qd``, m/s^2.
     `M` (..., n, n): inertia of the joints, kg m^2.
     `h` (..., n): coriolis and centrifugal torque, N m.
-    Returns (..., d): force at the hand, N.
+    Returns: (..., d): force at the hand, N.
     Raises InputError: shapes do not fit.
     Raises NotIdentifiableError: singular posture, or fewer joints than hand axes.
     """
@@ -306,7 +306,7 @@ def hand_gravity(J: ArrayLike, M: ArrayLike, g: ArrayLike) -> FloatArray:
     `J` (..., d, n): Jacobian of the hand.
     `M` (..., n, n): inertia of the joints, kg m^2.
     `g` (..., n): gravity torque, N m.
-    Returns (..., d): force at the hand, N.
+    Returns: (..., d): force at the hand, N.
     Raises InputError: shapes do not fit.
     Raises NotIdentifiableError: singular posture, or fewer joints than hand axes.
     """

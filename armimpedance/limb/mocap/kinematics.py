@@ -104,7 +104,7 @@ def marker_places(tree: MarkerTree, q: FloatArray) -> FloatArray:
 def marker_jacobian(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Places of the markers and how the coordinates move them.
 
-    Returns `places` (N, P, 3).
+    Returns: `places` (N, P, 3).
     `jacobian` (N, 3, P, n): ``d place / d q``; a hinge's column is ``e x (p - c)``, e its axis, c
     its centre.
     """

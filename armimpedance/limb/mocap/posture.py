@@ -198,7 +198,7 @@ def iterated_pull(
 
     Each pass minimises ``|r - J x|^2 + w^2 |x - x_before|^2``, from x = natural - q = `away`.
 
-    Returns `step` (N, n).
+    Returns: `step` (N, n).
     `free` (N, n): how much of each coordinate is the natural posture's, the diagonal of ``(w^2 (J^T
     J + w^2)^-1)^PASSES``.
     """

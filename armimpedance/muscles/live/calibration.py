@@ -297,7 +297,7 @@ def _hand(
 ) -> tuple[FloatArray, float]:
     """What the hand's relative squared error is by the parameters, and what activations add.
 
-    Returns `by_parameters` (p, p): S: the mean squared error is ``tr(S C)``, C the parameters'
+    Returns: `by_parameters` (p, p): S: the mean squared error is ``tr(S C)``, C the parameters'
     covariance.
     """
     q, x = at.joint_angles, typical.values

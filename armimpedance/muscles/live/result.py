@@ -84,8 +84,8 @@ class LiveStiffness:
     def axes(self, level: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Half-axes of `stiffness`, the longest first, their half-widths, and their directions.
 
-        Returns `lengths`, `half_widths` (d,), (d,): N/m; ``dl = v^T dK v`` for the eigenvector v of
-        l.
+        Returns: `lengths`, `half_widths` (d,), (d,): N/m; ``dl = v^T dK v`` for the eigenvector v
+        of l.
         `directions` (d, d): rows.
         """
         lengths, vectors = np.linalg.eigh(self.stiffness)

@@ -39,7 +39,7 @@ def parsed(packet: bytes, signal: str) -> dict[str, Any] | None:
     """Arguments of `Live.update`.
 
     `signal`: name of the field with the muscles' activity, such as "activation".
-    Returns None: the stream begins anew.
+    Returns: None: the stream begins anew.
     Raises InputError: a packet that cannot be taken; fields that are not known do no harm.
     """
     fields = _object(packet)

@@ -43,7 +43,7 @@ def whitening(covariance: FloatArray) -> FloatArray:
     """``L^-1`` of covariances ``L L^T`` (..., r, r): rows times it have errors of unit variance.
 
     `covariance` (..., r, r).
-    Returns (..., r, r).
+    Returns: (..., r, r).
     Raises EstimationError: a combination of the rows is known without error.
     """
     try:

@@ -97,7 +97,7 @@ def read_model(path: str | Path) -> FittedModel:
 def checksum(plain: Any) -> str:
     """A checksum of a model's numbers, whatever the white space of its file.
 
-    Returns SHA-256, in hexadecimal digits.
+    Returns: SHA-256, in hexadecimal digits.
     """
     text = json.dumps(plain, sort_keys=True, separators=(",", ":"))
     return sha256(text.encode()).hexdigest()

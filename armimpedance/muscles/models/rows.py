@@ -31,7 +31,7 @@ def shared_blocks(errors: Sequence[Mapping[str, FloatArray]], axes: int) -> Floa
 
     `errors` sequence of mapping of str to (3 d^2,): of P rows, by the names of the causes.
     `axes`: d.
-    Returns (P, s, 3, d, d).
+    Returns: (P, s, 3, d, d).
     """
     names = dict.fromkeys(name for one in errors for name in one)
     none = np.zeros(3 * axes**2)
@@ -44,7 +44,7 @@ def main_errors(shared: FloatArray, sd: FloatArray | None) -> FloatArray:
 
     `shared` (s, P, E): of each cause one standard deviation.
     `sd` (P, E) or None: standard errors of the rows, which say what is large; None: all alike.
-    Returns (t, P, E).
+    Returns: (t, P, E).
     """
     weight = np.ones(shared.shape[1:]) if sd is None else 1 / sd
     # U (s, P E) = sum_i s_i u_i v_i^T; U^T U = sum_i s_i^2 v_i v_i^T
@@ -64,7 +64,7 @@ def spread_of(
     `covariance` (p, p): C of the fit, of rows of unit variance.
     `design` (P, E, p): weighted regressors.
     `weight` (P, E, E): ``L^-1`` of each row's covariance ``L L^T``.
-    Returns (p, p).
+    Returns: (p, p).
     """
     moved = np.einsum("pij,spj->spi", weight, shared)
     # d (s, p) = W f (s, P E) X (P E, p) C (p, p)

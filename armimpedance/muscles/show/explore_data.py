@@ -138,7 +138,7 @@ class Owner:
 def lengths_of(rows: Sequence[ImpedanceEstimate]) -> tuple[float, float] | None:
     """Upper arm and forearm with hand, m, from measured hand positions and joint angles.
 
-    Returns (float, float) or None: None where too little is said, or no lengths put the hand where
+    Returns: (float, float) or None: None where too little is said, or no lengths put the hand where
     it was measured.
     """
     known = [

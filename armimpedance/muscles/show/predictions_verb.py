@@ -157,7 +157,7 @@ def moment_arm_rows(args: argparse.Namespace) -> tuple[list[dict[str, Any]], int
     """Moment arms at postures, OpenSim's sign: ``r = -dL/dq``, m.
 
     `args`: `model`: an arm's name, its table, or a model of muscles; `postures`; `joint`.
-    Returns `rows`: angles and ``r_<joint>_<muscle>_m``; for one joint the muscles alone, as
+    Returns: `rows`: angles and ``r_<joint>_<muscle>_m``; for one joint the muscles alone, as
     OpenSim's analysis.
     `outside`: postures that the arm is not known at.
     Raises InputError: a file cannot be read, or the model holds no moment arms of single muscles.
@@ -219,8 +219,8 @@ def muscle_rows(args: argparse.Namespace) -> list[dict[str, Any]]:
     """Stiffness of each muscle at activations, N/m.
 
     `args`: `model`: a fitted model of single muscles; `activations`.
-    Returns ``alpha_i``, then ``K_<muscle>_N_per_m``; with ``sd_`` where the model tells it. A model
-    of one posture tells what activation adds, then they are ``dK_<muscle>_N_per_m``.
+    Returns: ``alpha_i``, then ``K_<muscle>_N_per_m``; with ``sd_`` where the model tells it. A
+    model of one posture tells what activation adds, then they are ``dK_<muscle>_N_per_m``.
     Raises InputError: a file cannot be read, or the model has no single muscles.
     """
     from armimpedance.muscles.models import ActivationModel, MuscleModel, read_model

@@ -215,7 +215,7 @@ _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 def read_postures(path: str | Path) -> FloatArray:
     """Columns `q_shoulder_rad`, `q_elbow_rad` of a file, (P, 2); `q_1_rad` to `q_n_rad`, (P, n).
 
-    Returns (P, n): rad.
+    Returns: (P, n): rad.
     Raises InputError: with file, row and column.
     """
     rows = table_rows(Path(path), "a table with q_shoulder_rad and q_elbow_rad")
@@ -227,7 +227,7 @@ def read_activations(path: str | Path, muscles: int) -> FloatArray:
     """Columns `alpha_1 …` of a file, each 0..1, (P, muscles).
 
     `muscles`: number of muscles.
-    Returns (P, muscles).
+    Returns: (P, muscles).
     Raises InputError: with file, row and column.
     """
     rows = table_rows(Path(path), f"a table with alpha_1 … alpha_{muscles}")

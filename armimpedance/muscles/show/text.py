@@ -24,7 +24,7 @@ _LEGEND = (
 def model_text(model: FittedModel) -> str:
     """Rank and condition, the quality of each element, warnings.
 
-    Returns lines of at most 100 characters.
+    Returns: lines of at most 100 characters.
     """
     s = model.summary
     head = (

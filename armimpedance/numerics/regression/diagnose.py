@@ -306,7 +306,7 @@ def solve_positive(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray
     for 1,000 systems of 6 unknowns several times faster than one library call per system.
 
     `A` (p, p, n), `b` (p, q, n).
-    Returns `x` (p, q, n): meaningless where the pivot is not positive, but finite.
+    Returns: `x` (p, q, n): meaningless where the pivot is not positive, but finite.
     `pivot` (n,): smallest pivot of each elimination; zero at rank loss.
     """
     p = len(A)

@@ -30,7 +30,7 @@ def check_held(recording: Recording) -> Finding:
     A coarse encoder repeats its value too where the limb is slow, but goes on by one of its steps;
     samples that were held go on with all of the way that was missed.
 
-    Returns "held".
+    Returns: "held".
     """
     length = max(FEWEST_SAMPLES, round(HELD_S * recording.sample_rate_hz))
     shortest = f"{1e3 * length / recording.sample_rate_hz:.3g} ms in {FEWEST_RUNS} places"

@@ -52,7 +52,7 @@ def numbers(file: Path, names: Sequence[str], wanted: Sequence[int]) -> FloatArr
     `file`: `.tsv`, or `.tsv.gz`.
     `names`: all its columns; a first row that repeats them is passed over.
     `wanted`: which are read.
-    Returns (N, len(wanted)) array.
+    Returns: (N, len(wanted)) array.
     Raises InputError: it cannot be read or is empty, a row has another number of cells, or one is
     no number.
     """

@@ -261,7 +261,7 @@ def baseline(capture: C3dFile, wrench: FloatArray) -> tuple[FloatArray, str]:
     """What a plate shows where the file says that nothing is on it, (6,), and why it is zero.
 
     `wrench` (S, 6).
-    Returns `offset` (6,).
+    Returns: `offset` (6,).
     `reason`: empty where the offset is to be taken off.
     """
     nothing = np.zeros(6)

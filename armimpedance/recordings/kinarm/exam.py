@@ -76,8 +76,8 @@ def read_kinarm(
     `choice`: which trials, and the events at which the disturbance begins and is back.
     `emg_channels`: analog input -> muscle, such as ``{"ACH0": "biceps_long"}``.
     `keep_personal`: keep subject, experiment, dates and times, which identify a person.
-    Returns a recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
-    what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
+    Returns: a recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name,
+    or what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
     `is_error`, `event_<label>_s` (first occurrence), and what the exam's tables say of the trial:
     see `Protocol.columns`.
     Raises InputError: the exam cannot be read, lacks what is needed, holds both arms and no side

@@ -90,7 +90,7 @@ def joined(frames: Sequence[int], parts: Iterable[Samples], width: int = 0) -> F
     `frames`: number of samples F of each trial.
     `parts` iterable of (F,) or (F, width): one of each trial, made when it is its turn.
     `width`: columns of the parts; 0: they are (F,).
-    Returns (N,) or (N, width).
+    Returns: (N,) or (N, width).
     """
     whole = np.empty((sum(frames), width) if width else sum(frames))
     at = 0
@@ -208,7 +208,7 @@ def files_of(path: Path) -> Iterator[Files]:
     """The files by their names relative to `path`.
 
     `path`: a folder, a zip (`.zip` or `.kinarm`), or a trial's `.c3d` with `common.c3d` beside it.
-    Yields name -> what reads the file.
+    Yields: name -> what reads the file.
     Raises InputError: there is nothing to read, or the zip is broken, too large, packed too
     densely, or has paths outside of its folder.
     """

@@ -69,7 +69,7 @@ def mapped_recording(files: Sequence[ReadFile], mapping: ColumnMapping, path: Pa
     """The recording in these files.
 
     `path`: what the user named, for messages.
-    Returns doubles that are in SI already stay as they are, to the bit.
+    Returns: doubles that are in SI already stay as they are, to the bit.
     Raises InputError: what in which file, row and column does not fit the mapping.
     """
     runs = [run for file in files for run in _runs(file, mapping)]

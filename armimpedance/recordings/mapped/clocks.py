@@ -75,7 +75,7 @@ class OneClock:
 def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
     """Bring what a mapping names to the clock of the position.
 
-    Returns cut to the time that all clocks cover; `notes` say what was done.
+    Returns: cut to the time that all clocks cover; `notes` say what was done.
     Raises InputError: a column is not there, has no time, or a clock does not fit the position's.
     """
     homes = {name: table for table in run.tables for name in table.columns}

@@ -137,7 +137,7 @@ def _of_the_system(error: OSError) -> tuple[str, int]:
 def told(error: BaseException) -> tuple[str, int]:
     """What a user is told of an error, and the exit status.
 
-    Returns `line`: without the name of the command.
+    Returns: `line`: without the name of the command.
     """
     if isinstance(error, ArmImpedanceError):
         return _line(str(error)), FAILED if isinstance(error, WorkerError) else WRONG_INPUT
@@ -166,7 +166,7 @@ def naming(line: str, options: Mapping[str, object]) -> str:
     `line`: as `told` gives it.
     `options`: every option of the call with its value; files and folders that are there and are not
     to be written are its inputs.
-    Returns the line as it is, also where it is about the value of an option.
+    Returns: the line as it is, also where it is about the value of an option.
     """
     values = [value for name, value in options.items() if name not in _WRITTEN]
     places = [str(place) for place in _on_the_disk(values)]

@@ -37,7 +37,7 @@ class Names:
     def of(self, name: str) -> str:
         """The field's name for a name.
 
-        Returns valid in MATLAB; two different names never become one.
+        Returns: valid in MATLAB; two different names never become one.
         """
         if name in self._taken:
             return self._taken[name]
@@ -62,7 +62,7 @@ def _valid(name: str) -> str:
 def matlab_value(value: Any, names: Names) -> Any:
     """A plain value as SciPy writes it to a MATLAB file.
 
-    Returns a mapping becomes a struct, a list of mappings a struct array, a list of texts a column
+    Returns: a mapping becomes a struct, a list of mappings a struct array, a list of texts a column
     of cells, a list of numbers (also nested) a matrix, None an empty matrix, and an empty tuple,
     which stands for no texts, an empty cell array.
     """
@@ -122,7 +122,7 @@ def _cells(values: Iterable[Any], names: Names) -> Any:
 def struct_array(rows: Sequence[Mapping[str, Any]], names: Names) -> Any:
     """Rows as one struct array; a field that a row does not have is empty there.
 
-    Returns (1, rows) structured array.
+    Returns: (1, rows) structured array.
     """
     fields = list(dict.fromkeys(str(name) for row in rows for name in row)) or ["none"]
     kinds = [(names.of(field), object) for field in fields]

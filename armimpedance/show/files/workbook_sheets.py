@@ -129,7 +129,7 @@ class Sheet:
 def sheets_of(content: Content) -> list[Sheet]:
     """Results, intervals, checks, methods, provenance, columns; empty sheets are left out.
 
-    Returns the first is the table.
+    Returns: the first is the table.
     """
     found = [
         _results(content),

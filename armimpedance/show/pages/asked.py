@@ -105,7 +105,6 @@ def made_from(asked: Asked, options: Sequence[tuple[str, Any]] = ()) -> tuple[tu
     """Versions, command, options and hashes: what the page says of how it was made.
 
     `options` sequence of (str, value): what the topic adds, such as the method; None is left out.
-    Returns tuple of (str, str).
     """
     versions = ", ".join(f"{name} {version(name)}" for name in NAMED)
     said = [(name, str(value)) for name, value in options if value not in (None, (), "")]

@@ -122,7 +122,7 @@ def _write(text: str, path: str | Path) -> None:
 def columns_of(frame: pd.DataFrame) -> dict[str, Any]:
     """Each column as a list: numbers rounded, null where there is none, all else as text.
 
-    Returns a column of texts that come again stands as its different texts, ``{"texts": [...]}``,
+    Returns: a column of texts that come again stands as its different texts, ``{"texts": [...]}``,
     and the number of the text of each row, ``"of": [...]``. A long column of numbers stands as
     16-bit integers in base 64, ``{"int16": "..."}``, and what one of them is worth, ``"step"``: it
     is drawn, not read.

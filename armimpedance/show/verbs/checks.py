@@ -275,7 +275,7 @@ def checked(
     `recording`: of more than 4000 trials as many are checked, spread over all.
     `despite`: names of checks whose STOP is overruled.
     `own`: the checks that only the verb's topic can make.
-    Returns what each result is to be marked with; see `marks_of`.
+    Returns: what each result is to be marked with; see `marks_of`.
     Raises InputError: a check says STOP and is not named in `despite`; or `despite` names no check.
     """
     if isinstance(recording, Recording):
@@ -287,7 +287,7 @@ def marks_of(found: Iterable[Finding], despite: str | Collection[str] = ()) -> t
     """Refuse where a check says STOP; what results are marked with where none does.
 
     `despite`: names of checks whose STOP is overruled.
-    Returns the checks that were overruled, and assumptions of the fit that the data contradict.
+    Returns: the checks that were overruled, and assumptions of the fit that the data contradict.
     Raises InputError: a check says STOP and is not named in `despite`; or `despite` names no check.
     """
     found = list(found)

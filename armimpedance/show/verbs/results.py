@@ -119,7 +119,7 @@ def without_trials(recording: Recording, left_out: LeftOut | None) -> Recording:
 
     `left_out`: a path is that of a CSV with the columns ``trial`` and ``why``, as ``armimpedance
     trials`` saves it.
-    Returns the same one where nothing is left out.
+    Returns: the same one where nothing is left out.
     Raises InputError: the list cannot be read, holds a trial that the recording does not, or all of
     them.
     """

@@ -41,7 +41,7 @@ def comparison_rows(
     `pairs`: every change and test of each pair is a row.
     `over_subjects`: where there are any, the rows are these mean changes and the sd between
     subjects.
-    Returns `rows`: those of many pairs are made one after another as they are asked for.
+    Returns: `rows`: those of many pairs are made one after another as they are asked for.
     """
     if over_subjects:
         found = [_subjects_cells(change.in_degrees()) for change in over_subjects]

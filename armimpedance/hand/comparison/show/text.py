@@ -59,7 +59,7 @@ def comparison_text(pairs: Sequence[Pair]) -> str:
     """Ellipses, elements and tests of all pairs, then notes.
 
     `pairs`: compared pairs of groups.
-    Returns a block of text per pair, and explanations at the end.
+    Returns: a block of text per pair, and explanations at the end.
     """
     if len(pairs) > _MOST_SHOWN:
         shown = _most_different(pairs)
@@ -115,7 +115,7 @@ def subjects_text(found: Sequence[SubjectsChange]) -> str:
     """Mean changes of each pair of groups, a table per pair.
 
     `found`: mean changes over subjects, one for each pair of groups.
-    Returns a table per pair, and an explanation at the end.
+    Returns: a table per pair, and an explanation at the end.
     """
     blocks = []
     for first, second in dict.fromkeys((c.first, c.second) for c in found):

@@ -233,7 +233,7 @@ _LEGEND = (
 def muscle_text(estimates: Sequence[MuscleEstimate]) -> str:
     """What is identifiable, the ranges of what is not, tensions, notes.
 
-    Returns lines of at most 100 characters.
+    Returns: lines of at most 100 characters.
     """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     blocks = [

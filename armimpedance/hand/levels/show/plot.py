@@ -100,7 +100,7 @@ def plot_muscle_ranges(estimates: Sequence[MuscleEstimate]) -> Figure:
     Dark where the joint matrix as measured allows it, light with its 95 % interval.
 
     `estimates`: of one arm; of many the first twelve are drawn.
-    Returns a panel for each muscle, a bar for each row.
+    Returns: a panel for each muscle, a bar for each row.
     Raises InputError: nothing to draw.
     """
     if not estimates:

@@ -32,7 +32,7 @@ def plot_response_matrix(fit: RandomFit, axes: Any = None) -> Any:
     `fit`: one group of `random`.
     `axes` (d + 1,) of Axes: coherence, then one for each direction of force; without it a new
     figure is made.
-    Returns `ax`: the first of them.
+    Returns: `ax`: the first of them.
     """
     response, d = fit.response, fit.estimate.k
     with print_style():

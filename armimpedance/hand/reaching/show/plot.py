@@ -41,7 +41,7 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
     `estimates`: of a moving hand or its joints, phase by phase or as a course; several conditions
     have colours of their own.
     `axes` (3,) of Axes: where to draw; without it a new figure is made.
-    Returns `axes` (3,) array of Axes.
+    Returns: `axes` (3,) array of Axes.
     Raises InputError: an estimate has no place.
     """
     if not estimates or any(e.level == "muscle" or e.position is None for e in estimates):

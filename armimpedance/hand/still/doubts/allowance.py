@@ -56,7 +56,7 @@ def in_common(errors: Sequence[Mapping[str, FloatArray]]) -> list[dict[str, Floa
 
     `errors` sequence of mapping of str to (columns, p): of each group what each column of each
     departure makes wrong, in standard deviations; none of a group of which nothing is known.
-    Returns list of dict of str to (p,): signs are those of the columns' sum: departures of one
+    Returns: list of dict of str to (p,): signs are those of the columns' sum: departures of one
     recording and of the next add.
     """
     names = dict.fromkeys(name for one in errors for name in one)

@@ -45,7 +45,7 @@ def check_own_motion(models: Sequence[Model]) -> tuple[Finding, ...]:
     """The finding "own motion"; empty without trials of the same disturbance.
 
     `models`: of the conditions.
-    Returns None or one.
+    Returns: None or one.
     """
     found = [part for model in models if (part := _repeated(model)) is not None]
     if not found:
@@ -176,9 +176,9 @@ def _meanings(
 def check_departures(recording: Recording) -> tuple[Finding, ...]:
     """What departs from M, B and K, and lack of fit; over all conditions together.
 
-    Returns "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit" and
-    "gain", each with the smallest violation that it would have seen; empty where the perturbation
-    is stochastic.
+    Returns: "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit"
+    and "gain", each with the smallest violation that it would have seen; empty where the
+    perturbation is stochastic.
     """
     if recording.perturbation != "returning":
         return ()

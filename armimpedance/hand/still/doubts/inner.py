@@ -148,7 +148,7 @@ def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
     A wrist that is free counts as much as an elbow.
 
     `rows` (R,) int: trials.
-    Returns "free" where the elbow or the wrist was.
+    Returns: "free" where the elbow or the wrist was.
     Raises InputError: a column says something else.
     """
     return "free" if is_wrist_free(recording, rows) else elbow_told(recording, rows)

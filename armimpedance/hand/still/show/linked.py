@@ -50,7 +50,7 @@ def ellipse_outlines(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
     """Outlines and bands of all ellipses where they are drawn.
 
     `estimates`: of two axes each.
-    Returns columns group, matrix, part ("outline" or "band"), order, x, y: metres where the hands
+    Returns: columns group, matrix, part ("outline" or "band"), order, x, y: metres where the hands
     were at several places, the matrix' own unit where they were at one.
     """
     rows = [row for which in FIELDS for row in _outlines_of(estimates, which)]
@@ -87,7 +87,7 @@ def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterat
 def ellipse_numbers(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
     """Size, orientation and shape of every ellipse with 95 % limits.
 
-    Returns columns group, matrix, quantity, value, low, high, unit.
+    Returns: columns group, matrix, quantity, value, low, high, unit.
     """
     rows = [
         (condition_of(e), which, name, *values, _unit(e, which, name))

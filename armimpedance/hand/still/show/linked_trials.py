@@ -35,7 +35,7 @@ def trial_data(
 
     `groups`: columns of the trial table and their values.
     `most_rows`: rows of the courses; of very many trials fewer points are held.
-    Returns `trials`: columns trial, group, direction, look ("outlier", "left out" or "used").
+    Returns: `trials`: columns trial, group, direction, look ("outlier", "left out" or "used").
     `courses`: columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or N m).
     """
     heads: list[tuple[int, str, str, str]] = []
@@ -65,10 +65,7 @@ def _direction(aligned: Aligned, row: int) -> str:
 
 
 def panels(recording: Recording) -> list[tuple[str, str]]:
-    """Columns of the courses and their labels: per axis displacement, then force.
-
-    Returns list of (str, str).
-    """
+    """Columns of the courses and their labels: per axis displacement, then force."""
     hand = recording.kind == "hand"
     units = {"moved": ("displacement", "mm" if hand else "mrad"), "pushed": ("force", "N")}
     if not hand:

@@ -80,7 +80,7 @@ def plot_response(
     `axes` (4, d) of Axes.
     `predicted_force` (T, S, d) or (S, d): of all trials, or of this one.
     `trial_index`: row of the response, from 0.
-    Returns `axes` (4, d) array of Axes.
+    Returns: `axes` (4, d) array of Axes.
     Raises InputError: when there is no such trial, it is not usable, or the prediction has another
     shape.
     """

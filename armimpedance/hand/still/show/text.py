@@ -35,7 +35,7 @@ def verdict_text(verdicts: Sequence[ReflexVerdict]) -> str:
     """Every group: the verdict in words, its evidence, the matrices; then what is meant.
 
     `verdicts`: one verdict per group of trials.
-    Returns a block of text per group, and an explanation at the end.
+    Returns: a block of text per group, and an explanation at the end.
     """
     blocks = [f"{_title(v)}\n{_filled(sentences(v))}\n{_matrices(v)}" for v in verdicts]
     return "\n\n".join([*blocks, textwrap.fill(_LEGEND, _WIDTH)])
@@ -45,7 +45,7 @@ def headline(verdict: ReflexVerdict) -> str:
     """The verdict in one sentence.
 
     `verdict`: the verdict on one group of trials.
-    Returns a sentence that names the outcome and the p value.
+    Returns: a sentence that names the outcome and the p value.
     """
     p = _p(verdict.p_value)
     if verdict.outcome == "none" and verdict.p_value <= verdict.NAMED_AT_P:
@@ -78,7 +78,7 @@ def sentences(verdict: ReflexVerdict) -> list[str]:
 def verdict_rows(verdicts: Sequence[ReflexVerdict]) -> list[dict[str, Any]]:
     """One row of a table per group; what does not exist is None.
 
-    Returns one row per verdict: name of the column -> value.
+    Returns: one row per verdict: name of the column -> value.
     """
     return [_row(verdict) for verdict in verdicts]
 
@@ -209,7 +209,7 @@ def methods_table(compared: Sequence[SideBySide], reference: str) -> str:
     """All groups: M, B and K of every method, who cannot run and why, who disagrees.
 
     `reference`: the method that the others are measured against.
-    Returns a block of text per group, and an explanation of the columns at the end.
+    Returns: a block of text per group, and an explanation of the columns at the end.
     """
     blocks = [block for side in compared for block in _group(side, reference)]
     return "\n\n".join([*blocks, textwrap.fill(_METHODS_LEGEND.format(reference), _WIDTH)])

@@ -24,7 +24,7 @@ _SHOWN = 12
 def body_text(fit: BodyFit) -> str:
     """What a person reads first, then the best known base parameters.
 
-    Returns lines of at most 100 characters but for the notes.
+    Returns: lines of at most 100 characters but for the notes.
     """
     order = np.argsort(fit.relative_sd_percent)[:_SHOWN]
     rows = []

@@ -98,7 +98,7 @@ def raw_rows(
     `between` (int, int).
     `row`: number of the trial.
     `aligned`: as for `cascade_rows`.
-    Returns None where the trial ends before.
+    Returns: None where the trial ends before.
     """
     inside, rate = samples.samples_of(row), samples.sample_rate_hz
     around, count = round(AROUND_S * rate), inside.stop - inside.start

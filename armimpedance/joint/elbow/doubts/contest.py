@@ -51,7 +51,7 @@ def excess_over_bands(
     `eta` (n,): logarithm of the noise power over what the rows are weighed by.
     `frequency` (n,): order of the lines.
     `bound` (p,): one over the variance of each parameter before the record; 0 = free.
-    Returns (3,): ratio of what leaving out a part moves to what the lines allow.
+    Returns: (3,): ratio of what leaving out a part moves to what the lines allow.
     """
     size = np.sqrt((X**2).sum(axis=(0, 1))) + np.finfo(float).tiny
     weight = np.exp(-eta)

@@ -103,7 +103,7 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
 
     `law`: of the limb's mean torque on the device, N m, flexion positive.
     `roles`: for muscles whose names do not say it.
-    Returns "muscles".
+    Returns: "muscles".
     """
     try:
         sign = np.array([role.sign for role in roles_of(law.muscles, roles)], dtype=float)

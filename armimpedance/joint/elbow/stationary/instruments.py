@@ -153,7 +153,7 @@ def explained_motion(angle: Complex, command: Complex) -> Complex:
     """What the command explains of the angle, each line left out of the fit for it.
 
     `angle`, `command` (n,) complex: neighbouring Fourier coefficients of one trial.
-    Returns (n,) complex.
+    Returns: (n,) complex.
     """
     n = len(angle)
     width = min(2 * SIDE + 1, n)

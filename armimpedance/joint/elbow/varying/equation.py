@@ -249,7 +249,7 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
 def solve_weighted(eq: Linearised, X: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Generalised least squares of y on X (R, q), the last 2 T columns being the nuisance.
 
-    Returns parameters (q,), covariance (q, q).
+    Returns: parameters (q,), covariance (q, q).
     Raises EstimationError: the columns do not determine the parameters.
     """
     white = eq.whitened(np.column_stack([X, eq.y]))

@@ -23,7 +23,7 @@ _LEGEND = (
 def passive_text(fits: PassiveFits) -> str:
     """Notes, a table per joint, how well each predicts, then warnings.
 
-    Returns lines of at most 100 characters.
+    Returns: lines of at most 100 characters.
     """
     blocks = list(fits.notes)
     for i, fit in enumerate(fits):

@@ -119,7 +119,7 @@ def silence_finding(
 
     `recording`: the passive trials.
     `limit_percent`: the gate, in % of the maximum; None does not look.
-    Returns a warning where somebody else than the robot carries the arm.
+    Returns: a warning where somebody else than the robot carries the arm.
     Raises InputError: a muscle above the gate; names it and the trial.
     """
     emg = recorded_emg(recording)
@@ -159,7 +159,7 @@ def mass_finding(
     `subject`: of the recording.
     `segments`: that were told, or made of a body mass that was.
     `mass_sd`: relative sd of the masses.
-    Returns empty where the recording knows no mass.
+    Returns: empty where the recording knows no mass.
     """
     if subject.mass_kg is None:
         return ()

@@ -73,19 +73,8 @@ def polynomial_of(fitted: Fit, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
     """The spring's polynomial from holds of its axis.
 
-    Parameters
-    ----------
-    parts : sequence of SteadyPart
-        Of one axis.
-
-    Returns
-    -------
-    SpringHolds
-
-    Raises
-    ------
-    InputError
-        Fewer than `LEAST_ANGLES` angles that were approached from below and from above.
+    Raises InputError: fewer than `LEAST_ANGLES` angles that were approached from below and from
+    above.
     """
     angles, alone = _both_approaches(parts)
     W, Y = [], []

@@ -145,23 +145,11 @@ def rise_speed(lowest_used_rad_s: float) -> float:
 def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
     """Friction and cables of one axis.
 
-    Parameters
-    ----------
-    parts : sequence of SteadyPart
-        All of one axis.
-    spring : bool
-        Whether the counterbalance spring acts on it (no cables then).
-
-    Returns
-    -------
-    AxisSweeps
-
-    Raises
-    ------
-    InputError
-        One direction only, or fewer than `LEAST_SPEEDS` speeds above the static range.
-    NotIdentifiableError
-        The sweeps do not separate the terms.
+    `parts`: all of one axis.
+    `spring`: whether the counterbalance spring acts on it (no cables then).
+    Raises InputError: one direction only, or fewer than `LEAST_SPEEDS` speeds above the static
+    range.
+    Raises NotIdentifiableError: the sweeps do not tell the terms apart.
     """
     axis = parts[0].axis
     speeds, alone = _both_directions(parts)

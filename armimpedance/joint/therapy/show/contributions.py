@@ -38,7 +38,7 @@ def samples_content(
     """What a file holds of the samples of every movement: one row a sample.
 
     `movements`: a movement and (3) of its samples.
-    Returns without a long table: a sample is no estimate.
+    Returns: without a long table: a sample is no estimate.
     """
     rows = [
         {name: finite(cell) for name, cell in row.items()}

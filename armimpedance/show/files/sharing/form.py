@@ -96,7 +96,7 @@ class Form:
         `out`: an empty folder, or a file.
         `said`: fields of `Statement`.
         `person`, `task`, `version`: see `Shared`.
-        Returns what was left out or is not known.
+        Returns: what was left out or is not known.
         Raises InputError: a table cannot be read, or what is given has no place in this form.
         """
         results = [result_table(path) for path in tables]

@@ -65,7 +65,7 @@ def write_motion_dataset(shared: Shared, folder: Path) -> tuple[str, ...]:
     """Write a dataset of one person's recording.
 
     `folder`: empty.
-    Returns what was left out or is not known.
+    Returns: what was left out or is not known.
     Raises InputError: more than one recording, or a label that is none.
     """
     if len(shared.recordings) != 1 or shared.results:

@@ -134,9 +134,9 @@ def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
     >>> from armimpedance.lab.simulated.therapy import drawings_of
     >>> from armimpedance.numerics.regression import FitSummary
     >>> from armimpedance.joint.therapy import RobotCalibration
-    >>> from armimpedance.joint.therapy import fit_holds
-    >>> from armimpedance.joint.therapy import SteadyPart
-    >>> from armimpedance.joint.therapy import fit_axis
+    >>> from armimpedance.joint.therapy.robot.holds import fit_holds
+    >>> from armimpedance.joint.therapy.robot.steady import SteadyPart
+    >>> from armimpedance.joint.therapy.robot.sweeps import fit_axis
     >>> from manipulandum_sim.therapy import therapy_device
     >>> noise = np.random.default_rng(1)
     >>> def sweep(axis, speed):
@@ -250,7 +250,7 @@ def plot_passive_arm(calibration: ArmCalibration) -> Figure:
     >>> import armimpedance as ai
     >>> from armimpedance.lab.simulated.therapy import drawings_of
     >>> from armimpedance.joint.therapy import robot_bodies
-    >>> from armimpedance.joint.therapy import Loads
+    >>> from armimpedance.joint.therapy.robot.therapy_robot import Loads
     >>> from manipulandum_sim.therapy import therapy_device
     >>> loads = Loads(np.zeros(23), np.zeros((23, 23)), np.full(5, 0.005))
     >>> robot = replace(drawings_of(therapy_device()), loads=loads)

@@ -169,8 +169,8 @@ def plot_feedback(
     >>> import armimpedance as ai
     >>> from armimpedance.lab.simulated.therapy import drawings_of
     >>> from armimpedance.joint.therapy import MovementTorques
-    >>> from armimpedance.joint.therapy import Elastic
-    >>> from armimpedance.joint.therapy import Loads
+    >>> from armimpedance.joint.therapy.arm.passive_arm import Elastic
+    >>> from armimpedance.joint.therapy.robot.therapy_robot import Loads
     >>> from manipulandum_sim.therapy import therapy_device
     >>> loads = Loads(np.zeros(23), np.zeros((23, 23)), np.full(5, 0.005))
     >>> robot = replace(drawings_of(therapy_device()), loads=loads)
