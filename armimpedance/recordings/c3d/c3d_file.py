@@ -101,6 +101,10 @@ def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
     Raises InputError: the header contradicts itself, or claims what the file does not hold.
     """
     header = _Header.parse(data, parameters.processor)
+    if not (header.points or header.analog):
+        # parameters alone: whatever else the header says is of no meaning
+        first = max(header.first, 1)
+        return Layout(len(data), 0, 0, 0, 1, True, 1.0, first, header.rate_hz)
     scale = _scale(header, parameters)
     if not np.isfinite(scale) or scale == 0:
         problem = f"a scale of the points of {scale:g}"
@@ -167,8 +171,6 @@ def _frames(
     A longer recording wraps round at 65536 frames or stays at 65535: the length of the file tells.
     It is filled to a whole block, with fewer than `BLOCK` bytes.
     """
-    if not size:
-        return 0
     claimed, held = header.frames, (len(data) - start) // size
     for exact in _long_counts(parameters):
         # What the header says is the same count without its upper half, or all that fits into it.

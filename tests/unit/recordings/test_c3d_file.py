@@ -105,6 +105,18 @@ def test_texts_with_and_without_a_count(c3d):
     assert read.layout.frames == 0
 
 
+def test_a_file_of_parameters_alone_needs_no_sound_header(c3d):
+    data = bytearray(c3d.write(np.zeros((0, 0, 3)), np.zeros((0, 0)), {"G": {"N": c3d.shorts(4)}}))
+    # last frame, scale, first block of the data, rate
+    struct.pack_into("<H", data, 8, 500)
+    struct.pack_into("<f", data, 12, 0.0)
+    struct.pack_into("<H", data, 16, 4000)
+    struct.pack_into("<f", data, 20, 0.0)
+    read = parse_c3d(bytes(data), "common.c3d")
+    assert read.layout.frames == 0
+    assert read.parameters.number("G", "N") == 4.0
+
+
 @pytest.mark.parametrize("frames", [65535, 65536, 70000, 140000])
 @pytest.mark.parametrize("stays_at_limit", [False, True])
 def test_more_frames_than_16_bits_hold(c3d, frames, stays_at_limit):
