@@ -163,7 +163,7 @@ def test_without_commands_only_an_imposed_position_is_taken():
     recording = replace(linear_session(seed=9), extra={})
     fit = identify_random(recording)[0]
     assert any("no commands" in w for w in fit.estimate.warnings)
-    with pytest.raises(InputError, match="told"):
+    with pytest.raises(InputError, match="command"):
         identify_random(replace(recording, imposed="force"))
 
 
