@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from column_pages import column_pages
 from faces import api_pages
 from guides import guide_pages
 from help_pages import command_pages
@@ -25,7 +26,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 def write(source: Path) -> None:
     """Write all of them below the folder of the sources."""
-    pages = {**api_pages(), **command_pages(), **guide_pages(source)}
+    pages = {**api_pages(), **command_pages(), **column_pages(), **guide_pages(source)}
     for name, text in pages.items():
         path = source / f"{name}.rst"
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -50,7 +50,6 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.hand.comparison.show import discrimination_text, plot_discrimination
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.outputs import check_long, write_result
-    from armimpedance.show.files import table_content
 
     out, figure, groups = arguments.out, arguments.figure, arguments.group
     files = [Path(file) for _, *given in groups for file in given]
@@ -62,9 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         parameter=arguments.parameter,
         joint=arguments.joint,
     )
-    table = result.to_frame().reset_index().to_dict("records")
-    rows = [{str(name): cell for name, cell in row.items()} for row in table]
-    write_result(table_content(rows, keys=("measure",), objects=result.to_dict), arguments)
+    write_result(result.content, arguments)
     print(discrimination_text(result))
     draw_picture(
         arguments,

@@ -8,6 +8,7 @@ that was made without them (leave-one-out).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from math import sqrt
@@ -19,8 +20,10 @@ from scipy.special import gammaln, nctdtrinc
 from scipy.stats import mannwhitneyu, norm
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.numerics.regression import t_factor
+from armimpedance.show.files import Content, Quantity, WrittenResult, table_content
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,8 +135,24 @@ class PeopleGroup(FrozenRecord):
             )
 
 
+#: What the columns of the table are; all measures but the difference are pure numbers.
+MEASURES: Final = {
+    "measure": Meaning("how far the groups stand apart, by this measure"),
+    "value": Meaning("value of the measure"),
+    "ci_low": Meaning("lower 95 % limit"),
+    "ci_high": Meaning("upper 95 % limit"),
+}
+_DIFFERENCE: Final = "difference of means"
+
+
+def _measured(row: Mapping[str, Any]) -> Quantity:
+    """A row of the table as one number with its limits."""
+    name, unit = row["measure"], "" if row["measure"] == _DIFFERENCE else "1"
+    return Quantity({}, name, name, row["value"], row["ci_low"], row["ci_high"], unit=unit)
+
+
 @dataclass(frozen=True, repr=False, eq=False)
-class Discrimination(FrozenRecord):
+class Discrimination(WrittenResult, FrozenRecord):
     """How well one number separates two groups.
 
     Attributes
@@ -161,6 +180,8 @@ class Discrimination(FrozenRecord):
         Part of the variance within the groups that the values' own errors make up.
     warnings : tuple of str
     """
+
+    DESCRIBED = MEASURES
 
     quantity: str
     first: PeopleGroup
@@ -190,13 +211,26 @@ class Discrimination(FrozenRecord):
         import pandas as pd
 
         rows = {
-            "difference of means": (self.difference, *self.difference_ci95),
+            _DIFFERENCE: (self.difference, *self.difference_ci95),
             "effect size": (self.effect, *self.effect_ci95),
             "area under the ROC curve": (self.auc, *self.auc_ci95),
             "accuracy": (self.accuracy, *self.accuracy_ci95),
         }
         frame = pd.DataFrame.from_dict(rows, "index", columns=["value", "ci_low", "ci_high"])
         return frame.rename_axis("measure")
+
+    @property
+    def content(self) -> Content:
+        """One row a measure; JSON holds everybody's value too."""
+        table = self.to_frame().reset_index().to_dict("records")
+        rows = [{str(name): cell for name, cell in row.items()} for row in table]
+        return table_content(
+            rows,
+            keys=("measure",),
+            objects=self.to_dict,
+            described=self.DESCRIBED,
+            quantities=lambda: [_measured(row) for row in rows],
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values, as the command writes them."""

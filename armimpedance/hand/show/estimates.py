@@ -20,11 +20,10 @@ from armimpedance.hand.show.quantities import check_group_columns, condition_of
 from armimpedance.hand.show.results_csv import results_content
 from armimpedance.hand.show.text import estimate_text
 from armimpedance.numerics.regression import t_factor
-from armimpedance.show.files import Content
+from armimpedance.show.files import Content, WrittenResult
 from armimpedance.show.text import counted, html_table
 from armimpedance.show.verbs.results import (
     PathLike,
-    WrittenResult,
     as_columns,
     naming,
     position_of,

@@ -13,12 +13,13 @@ import pandas as pd
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import AXES, element_names, group_name
+from armimpedance.core.described import cells
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses import FIELDS, Ellipse, Ellipsoid, Which, ellipse_of, ellipsoid_of
 from armimpedance.hand.levels import antisymmetric_part
 from armimpedance.numerics.regression import t_factor
-from armimpedance.show.files import in_one_cell
+from armimpedance.show.files import IMPEDANCE_COLUMNS, QUALITY_COLUMNS, in_one_cell
 
 
 def condition_of(estimate: ImpedanceEstimate) -> str:
@@ -122,27 +123,7 @@ def limits_of(ellipse: Ellipse) -> dict[str, tuple[float, float, float]]:
 Cells = dict[str, Any]
 
 #: Columns that are neither numbered nor named after a matrix.
-PLAIN_COLUMNS = frozenset(
-    (
-        "n_trials",
-        "method",
-        "level",
-        "multiple_correlation",
-        "vaf",
-        "cond_scaled",
-        "cond_raw",
-        "rank",
-        "residual_sd",
-        "coherence",
-        "n_rows",
-        "dof",
-        "covariance",
-        "shared_errors",
-        "muscles",
-        "warnings",
-        "provenance",
-    )
-)
+PLAIN_COLUMNS = frozenset(column.name for column in IMPEDANCE_COLUMNS)
 
 _RESULT_COLUMN = re.compile(
     r"(position_\d_(m|rad)|force_\d_(N|Nm)|q_(shoulder|elbow|\d)_rad|torque_\d_Nm|(sd_)?alpha_\d+|shoulder_[xyz]_m"
@@ -191,18 +172,7 @@ def group_cells(keys: Mapping[str, Any]) -> Cells:
 
 def quality_cells(estimate: ImpedanceEstimate) -> Cells:
     """Quality and degrees of freedom; None where not known (no rows, rank 0, not a number)."""
-    q = estimate.quality
-    return {
-        "multiple_correlation": _known(q.multiple_correlation),
-        "vaf": _known(q.vaf),
-        "cond_scaled": _known(q.cond_scaled),
-        "cond_raw": _known(q.cond_raw),
-        "rank": int(q.rank) or None,
-        "residual_sd": _known(q.residual_sd),
-        "coherence": _known(q.coherence),
-        "n_rows": int(q.n_rows) or None,
-        "dof": float(estimate.dof),
-    }
+    return cells(QUALITY_COLUMNS, estimate)
 
 
 def _known(value: float | None) -> float | None:

@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import WRENCH
 from armimpedance.core.skeleton import Segment, Skeleton
@@ -99,8 +100,16 @@ def is_floating(model: Any) -> bool:
 # about that frame's origin, in the order of Pinocchio's regressor. A fixed root has none: it never
 # moves.
 
-PARAMETERS: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
-UNITS: Final = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
+INERTIAL: Final = {
+    "m": Meaning("mass", "kg"),
+    **{f"m{axis}": Meaning(f"first moment along {axis}", "kg m") for axis in "xyz"},
+    **{
+        f"I{a}{b}": Meaning(f"{'moment' if a == b else 'product'} of inertia {a}{b}", "kg m^2")
+        for a, b in ("xx", "xy", "yy", "xz", "yz", "zz")
+    },
+}
+PARAMETERS: Final = tuple(INERTIAL)
+UNITS: Final = tuple(means.unit for means in INERTIAL.values())
 _PLACES: Final = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 
@@ -207,21 +216,14 @@ def pseudo_inertias(phi: FloatArray) -> FloatArray:
 # term is about q_r (the source prints ``K q^2``, which is even about zero).
 
 TermKind = Literal["stiffness", "quadratic", "viscosity", "friction", "inertia", "offset"]
-SYMBOLS: Final = {
-    "stiffness": "k",
-    "quadratic": "K",
-    "viscosity": "h",
-    "friction": "f",
-    "inertia": "I",
-    "offset": "c",
-}
-UNITS_OF_TERMS: Final = {
-    "stiffness": "N m/rad",
-    "quadratic": "N m/rad^2",
-    "viscosity": "N m s/rad",
-    "friction": "N m",
-    "inertia": "kg m^2",
-    "offset": "N m",
+#: Kind of a term -> its symbol, and what it is.
+TERMS: Final = {
+    "stiffness": ("k", Meaning("stiffness", "N m/rad")),
+    "quadratic": ("K", Meaning("quadratic stiffness", "N m/rad^2")),
+    "viscosity": ("h", Meaning("viscosity", "N m s/rad")),
+    "friction": ("f", Meaning("dry friction", "N m")),
+    "inertia": ("I", Meaning("inertia of the drive", "kg m^2")),
+    "offset": ("c", Meaning("constant torque", "N m")),
 }
 
 
@@ -238,20 +240,18 @@ class JointTerm:
     rest_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.kind not in SYMBOLS:
-            raise InputError(
-                f"no joint term {self.kind!r}", expected=f"one of {', '.join(SYMBOLS)}"
-            )
+        if self.kind not in TERMS:
+            raise InputError(f"no joint term {self.kind!r}", expected=f"one of {', '.join(TERMS)}")
 
     @property
     def name(self) -> str:
         """``k_right_elbow_flexion`` and so on."""
-        return f"{SYMBOLS[self.kind]}_{self.coordinate}"
+        return f"{TERMS[self.kind][0]}_{self.coordinate}"
 
     @property
     def unit(self) -> str:
         """SI."""
-        return UNITS_OF_TERMS[self.kind]
+        return TERMS[self.kind][1].unit
 
 
 def passive_terms(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.motion import MotionRecording
@@ -19,19 +20,36 @@ from armimpedance.joint.body.angle_noise import NoiseShift
 from armimpedance.joint.body.base_parameters import BaseParameters, MotionChoice
 from armimpedance.joint.body.equations import BodyValidation
 from armimpedance.joint.body.methods import METHODS
-from armimpedance.joint.body.regressor import segment_parameters, with_inertial_parameters
+from armimpedance.joint.body.regressor import (
+    INERTIAL,
+    TERMS,
+    segment_parameters,
+    with_inertial_parameters,
+)
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.numerics.regression import Fit, FitSummary, Parameters
+from armimpedance.show.files import FittedResult
 
 if TYPE_CHECKING:
     import pandas as pd
 
+#: What the base parameters are: sums that are named after one of their terms, further columns.
+_BASE_PARAMETERS: Final = {
+    **{
+        f"{name}_{{}}": Meaning(f"base parameter of {{}}: {means.words}", means.unit)
+        for name, means in INERTIAL.items()
+    },
+    **{
+        f"{name}_{{}}": Meaning(f"{means.words} of {{}}", means.unit)
+        for name, means in TERMS.values()
+    },
+}
 #: Lines and parameters that a short text shows.
 _MOST_LINES: Final = 10
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class BodyFit(FrozenRecord):
+class BodyFit(FittedResult, FrozenRecord):
     """Identified base parameters, and how far to trust them.
 
     Attributes
@@ -80,6 +98,8 @@ class BodyFit(FrozenRecord):
     >>> ai.body(recording, method="ls", noise_draws=0).base.rank
     128
     """
+
+    MEANINGS = _BASE_PARAMETERS
 
     method: str
     base: BaseParameters

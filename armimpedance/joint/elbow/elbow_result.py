@@ -10,16 +10,30 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import RecordError
 from armimpedance.core.findings import Finding
 from armimpedance.numerics.regression import FitSummary, NamedParameter, Parameters, t_interval
+from armimpedance.show.files import (
+    About,
+    Content,
+    FittedResult,
+    WrittenResult,
+    course_struct,
+    table_content,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
 #: Names and units of the three parameters of (3), in this order everywhere.
-NAMES: Final = ("I", "B", "K")
-UNITS: Final = ("kg m^2", "N m s/rad", "N m/rad")
+LIMB: Final = {
+    "I": Meaning("inertia", "kg m^2"),
+    "B": Meaning("viscosity", "N m s/rad"),
+    "K": Meaning("stiffness", "N m/rad"),
+}
+NAMES: Final = tuple(LIMB)
+UNITS: Final = tuple(means.unit for means in LIMB.values())
 #: Warnings that a short text shows.
 _MOST_WARNINGS: Final = 5
 
@@ -53,7 +67,7 @@ class Whiteness:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class ElbowFit(FrozenRecord):
+class ElbowFit(FittedResult, FrozenRecord):
     """I, B and K of one joint.
 
     Attributes
@@ -91,6 +105,8 @@ class ElbowFit(FrozenRecord):
     >>> fit.inertia.unit, fit.viscosity.unit, fit.stiffness.unit
     ('kg m^2', 'N m s/rad', 'N m/rad')
     """
+
+    MEANINGS = LIMB
 
     method: str
     parameters: Parameters
@@ -151,10 +167,6 @@ class ElbowFit(FrozenRecord):
             checks=self.checks,
         )
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
-
     def to_dict(self) -> dict[str, Any]:
         """What FIT.json holds: the contract's fields, how the fit was made, and its parts."""
         return {
@@ -173,9 +185,6 @@ class ElbowFit(FrozenRecord):
         return short_text(
             f"{self.method}, R^2 {self.r2:.3f}", list(map(repr, self._named)), self.warnings
         )
-
-    def _repr_html_(self) -> str:
-        return self.summary._repr_html_()
 
     @property
     def _named(self) -> Iterator[NamedParameter]:
@@ -197,6 +206,23 @@ def plain(value: Any) -> Any:
 
 
 # What an analysis of one joint over time says: I constant, B and K with their bands.
+
+#: What the columns of COURSE.csv are; ``time_s`` may be a variable of another name.
+COURSE: Final = {
+    **LIMB,
+    "G": Meaning("gain of the reflex pathway", "N m s/rad"),
+    "time_s": Meaning("time from the trial's first sample", "s"),
+    "angle": Meaning("angle over which B and K are given", "rad"),
+    "torque": Meaning("torque over which B and K are given", "N m"),
+    "emg_{}": Meaning("amplitude of {} over which B and K are given", "1"),
+    "delay_s": Meaning("delay of the reflex", "s"),
+    "cutoff_hz": Meaning("cut-off of the reflex pathway's low-pass", "Hz"),
+    "order": Meaning("order of the reflex pathway's low-pass", "1"),
+    "side": Meaning("velocities that the reflex answers"),
+    "trial": Meaning("number of the trial"),
+    "method": Meaning("method of the analysis"),
+    "warnings": Meaning("what the analysis warns of"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +256,7 @@ class ReflexCourse(FrozenRecord):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class VaryingImpedance(FrozenRecord):
+class VaryingImpedance(WrittenResult, FrozenRecord):
     """I constant, B and K over time, with bands.
 
     Samples of T trials, one trial after another; L points in all.
@@ -272,6 +298,8 @@ class VaryingImpedance(FrozenRecord):
     >>> {"ci_low_K", "K", "ci_high_K"} <= set(course.to_frame().columns)
     True
     """
+
+    DESCRIBED = COURSE
 
     method: str
     trials: Annotated[tuple[str, ...], "t"]
@@ -342,6 +370,22 @@ class VaryingImpedance(FrozenRecord):
         low, high = self.band("G").T
         limits = {"ci_low_G": low, "ci_high_G": high, "sd_G": self.reflex.sd_G}
         return {"G": self.reflex.G, **limits, **self.reflex.constants()}
+
+    @property
+    def content(self) -> Content:
+        """One row a point, its numbers to ten digits."""
+        table = self.to_frame()
+        rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
+        columns = list(table.columns)
+        return table_content(
+            rows,
+            columns,
+            keys=("trial", self.over, "method"),
+            described=COURSE,
+            structs=lambda: [course_struct(columns, rows, COURSE)],
+            about=About(checks=tuple(self.checks)),
+            digits=10,
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Method, I, and the course as lists of numbers."""

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen_array
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.numerics.regression import CovarianceKind, Fit, Parameters, fit, ragged_factors
+from armimpedance.numerics.regression import (
+    CovarianceKind,
+    Derived,
+    Fit,
+    Parameters,
+    fit,
+    ragged_factors,
+)
 from armimpedance.numerics.signals import filtered_sign
 
 # The terms of a passive joint's torque, and what the fitted columns say of k, h, f, q_r, K.
@@ -22,14 +30,18 @@ from armimpedance.numerics.signals import filtered_sign
 
 RestAngle = float | Literal["free"]
 
-UNITS = {
-    "k": "N m/rad",
-    "h": "N m s/rad",
-    "f": "N m",
-    "q_r": "rad",
-    "K": "N m/rad^2",
-    "C": "N m/rad^3",
+#: What the parameters are.
+PASSIVE_PARAMETERS: Final = {
+    "k": Meaning("stiffness", "N m/rad"),
+    "h": Meaning("viscosity", "N m s/rad"),
+    "f": Meaning("dry friction", "N m"),
+    "q_r": Meaning("rest angle", "rad"),
+    "K": Meaning("quadratic stiffness", "N m/rad^2"),
+    "C": Meaning("cubic stiffness", "N m/rad^3"),
 }
+#: Numbers that follow from them, each a line: ``"tau": Derived(Meaning(...), lambda p: ...)``.
+PASSIVE_DERIVED: Final[Mapping[str, Derived]] = {}
+UNITS: Final = {name: means.unit for name, means in PASSIVE_PARAMETERS.items()}
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,14 +12,30 @@ from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.joint.relaxed.doubts.checks import TABLE_MASS_SD, mass_finding
-from armimpedance.joint.relaxed.equations import Equations, Terms
+from armimpedance.joint.relaxed.equations import (
+    PASSIVE_DERIVED,
+    PASSIVE_PARAMETERS,
+    Equations,
+    Terms,
+)
 from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.samples import PassiveSamples
-from armimpedance.numerics.regression import Fit, FitSummary, NamedParameter, Parameters, Validation
+from armimpedance.numerics.regression import (
+    Fit,
+    FitSummary,
+    NamedParameter,
+    Parameters,
+    Validation,
+    with_derived,
+)
 from armimpedance.numerics.signals import EmgLevel
+from armimpedance.show.files import FittedResult
 
-if TYPE_CHECKING:
-    import pandas as pd
+#: What the reported numbers are.
+_REPORTED: Final = {
+    **PASSIVE_PARAMETERS,
+    **{name: one.means for name, one in PASSIVE_DERIVED.items()},
+}
 
 
 @dataclass(frozen=True)
@@ -31,7 +47,7 @@ class CrossValidation:
 
 
 @dataclass(frozen=True, repr=False)
-class PassiveFit(FrozenRecord):
+class PassiveFit(FittedResult, FrozenRecord):
     """The parameters of one passive joint and how far to trust them.
 
     Attributes
@@ -69,6 +85,8 @@ class PassiveFit(FrozenRecord):
     >>> fit.parameters["h"].unit
     'N m s/rad'
     """
+
+    MEANINGS = _REPORTED
 
     joint: str
     number: int
@@ -120,9 +138,14 @@ class PassiveFit(FrozenRecord):
         return float(self.direct.rms[0])
 
     @property
+    def reported(self) -> Parameters:
+        """The parameters, and after them what follows from them."""
+        return with_derived(self.parameters, PASSIVE_DERIVED)
+
+    @property
     def named(self) -> tuple[NamedParameter, ...]:
-        """The parameters, each with the joint's number."""
-        return tuple(replace(one, joint=self.number) for one in self.parameters)
+        """The parameters and what follows from them, each with the joint's number."""
+        return tuple(replace(one, joint=self.number) for one in self.reported)
 
     @property
     def summary(self) -> FitSummary:
@@ -150,10 +173,6 @@ class PassiveFit(FrozenRecord):
         """
         return self.torque_fit.validate(*self.equations(samples).stacked())
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
-
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the summary, and what else is known of the joint."""
         return {**self.summary.to_dict(), "joints": [joint_object(self)]}
@@ -162,10 +181,7 @@ class PassiveFit(FrozenRecord):
         said = len(self.warnings)
         more = [counted(said, "warning")] if said else []
         head = f"{self.joint}: {self.method}, R^2 {self.direct.r2:.4f}"
-        return "\n".join([head, *map(repr, self.parameters), *more])
-
-    def _repr_html_(self) -> str:
-        return self.summary._repr_html_()
+        return "\n".join([head, *map(repr, self.reported), *more])
 
 
 def _method_of(fits: Sequence[PassiveFit]) -> str:
@@ -251,7 +267,7 @@ _MOST_SHOWN: Final = 8
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
+class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
     """The fits of several joints of one recording: a sequence, and by a joint's name.
 
     Attributes
@@ -277,6 +293,8 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
     >>> len(fits)
     1
     """
+
+    MEANINGS = _REPORTED
 
     fits: tuple[PassiveFit, ...]
     samples: PassiveSamples
@@ -318,10 +336,6 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
         validations = tuple(fit.validate(samples) for fit in self.fits)
         return replace(self, validations=validations, validated_on=name)
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
-
     def to_dict(self) -> dict[str, Any]:
         """What FIT.json holds."""
         content = self.summary.to_dict()
@@ -336,13 +350,10 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
     def __repr__(self) -> str:
         lines = []
         for fit in self.fits[:_MOST_SHOWN]:
-            shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.parameters)
+            shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.reported)
             lines.append(f"{fit.joint}: {shown}; R^2 {fit.direct.r2:.4f}")
         left, said = len(self) - len(lines), sum(len(fit.warnings) for fit in self.fits)
         more = [f"... and {left} more"] if left else []
         more += [counted(said, "warning")] if said else []
         head = f"{self.fits[0].method}, {counted(len(self), 'passive joint')}"
         return "\n".join([head, *lines, *more])
-
-    def _repr_html_(self) -> str:
-        return self.summary._repr_html_()

@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _write_muscles(args: argparse.Namespace) -> int:
     """Write what is asked of single muscles."""
-    from armimpedance.muscles.show.predictions_verb import moment_arm_rows, muscle_rows
+    from armimpedance.muscles.show.predictions_verb import OF_MUSCLES, moment_arm_rows, muscle_rows
     from armimpedance.show.files import table_content, write_content
 
     note = ""
@@ -119,7 +119,7 @@ def _write_muscles(args: argparse.Namespace) -> int:
         note = f", {outside} of them extrapolated" if outside else ", none extrapolated"
     else:
         rows = muscle_rows(args)
-    write_content(table_content(rows), args.out)
+    write_content(table_content(rows, described=OF_MUSCLES), args.out)
     print(f"{len(rows)} rows written to {args.out}{note}")
     return 0
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.hand.levels import Elbow, Whose, arm_of_whose, moving_joints
 from armimpedance.muscles.models import (
@@ -151,6 +152,15 @@ JOINTS = ("shoulder", "elbow")
 NUMBERED = ("1", "2", "3", "4", "5", "6", "7")
 #: An angle this far beyond the range is still inside (rounding in a file).
 _EDGE_RAD = 1e-6
+
+
+#: What the columns of single muscles are; of one joint the muscles alone stand in the header.
+OF_MUSCLES: Final = {
+    "r_{}_m": Meaning("moment arm: {}", "m"),
+    "K_{}_N_per_m": Meaning("stiffness of {}", "N/m"),
+    "dK_{}_N_per_m": Meaning("stiffness that activation adds: {}", "N/m"),
+    "extrapolated": Meaning("whether the arm is not known at this posture: 0 or 1"),
+}
 
 
 def moment_arm_rows(args: argparse.Namespace) -> tuple[list[dict[str, Any]], int]:

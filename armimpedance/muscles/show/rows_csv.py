@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.hand.ellipses import (
     Ellipsoid,
@@ -242,6 +243,13 @@ def _activation_at(row: TableRow, muscle: int) -> float:
     return alpha
 
 
+#: What the columns of a prediction are, beside those of an impedance.
+PREDICTED: Final = {
+    "extrapolated": Meaning("whether it lies outside of what was measured: 0 or 1"),
+    "reason": Meaning("why it does"),
+}
+
+
 def predictions_content(predicted: JointPrediction | HandPrediction) -> Content:
     """What a file holds of predictions: one row per posture and activation.
 
@@ -262,7 +270,7 @@ def predictions_content(predicted: JointPrediction | HandPrediction) -> Content:
     for own in zip(*parts, strict=True):
         rows.append({name: cell for part in own for name, cell in part.items()})
     places = dict.fromkeys(name for place in predicted.place for name in place)
-    return table_content(rows, keys=(*places, "extrapolated"))
+    return table_content(rows, keys=(*places, "extrapolated"), described=PREDICTED)
 
 
 def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:

@@ -30,10 +30,13 @@ from .factors import (
     trial_factors as trial_factors,
 )
 from .parameters import (
+    PARAMETER_ROW as PARAMETER_ROW,
+    Derived as Derived,
     NamedParameter as NamedParameter,
     Parameters as Parameters,
     t_factor as t_factor,
     t_interval as t_interval,
+    with_derived as with_derived,
 )
 from .result import Fit as Fit, FitSummary as FitSummary, Validation as Validation
 from .solve import fit as fit, split_blocks as split_blocks

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from html import escape
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri, stdtrit
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.described import Column, Meaning, cells
 from armimpedance.core.errors import EstimationError, InputError
 
 if TYPE_CHECKING:
@@ -281,37 +282,110 @@ class Parameters(FrozenRecord):
         return parameter_html(list(self))
 
 
+@dataclass(frozen=True)
+class Derived:
+    """A number that follows from the parameters: what it is, and its function of them by name."""
+
+    means: Meaning
+    function: Callable[[Mapping[str, float]], float]
+
+
+def with_derived(parameters: Parameters, derived: Mapping[str, Derived]) -> Parameters:
+    """The parameters, and after them what follows from them, with the covariance of all.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        p of them.
+    derived : mapping
+        Name -> what follows from them.
+
+    Returns
+    -------
+    Parameters
+        The classical errors of what follows are left at the robust ones.
+
+    Raises
+    ------
+    EstimationError
+        A function or its derivative is not finite.
+    """
+    if not derived:
+        return parameters
+    own = parameters.names
+
+    def function(x: FloatArray) -> ArrayLike:
+        named = dict(zip(own, x.tolist(), strict=True))
+        return [*x, *(one.function(named) for one in derived.values())]
+
+    units = (*parameters.units, *(one.means.unit for one in derived.values()))
+    every = parameters.transform(function, (*own, *derived), units)
+    plain = every.covariance.copy()
+    p = len(own)
+    plain[:p, :p] = np.diag(parameters.plain_sd**2)
+    return replace(every, plain_covariance=plain, notes=parameters.notes)
+
+
+# What tables and files hold of a parameter, each number described once.
+
+_JOINT: Final = Column[NamedParameter]("joint", "number of the joint, from 1", "1", optional=True)
+_UNIT: Final = Column[NamedParameter]("unit", "unit of the value, its errors and limits")
+_ROBUST: Final = "standard error to trust: residuals may be correlated"
+_LOW: Final = Column[NamedParameter]("ci_low", "lower 95 % limit", value=lambda p: p.ci95[0])
+_HIGH: Final = Column[NamedParameter]("ci_high", "upper 95 % limit", value=lambda p: p.ci95[1])
+_NUMBERS: Final = (
+    Column[NamedParameter]("value", "fitted value"),
+    Column[NamedParameter]("sd", "standard error as the source prints it"),
+    Column[NamedParameter]("sd_robust", _ROBUST),
+)
+_QUALITY: Final = (
+    Column[NamedParameter](
+        "rel_sd_percent", "sd as a part of the value", "%", lambda p: p.relative_sd_percent
+    ),
+    Column[NamedParameter](
+        "well_identified", "whether twice the larger standard error is below 10 % of the value"
+    ),
+    _UNIT,
+)
+#: A parameter in FIT.json.
+PARAMETER_OBJECT: Final = (
+    Column[NamedParameter]("name", "name of the parameter"),
+    _JOINT,
+    *_NUMBERS,
+    Column[NamedParameter]("ci95", "95 % limits, of sd_robust", value=lambda p: list(p.ci95)),
+    *_QUALITY,
+)
+#: A parameter as a row of a table.
+PARAMETER_ROW: Final = (
+    Column[NamedParameter]("parameter", "name of the parameter", value=lambda p: p.name),
+    _JOINT,
+    *_NUMBERS,
+    *_QUALITY,
+    _LOW,
+    _HIGH,
+)
+#: A parameter as a row of a data frame, whose index are the names.
+_FRAME: Final = (
+    _JOINT,
+    _NUMBERS[0],
+    Column[NamedParameter]("sd", _ROBUST, value=lambda p: p.sd_robust),
+    _LOW,
+    _HIGH,
+    _UNIT,
+)
+
+
 def parameter_frame(parameters: Sequence[NamedParameter]) -> pd.DataFrame:
     """A table of parameters, one row each, with their 95 % limits."""
     import pandas as pd
 
-    rows = [
-        {
-            **({} if one.joint is None else {"joint": one.joint}),
-            "value": one.value,
-            "sd": one.sd_robust,
-            "ci_low": one.ci95[0],
-            "ci_high": one.ci95[1],
-            "unit": one.unit,
-        }
-        for one in parameters
-    ]
+    rows = [cells(_FRAME, one) for one in parameters]
     return pd.DataFrame(rows, index=pd.Index([one.name for one in parameters], name="parameter"))
 
 
 def parameter_dict(parameter: NamedParameter) -> dict[str, Any]:
     """What FIT.json says of a parameter."""
-    given = asdict(parameter)
-    joint = {} if parameter.joint is None else {"joint": parameter.joint}
-    return {
-        "name": parameter.name,
-        **joint,
-        **{key: given[key] for key in ("value", "sd", "sd_robust")},
-        "ci95": list(parameter.ci95),
-        "rel_sd_percent": parameter.relative_sd_percent,
-        "well_identified": parameter.well_identified,
-        "unit": parameter.unit,
-    }
+    return cells(PARAMETER_OBJECT, parameter)
 
 
 def parameter_html(parameters: Sequence[NamedParameter]) -> str:

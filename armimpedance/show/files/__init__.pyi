@@ -8,20 +8,23 @@ from .content import (
     shared_steps as shared_steps,
 )
 from .endings import ENDINGS as ENDINGS
+from .fit_json import FIT_COLUMNS as FIT_COLUMNS, read_parameter as read_parameter
 from .table_row import (
     TableRow as TableRow,
     read_left_out as read_left_out,
     table_rows as table_rows,
 )
 from .tables import (
-    fit_content as fit_content,
-    read_parameter as read_parameter,
     table_content as table_content,
     write_content as write_content,
     write_json as write_json,
 )
 from .words import (
+    IMPEDANCE_COLUMNS as IMPEDANCE_COLUMNS,
+    QUALITY_COLUMNS as QUALITY_COLUMNS,
     course_struct as course_struct,
     meaning_of as meaning_of,
+    number as number,
     quantities_of as quantities_of,
 )
+from .written import FittedResult as FittedResult, WrittenResult as WrittenResult

@@ -9,6 +9,7 @@ from functools import cached_property
 from itertools import chain
 from typing import Any, Final
 
+from armimpedance.core.described import Meaning
 from armimpedance.core.findings import Finding, checked_sentence
 from armimpedance.core.program import software
 
@@ -191,6 +192,8 @@ class Content:
         Of the numbers in a CSV file; None: all of them.
     keys : sequence of str
         The columns that name a row.
+    described : mapping
+        What the columns are, beside those of an impedance (`words`).
     """
 
     columns: Sequence[str]
@@ -201,6 +204,7 @@ class Content:
     about: About = field(default_factory=About)
     digits: int | None = None
     keys: Sequence[str] = ()
+    described: Mapping[str, Meaning] = field(default_factory=dict)
 
     @cached_property
     def long(self) -> tuple[Quantity, ...]:

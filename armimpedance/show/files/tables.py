@@ -1,4 +1,4 @@
-"""Tables of results in the format of the file's ending, and FIT.json."""
+"""Tables of results in the format of the file's ending."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
-from armimpedance.core.findings import Finding
-from armimpedance.core.json_text import json_text, read_json
+from armimpedance.core.json_text import json_text
 from armimpedance.core.outputs import staged_file
 from armimpedance.core.program import software
-from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.files.content import (
     About,
     Cells,
@@ -22,7 +21,7 @@ from armimpedance.show.files.content import (
     methods_paragraph,
 )
 from armimpedance.show.files.endings import ENDINGS, Ending
-from armimpedance.show.files.words import meaning_of, number, quantities_of
+from armimpedance.show.files.words import quantities_of
 
 #: Rows that the long table holds in memory at once.
 _MOST_LONG: Final = 400_000
@@ -33,6 +32,7 @@ def table_content(
     columns: Sequence[str] | None = None,
     *,
     keys: Sequence[str] = (),
+    described: Mapping[str, Meaning] | None = None,
     quantities: Callable[[], Sequence[Quantity]] | None = None,
     objects: Callable[[], Any] | None = None,
     structs: Callable[[], Sequence[Cells]] | None = None,
@@ -48,6 +48,8 @@ def table_content(
         The columns and their order; without it all of them, in the order of their first use.
     keys : sequence of str
         Columns that name a row, in the long table.
+    described : mapping, optional
+        What the columns are, beside those of an impedance (`words`).
     quantities : function without arguments, optional
         Makes the rows of the long table; without it they follow from the names of the columns.
     objects : function without arguments, optional
@@ -68,8 +70,9 @@ def table_content(
         dict.fromkeys(name for row in table for name in row) if columns is None else columns
     )
     named = [name for name in keys if name in header]
-    made = quantities or (lambda: quantities_of(header, table, named))
-    return Content(header, table, made, objects, structs, about or About(), digits, named)
+    known = described or {}
+    made = quantities or (lambda: quantities_of(header, table, named, known))
+    return Content(header, table, made, objects, structs, about or About(), digits, named, known)
 
 
 def write_table(
@@ -165,66 +168,6 @@ def ending_of(path: str | os.PathLike[str]) -> Ending:
     return ENDINGS[ending[1:]]
 
 
-# FIT.json: what a fit says of itself, for scripts. null stands where there is no finite value.
-
-
-def fit_content(told: Mapping[str, Any]) -> Content:
-    """What a file holds of a fit: FIT.json as it is, a row a parameter in every other format.
-
-    Parameters
-    ----------
-    told : mapping
-        What FIT.json holds, with its `parameters`.
-
-    Returns
-    -------
-    Content
-    """
-    rows = [_cells(one, str(told.get("method", ""))) for one in told["parameters"]]
-    columns = dict.fromkeys(name for row in rows for name in row)
-    checks = [Finding(c["check"], c["verdict"], c["message"], c["smallest"]) for c in _checks(told)]
-    known = {check.sentence for check in checks}
-    more = (w for w in told.get("warnings", ()) if w not in known)
-    about = About(checks=(*checks, *(Finding("", "warning", sentence) for sentence in more)))
-    return table_content(
-        rows,
-        list(columns),
-        quantities=lambda: [_quantity(row) for row in rows],
-        objects=lambda: told,
-        structs=lambda: [{**told, "warnings": tuple(told.get("warnings", ()))}],
-        about=about,
-    )
-
-
-def _checks(told: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return list(told.get("checks", ()))
-
-
-def _cells(parameter: Mapping[str, Any], method: str) -> dict[str, Any]:
-    """A parameter of FIT.json as a row."""
-    low, high = parameter["ci95"]
-    joint = {"joint": parameter["joint"]} if "joint" in parameter else {}
-    names = ("value", "sd", "sd_robust", "rel_sd_percent", "well_identified", "unit")
-    row = {"parameter": parameter["name"], **joint, **{n: parameter[n] for n in names}}
-    return {**row, "ci_low": low, "ci_high": high, "method": method}
-
-
-def _quantity(row: Mapping[str, Any]) -> Quantity:
-    keys = {name: row[name] for name in ("joint", "method") if name in row}
-    more = {name: row[name] for name in ("rel_sd_percent", "well_identified")}
-    return Quantity(
-        keys,
-        row["parameter"],
-        meaning_of(row["parameter"]).words,
-        number(row["value"]),
-        number(row["ci_low"]),
-        number(row["ci_high"]),
-        number(row["sd_robust"]),
-        row["unit"],
-        more=more,
-    )
-
-
 def write_json(content: Any, path: str | Path) -> None:
     """Write plain values as JSON through a temporary name.
 
@@ -237,56 +180,3 @@ def write_json(content: Any, path: str | Path) -> None:
     """
     with staged_file(path) as staged:
         staged.write_text(json_text(content), encoding="utf-8")
-
-
-def read_parameter(path: str | Path, name: str, joint: int | None = None) -> NamedParameter:
-    """One parameter of a FIT.json; its degrees of freedom are not in the file.
-
-    Parameters
-    ----------
-    path : path
-        The FIT.json.
-    name : str
-        Name of the parameter, for example ``k``.
-    joint : int, optional
-        Number of its joint, where several joints have a parameter of this name.
-
-    Returns
-    -------
-    NamedParameter
-        The value, its standard errors and its unit.
-
-    Raises
-    ------
-    InputError
-        Not such a file, no such parameter, or one of several joints and none was named.
-    """
-    content = _load(Path(path))
-    named = [p for p in content if p.get("name") == name]
-    found = [p for p in named if joint is None or p.get("joint") == joint]
-    if not found:
-        known = ", ".join(_label(p) for p in content)
-        wanted = name if joint is None else f"{name} of joint {joint}"
-        raise InputError(f"no parameter {wanted}", file=path, expected=f"one of {known}")
-    if len(found) > 1:
-        joints = ", ".join(str(p.get("joint")) for p in found)
-        raise InputError(f"{name} of several joints", file=path, expected=f"a joint: {joints}")
-    given = found[0]
-    keys = ("value", "sd", "sd_robust")
-    if any(type(given.get(key)) not in (int, float) for key in keys):
-        raise InputError(f"{name} has no finite value and standard errors", file=path)
-    value, sd, robust = (float(given[key]) for key in keys)
-    return NamedParameter(name, value, sd, robust, str(given.get("unit", "")), joint=joint)
-
-
-def _load(path: Path) -> list[dict[str, Any]]:
-    content = read_json(path, "a FIT.json")
-    rows = content.get("parameters")
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise InputError("no list of parameters", file=path, expected="a FIT.json")
-    return rows
-
-
-def _label(parameter: Mapping[str, Any]) -> str:
-    joint = parameter.get("joint")
-    return str(parameter.get("name")) + ("" if joint is None else f" (joint {joint})")

@@ -1,21 +1,24 @@
-"""Columns of results in words, with units; from one row a group to one row a quantity.
+"""The columns of an impedance in words, with units; from one row a group to one row a quantity.
 
-The names of columns are a contract; this reads them, so that long tables, workbooks and MATLAB
-structs of every result agree on what a column is. Standard library only.
+The names of matrices, ellipses, places and sums over muscles are built from their symbol, axes and
+level; this reads them. Every other column of a result is described where the result is
+(`core.described`). A number that is in neither has no unit: none is guessed.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from numbers import Real
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.core.conventions import AXES, FORCE_UNIT, MATRICES, UNITS
+from armimpedance.core.described import BESIDE, Column, Meaning, meaning_in, meanings, split_beside
+from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.show.files.content import Cells, Quantity
 
 _SYMBOLS: Final = {symbol: field for field, (symbol, _) in MATRICES.items()}
@@ -27,26 +30,58 @@ _NAMED: Final = {
     "R": ("K", "reflex stiffness"),
 }
 _ELEMENT: Final = re.compile(r"(.+)_(\d)(\d)")
+_UNITS_OF_PLACES: Final = {"m": "m", "rad": "rad", "N": "N", "Nm": "N m"}
 _NUMBERED: Final = re.compile(r"(position|force|torque|q|alpha)_(\d+)(_m|_rad|_N|_Nm)?")
 _OF_MUSCLES: Final = re.compile(r"([BK])_(\D.*)")
 #: Pair of joints in the name of a sum over muscles.
 _PAIRS: Final = {"ss": "shoulder", "se": "shoulder with elbow", "ee": "elbow"}
+_OF_AXIS: Final = re.compile(r"([MBK])_axis_([123])(?:_([xyz]|turn_deg))?")
 _OF_ELLIPSE: Final = re.compile(r"([MBK])_(size|orientation_deg|shape)")
-#: End of a column's name -> unit.
-_SUFFIXES: Final = {
-    "_deg": "deg", "_rad": "rad", "_percent": "%", "_ms": "ms", "_s": "s", "_Nm": "N m",
-    "_N": "N", "_m": "m", "_Hz": "Hz", "_kg": "kg", "_share": "1", "_rad_s": "rad/s",
-}  # fmt: skip
-_PURE: Final = {
-    "multiple_correlation": "multiple correlation",
-    "vaf": "variance accounted for",
-    "cond_scaled": "condition of the scaled columns",
-    "cond_raw": "condition of the columns",
-    "rank": "rank",
-    "coherence": "coherence",
-    "n_rows": "rows of the regression",
-    "dof": "degrees of freedom",
-    "p": "p value",
+#: How well an impedance is known: numbers of a row; the unit of the residuals is that of the force.
+QUALITY_COLUMNS: Final[tuple[Column[ImpedanceEstimate], ...]] = (
+    Column(
+        "multiple_correlation",
+        "multiple correlation",
+        "1",
+        lambda one: number(one.quality.multiple_correlation),
+    ),
+    Column("vaf", "variance accounted for", "1", lambda one: number(one.quality.vaf)),
+    Column(
+        "cond_scaled",
+        "condition of the scaled columns",
+        "1",
+        lambda one: number(one.quality.cond_scaled),
+    ),
+    Column("cond_raw", "condition of the columns", "1", lambda one: number(one.quality.cond_raw)),
+    Column("rank", "rank", "1", lambda one: int(one.quality.rank) or None),
+    Column(
+        "residual_sd",
+        "standard deviation of the residuals",
+        value=lambda one: number(one.quality.residual_sd),
+    ),
+    Column("coherence", "coherence", "1", lambda one: number(one.quality.coherence)),
+    Column("n_rows", "rows of the regression", "1", lambda one: int(one.quality.n_rows) or None),
+    Column("dof", "degrees of freedom", "1", lambda one: float(one.dof)),
+)
+#: What else stands in a row of an impedance beside its matrices, ellipses and places.
+IMPEDANCE_COLUMNS: Final[tuple[Column[ImpedanceEstimate], ...]] = (
+    Column("n_trials", "number of trials", "1"),
+    Column("method", "method of the estimate"),
+    Column("level", "where the impedance is: at the hand, the joints or the muscles"),
+    *QUALITY_COLUMNS,
+    Column("covariance", "lower triangle of the covariance of M, B, K, row by row"),
+    Column(
+        "shared_errors",
+        "errors of M, B, K, row by row, that one cause makes in all rows alike: one standard "
+        "deviation of each cause, part of the covariance",
+    ),
+    Column("muscles", "names of the muscles"),
+    Column("warnings", "what the fit warns of; empty where it does not"),
+    Column("provenance", "what was done, one sentence each"),
+)
+_OF_A_ROW: Final = {
+    **meanings(IMPEDANCE_COLUMNS),
+    "condition": Meaning("condition of the trials"),
 }
 #: Displacement and force of a level, in words.
 _MOTION: Final = {
@@ -57,36 +92,39 @@ _JOINTS: Final = ("shoulder", "elbow")
 _PLACES: Final = re.compile(r"(q)_(shoulder|elbow)_rad|(shoulder)_([xyz])_m")
 
 
-@dataclass(frozen=True)
-class Meaning:
-    """What a column means.
-
-    `unit`: "1" for a pure number, "" where it is not known.
-    `i`, `j`: row and column in its matrix, or number in its list, from 1.
-    """
-
-    words: str
-    unit: str = ""
-    i: int | None = None
-    j: int | None = None
-
-
-def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
+def meaning_of(
+    column: str,
+    level: str = "hand",
+    axes: int = 2,
+    described: Mapping[str, Meaning] = MappingProxyType({}),
+) -> Meaning:
     """What a column of results means.
 
     Parameters
     ----------
     column : str
-        Its name in the wide table.
+        Its name in the wide table, also of a column beside another: ``sd_K_11``.
     level : {"hand", "joint", "muscle"}
         Where the row's impedance is.
     axes : int
         Number of the row's axes.
+    described : mapping
+        What the result itself says of its columns.
 
     Returns
     -------
     Meaning
+        Without a unit where nothing describes the column.
     """
+    if own := meaning_in(described, column):
+        return own
+    base, beside = split_beside(column)
+    if beside is not None:
+        return beside.of(meaning_of(base, level, axes, described))
+    if column == "residual_sd":
+        return Meaning(_OF_A_ROW[column].words, FORCE_UNIT.get(level, ""))
+    if column in _OF_A_ROW:
+        return _OF_A_ROW[column]
     if level == "muscle" and (found := _OF_MUSCLES.fullmatch(column)):
         return _of_muscles(found[1], found[2])
     element = _ELEMENT.fullmatch(column)
@@ -94,6 +132,8 @@ def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
         return _element(element[1], int(element[2]), int(element[3]), level, axes)
     if found := _OF_ELLIPSE.fullmatch(column):
         return _of_ellipse(found[1], found[2], level, axes)
+    if found := _OF_AXIS.fullmatch(column):
+        return _of_axis(found[1], found[2], found[3] or "", level)
     if (symbol := column.removesuffix("_antisymmetric")) in _SYMBOLS and symbol != column:
         words = f"antisymmetric part of the {_SYMBOLS[symbol]}"
         return Meaning(words, UNITS[level][symbol])
@@ -102,13 +142,7 @@ def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
     if found := _PLACES.fullmatch(column):
         words = f"angle of {found[2]}" if found[1] else f"place of the shoulder: {found[4]}"
         return Meaning(words, "rad" if found[1] else "m")
-    if column in ("B", "K", "I"):
-        return _of_one_joint(column)
-    if column == "residual_sd":
-        return Meaning("standard deviation of the residuals", FORCE_UNIT.get(level, ""))
-    if column in _PURE:
-        return Meaning(_PURE[column], "1")
-    return _by_suffix(column)
+    return Meaning(column.replace("_", " "))
 
 
 def _element(symbol: str, i: int, j: int, level: str, axes: int) -> Meaning:
@@ -152,9 +186,19 @@ def _of_ellipse(symbol: str, part: str, level: str, axes: int) -> Meaning:
     return Meaning(words, units[part])
 
 
+def _of_axis(symbol: str, number: str, part: str, level: str) -> Meaning:
+    """A half-axis of an ellipsoid, a component of its direction, or how far that may turn."""
+    words = f"{_SYMBOLS[symbol]} ellipsoid: half-axis {number}"
+    if not part:
+        return Meaning(words, UNITS[level][symbol], int(number), along="half_axis")
+    if part == "turn_deg":
+        return Meaning(f"{words}, how far it may turn", "deg", int(number), along="half_axis")
+    return Meaning(f"{words}, direction {part}", "1", int(number), along="half_axis")
+
+
 def _numbered(column: str, what: str, number: int, level: str, axes: int) -> Meaning:
     if what == "alpha":
-        return Meaning(f"activation of muscle {number}", "1", number)
+        return Meaning(f"activation of muscle {number}", "1", number, along="muscle")
     place = level if what in ("position", "force") else "joint"
     if what in ("position", "force") and column.endswith(("_m", "_N")):
         # of the hand, which a row at the joints keeps
@@ -169,19 +213,9 @@ def _numbered(column: str, what: str, number: int, level: str, axes: int) -> Mea
         "torque": f"torque of {axis}",
         "q": f"angle of {axis}",
     }
-    return Meaning(words[what], _by_suffix(column).unit, number)
-
-
-def _of_one_joint(column: str) -> Meaning:
-    symbol = "M" if column == "I" else column
-    return Meaning(_SYMBOLS[symbol], UNITS["joint"][symbol])
-
-
-def _by_suffix(column: str) -> Meaning:
-    for ending, unit in sorted(_SUFFIXES.items(), key=lambda pair: -len(pair[0])):
-        if column.endswith(ending) and column != ending[1:]:
-            return Meaning(column.removesuffix(ending).replace("_", " "), unit)
-    return Meaning(column.replace("_", " "))
+    ending = column.rpartition("_")[2]
+    along = "axis" if place == "hand" else "joint"
+    return Meaning(words[what], _UNITS_OF_PLACES.get(ending, ""), number, along=along)
 
 
 # From one row a group to one row a quantity, by the names of the columns.
@@ -189,27 +223,16 @@ def _by_suffix(column: str) -> Meaning:
 # A column ``X`` may have ``sd_X``, ``ci_low_X`` and ``ci_high_X`` beside it: one quantity with its
 # standard error and its 95 % limits.
 
-#: Beginnings of columns that belong to another column -> the field of the quantity, or its column.
-_BESIDE: Final = {
-    "sd_": "sd",
-    "ci_low_": "lower",
-    "ci_high_": "upper",
-    "feasible_low_": "feasible_lower",
-    "feasible_high_": "feasible_upper",
-    "efficiency_": "efficiency",
-}
 _RANGES: Final = ("ci_low_", "ci_high_", "feasible_low_", "feasible_high_")
 _OWN: Final = ("lower", "upper", "sd")
 _COUNTED: Final = re.compile(r"K_(\d)(\d)")
-
-Meaner = Callable[[str, str, int], Meaning]
 
 
 def quantities_of(
     columns: Sequence[str],
     rows: Sequence[Cells],
     keys: Sequence[str],
-    meaning: Meaner = meaning_of,
+    described: Mapping[str, Meaning] = MappingProxyType({}),
 ) -> list[Quantity]:
     """One entry for each number of each row that has a value or limits.
 
@@ -221,8 +244,8 @@ def quantities_of(
     keys : sequence of str
         Columns that name a row; they stand before each of its quantities. Texts and truths that
         are no keys are left out.
-    meaning : function (column, level, axes), optional
-        What a column means.
+    described : mapping
+        What the result itself says of its columns.
 
     Returns
     -------
@@ -232,7 +255,7 @@ def quantities_of(
     base = {name: column for column, others in beside.items() for name in others.values()}
     # limits may stand without the number that they are of: a range, nothing more
     own = dict.fromkeys(base.get(name, name) for name in columns if name not in keys)
-    return [one for row in rows for one in _of_row(row, own, keys, beside, meaning)]
+    return [one for row in rows for one in _of_row(row, own, keys, beside, described)]
 
 
 def _beside(columns: Sequence[str]) -> dict[str, dict[str, str]]:
@@ -240,14 +263,14 @@ def _beside(columns: Sequence[str]) -> dict[str, dict[str, str]]:
     known = set(columns)
     found: dict[str, dict[str, str]] = {}
     for name in columns:
-        for beginning, field in _BESIDE.items():
+        for beginning, one in BESIDE.items():
             base = name.removeprefix(beginning)
             if base == name:
                 continue
             # The sd of a percentage is told without the unit: share_percent, sd_share.
             own = [column for column in (base, f"{base}_percent") if column in known]
             for column in own or ([base] if beginning in _RANGES else []):
-                found.setdefault(column, {})[field] = name
+                found.setdefault(column, {})[one.field] = name
     return found
 
 
@@ -256,14 +279,14 @@ def _of_row(
     own: Iterable[str],
     keys: Sequence[str],
     beside: dict[str, dict[str, str]],
-    meaning: Meaner,
+    described: Mapping[str, Meaning],
 ) -> Iterator[Quantity]:
     level = row.get("level")
     level = level if level in ("hand", "joint", "muscle") else "hand"
     named = {name: row.get(name) for name in keys}
     # what the checks said of the data behind the row
     verdict = {"verdict": "warning" if row["warnings"] else "ok"} if "warnings" in row else {}
-    axes = _axes(row)
+    axes = number_of_axes(row)
     for name in own:
         value = row.get(name)
         if not (value is None or _is_number(value)):
@@ -271,7 +294,7 @@ def _of_row(
         others = {field: number(row.get(column)) for field, column in beside.get(name, {}).items()}
         if number(value) is None and all(other is None for other in others.values()):
             continue
-        means = meaning(name, level, axes)
+        means = meaning_of(name, level, axes, described)
         limits = {field: others.pop(field, None) for field in _OWN}
         yield Quantity(
             named,
@@ -286,7 +309,7 @@ def _of_row(
         )
 
 
-def _axes(row: Cells) -> int:
+def number_of_axes(row: Cells) -> int:
     """The number of axes of a row: the highest number in ``K_ij``."""
     found = (_COUNTED.fullmatch(name) for name, cell in row.items() if cell is not None)
     return max((int(match[1]) for match in found if match), default=2)
@@ -306,13 +329,17 @@ def number(value: Any) -> float | None:
 # A course over time as MATLAB has it: one struct with a vector a column, not a struct a sample.
 
 
-def course_struct(columns: Sequence[str], rows: Sequence[Cells]) -> dict[str, Any]:
+def course_struct(
+    columns: Sequence[str], rows: Sequence[Cells], described: Mapping[str, Meaning]
+) -> dict[str, Any]:
     """The columns of a table as vectors, with their units.
 
     Parameters
     ----------
     columns : sequence of str
     rows : sequence of mappings
+    described : mapping
+        What the columns are.
 
     Returns
     -------
@@ -320,7 +347,7 @@ def course_struct(columns: Sequence[str], rows: Sequence[Cells]) -> dict[str, An
         Column -> (rows, 1) array, not a number where a cell is empty; texts as cells, or one text
         where all rows have the same. `units` holds those that are known.
     """
-    means = {name: meaning_of(name, "joint") for name in columns}
+    means = {name: meaning_of(name, "joint", described=described) for name in columns}
     units = {name: one.unit for name, one in means.items() if one.unit}
     return {**{n: _vector([row.get(n) for row in rows]) for n in columns}, "units": units}
 

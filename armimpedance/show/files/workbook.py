@@ -14,8 +14,8 @@ from armimpedance.show.files.content import runs_as_formula
 from armimpedance.show.files.workbook_sheets import (
     MOST_COLUMNS,
     MOST_ROWS,
-    Column,
     Sheet,
+    SheetColumn,
     as_xml_text,
     plain,
 )
@@ -139,7 +139,7 @@ class _Looks:
         self._openpyxl, self._page = openpyxl, page
         self._made: dict[tuple[Any, ...], Any] = {}
 
-    def header(self, name: str, column: Column) -> Any:
+    def header(self, name: str, column: SheetColumn) -> Any:
         """A cell of the first row."""
         cell = self._new()
         styles = self._openpyxl.styles
@@ -154,7 +154,7 @@ class _Looks:
         )
         return _filled(cell, as_xml_text(name, 1, name))
 
-    def cell(self, value: Any, column: Column, decimals: int | None, row: int) -> Any:
+    def cell(self, value: Any, column: SheetColumn, decimals: int | None, row: int) -> Any:
         """A cell of the table; None where there is nothing."""
         if value is None or value == "":
             return None

@@ -13,7 +13,7 @@ from typing import Any, Final
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.show.files.content import Content, Quantity, of_one_cell
-from armimpedance.show.files.words import meaning_of
+from armimpedance.show.files.words import meaning_of, number_of_axes
 
 # What a cell of a workbook holds: every double in full, every text a text.
 #
@@ -87,7 +87,7 @@ _MOST_DECIMALS: Final = 8
 
 
 @dataclass(frozen=True)
-class Column:
+class SheetColumn:
     """One column of a sheet.
 
     `width`: in characters.
@@ -120,7 +120,7 @@ class Sheet:
     """
 
     name: str
-    columns: tuple[Column, ...]
+    columns: tuple[SheetColumn, ...]
     rows: Sequence[Sequence[Any]]
     decimals: Sequence[int | None] = ()
     frozen: int = 0
@@ -153,7 +153,9 @@ def _results(content: Content) -> Sheet:
         limit = 24 if name in _LONG_TEXTS else 40
         width = max(len(name) + 3, min(widest + 2, limit), 10)
         columns.append(
-            Column(name, width, _decimals_of_column(numbers), numbers=not texts and any(values))
+            SheetColumn(
+                name, width, _decimals_of_column(numbers), numbers=not texts and any(values)
+            )
         )
     rows = [[row.get(name) for name in content.columns] for row in content.rows]
     return Sheet("results", tuple(columns), rows, frozen=_leading_texts(content))
@@ -175,9 +177,12 @@ def _intervals(content: Content) -> Sheet:
         *_key_columns(keys, [one.keys for one in told]),
         _fitted("what it is", [one.words for one in told], most=60),
         _fitted("symbol", [one.quantity for one in told]),
-        *(Column(n, 13, numbers=True, by_row=True) for n in ("value", "lower 95 %", "upper 95 %")),
+        *(
+            SheetColumn(n, 13, numbers=True, by_row=True)
+            for n in ("value", "lower 95 %", "upper 95 %")
+        ),
         _fitted("unit", [one.unit for one in told]),
-        Column("standard error", 16, numbers=True, by_row=True),
+        SheetColumn("standard error", 16, numbers=True, by_row=True),
         *_key_columns(more, [one.more for one in told]),
     )
     rows = [_interval_cells(one, keys, more) for one in told]
@@ -185,7 +190,7 @@ def _intervals(content: Content) -> Sheet:
     return Sheet("intervals", columns, rows, decimals, frozen=min(len(keys), 1))
 
 
-def _key_columns(names: Sequence[str], cells: Sequence[Mapping[str, Any]]) -> list[Column]:
+def _key_columns(names: Sequence[str], cells: Sequence[Mapping[str, Any]]) -> list[SheetColumn]:
     return [_fitted(name, [row.get(name) for row in cells]) for name in names]
 
 
@@ -197,11 +202,13 @@ def _interval_cells(one: Quantity, keys: Sequence[str], more: Sequence[str]) -> 
     ]
 
 
-def _fitted(name: str, cells: Sequence[Any], most: float = 40) -> Column:
+def _fitted(name: str, cells: Sequence[Any], most: float = 40) -> SheetColumn:
     texts = [cell for cell in cells if isinstance(cell, str)]
     widest = max(map(len, texts), default=8)
     decimals = _decimals_of_column([cell for cell in cells if isinstance(cell, float)])
-    return Column(name, max(len(name) + 3, min(widest + 2, most), 9), decimals, numbers=not texts)
+    return SheetColumn(
+        name, max(len(name) + 3, min(widest + 2, most), 9), decimals, numbers=not texts
+    )
 
 
 def _checks(content: Content) -> Sheet:
@@ -212,11 +219,11 @@ def _checks(content: Content) -> Sheet:
         if warning not in known:
             rows.append(["warning", "", warning, "", _some(groups, len(content.rows))])
     columns = (
-        Column("verdict", 13),
-        Column("check", 20, wrapped=True),
-        Column("what was seen", 80, wrapped=True),
-        Column("smallest that would have been seen", 36, wrapped=True),
-        Column("where", 30, wrapped=True),
+        SheetColumn("verdict", 13),
+        SheetColumn("check", 20, wrapped=True),
+        SheetColumn("what was seen", 80, wrapped=True),
+        SheetColumn("smallest that would have been seen", 36, wrapped=True),
+        SheetColumn("where", 30, wrapped=True),
     )
     return Sheet("checks", columns, rows)
 
@@ -256,14 +263,14 @@ def _methods(content: Content) -> Sheet:
     """The methods paragraph, and how the result was made."""
     rows = [["methods", content.about.methods]] if content.about.methods else []
     rows += [[name, text] for name, text in content.about.made]
-    return Sheet("methods", (Column("what", 22), Column("text", 110, wrapped=True)), rows)
+    return Sheet("methods", (SheetColumn("what", 22), SheetColumn("text", 110, wrapped=True)), rows)
 
 
 def _provenance(content: Content) -> Sheet:
     """The steps that led to each row, in their order."""
     steps = _of_rows(content, "provenance")
     rows = [[step, _some(names, len(content.rows))] for step, names in steps.items()]
-    columns = (Column("step", 100, wrapped=True), Column("where", 40, wrapped=True))
+    columns = (SheetColumn("step", 100, wrapped=True), SheetColumn("where", 40, wrapped=True))
     return Sheet("provenance", columns, rows)
 
 
@@ -271,39 +278,17 @@ def _columns(content: Content) -> Sheet:
     """What each column of the results is."""
     return Sheet(
         "columns",
-        (Column("column", 30), Column("what it is", 70), Column("unit", 14)),
+        (SheetColumn("column", 30), SheetColumn("what it is", 70), SheetColumn("unit", 14)),
         list(_told_columns(content)),
     )
 
 
 def _told_columns(content: Content) -> Iterator[list[Any]]:
     first: Any = content.rows[0] if content.rows else {}
-    units = {one.quantity: one for one in content.long}
+    level, axes = first.get("level", "hand"), number_of_axes(first)
     for name in content.columns:
-        base, before = _base(name)
-        known = units.get(base)
-        means = meaning_of(base, first.get("level", "hand"))
-        words = means.words if known is None else known.words
-        unit = means.unit if known is None else known.unit
-        yield [name, before + words, unit]
-
-
-_BEFORE: Final = {
-    "sd_": "standard error: ",
-    "ci_low_": "lower 95 % limit: ",
-    "ci_high_": "upper 95 % limit: ",
-    "feasible_low_": "least possible value: ",
-    "feasible_high_": "largest possible value: ",
-    "efficiency_": "efficiency: ",
-}
-
-
-def _base(name: str) -> tuple[str, str]:
-    """The column that a column belongs to, and what it says of it."""
-    for beginning, words in _BEFORE.items():
-        if name.startswith(beginning):
-            return name.removeprefix(beginning), words
-    return name, ""
+        means = meaning_of(name, level, axes, content.described)
+        yield [name, means.words, means.unit]
 
 
 def _decimals_of(one: Quantity) -> int | None:

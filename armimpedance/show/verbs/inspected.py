@@ -7,15 +7,25 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.arrays import FrozenRecord
+from armimpedance.core.described import Meaning
 from armimpedance.core.findings import Finding
-from armimpedance.show.files import Content, table_content
+from armimpedance.show.files import Content, Quantity, number, table_content
 from armimpedance.show.text import counted
 
 if TYPE_CHECKING:
     import pandas as pd
 
 #: Columns of what is written; the tables of many recordings stand below one another.
-COLUMNS: Final = ("kind", "name", "state", "value", "unit", "would_have_seen", "message")
+INSPECTED: Final = {
+    "kind": Meaning("verdict, fact or check"),
+    "name": Meaning("what it is called"),
+    "state": Meaning("what the check says"),
+    "value": Meaning("what the recording holds"),
+    "unit": Meaning("unit of the value"),
+    "would_have_seen": Meaning("smallest error that the check would have seen"),
+    "message": Meaning("the same as a sentence"),
+}
+COLUMNS: Final = tuple(INSPECTED)
 
 
 @dataclass(frozen=True)
@@ -100,7 +110,18 @@ class Inspection(FrozenRecord):
         rows = [verdict, *map(_fact_row, self.facts), *checks]
         objects = {"state": self.state, **self.to_dict()}
         del objects["contents"]
-        return table_content(rows, COLUMNS, keys=("kind", "name"), objects=lambda: objects)
+        return table_content(
+            rows,
+            COLUMNS,
+            keys=("kind", "name"),
+            described=INSPECTED,
+            quantities=lambda: [
+                Quantity({"kind": "fact"}, one.name, one.name, value, unit=one.unit or "1")
+                for one in self.facts
+                if (value := number(one.value)) is not None
+            ],
+            objects=lambda: objects,
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """A table of the findings: check, verdict, message."""

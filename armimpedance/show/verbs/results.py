@@ -1,4 +1,4 @@
-"""What every result shares: groups found by their columns' values, a data frame, a file."""
+"""What every verb starts from and shares: a recording or its path, groups found by their values."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,10 +14,7 @@ from armimpedance.core.errors import EstimationError, InputError, NotIdentifiabl
 from armimpedance.core.motion import MarkerRecording
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording, ReadOptions, open_recording, read_skeleton
-from armimpedance.show.files import About, Content, read_left_out, write_content
-
-if TYPE_CHECKING:
-    import pandas as pd
+from armimpedance.show.files import read_left_out
 
 # What every analysis starts from: a recording, or the path of one.
 
@@ -198,36 +195,3 @@ def position_of(which: object, groups: Sequence[tuple[Any, ...]]) -> int:
 def as_columns(by: str | Sequence[str]) -> tuple[str, ...]:
     """One column's name or several as a tuple."""
     return (by,) if isinstance(by, str) else tuple(by)
-
-
-class WrittenResult:
-    """A result whose `content` is what its files hold."""
-
-    @property
-    def content(self) -> Content:
-        """What a file of this result holds, whatever its format."""
-        raise NotImplementedError
-
-    def to_frame(self) -> pd.DataFrame:
-        """The table that `write` writes: its columns and values."""
-        import pandas as pd
-
-        content = self.content
-        return pd.DataFrame(list(content.rows), columns=list(content.columns))
-
-    def to_long(self) -> pd.DataFrame:
-        """One row a number: its group, its name, value, 95 % limits, standard error and unit."""
-        import pandas as pd
-
-        columns, rows = self.content.long_table
-        return pd.DataFrame(rows, columns=columns)
-
-    def write(self, path: PathLike, *, long: bool = False, about: About | None = None) -> None:
-        """Write the result; the ending decides the format.
-
-        `path`: ends in .csv, .json, .parquet, .xlsx (a workbook) or .mat (MATLAB structs).
-        `long`: the table of `to_long` in place of that of `to_frame`: .csv, .json and .parquet.
-        `about`: methods paragraph, checks and options, for the formats that have a place for them.
-        Raises InputError: another ending, nothing to write, or the file cannot be written.
-        """
-        write_content(self.content, path, long=long, about=about)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from math import isnan
 from typing import Any, Final, overload
 
+from armimpedance.core.described import Meaning
 from armimpedance.core.findings import Finding
 from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.subjects import SubjectsChange
@@ -20,13 +21,36 @@ Row = dict[str, Any]
 #: More rows than these are never held all at once.
 _MOST_HELD: Final = 20_000
 
-PAIR_COLUMNS: Final = (
-    *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "value_1", "value_2"),
-    *("change", "ci_low", "ci_high", "sd", "dof", "p", "p_adjusted", "basis", "notes"),
-)
+#: What the columns are; where none stands here, the column `unit` of the row holds the unit.
+COMPARED: Final = {
+    "group_1": Meaning("first group"),
+    "group_2": Meaning("second group"),
+    "matrix": Meaning("matrix that is compared"),
+    "quantity": Meaning("quantity of the matrix, or the test"),
+    "unit": Meaning("unit of values, change, limits and sd"),
+    "kind": Meaning("difference, ratio or test"),
+    "value_1": Meaning("value of the first group"),
+    "value_2": Meaning("value of the second group"),
+    "change": Meaning("second less first, or second over first; the statistic of a test"),
+    "ci_low": Meaning("lower 95 % limit of the change"),
+    "ci_high": Meaning("upper 95 % limit of the change"),
+    "sd": Meaning("standard error of the change; of a ratio that of its logarithm"),
+    "dof": Meaning("degrees of freedom", "1"),
+    "p": Meaning("p value", "1"),
+    "p_adjusted": Meaning("p value after Holm over the tests", "1"),
+    "basis": Meaning("what the standard errors come from"),
+    "notes": Meaning("what a reader must know of the pair"),
+    "between_sd": Meaning("standard deviation of the change between subjects"),
+    "ci_low_between_sd": Meaning("lower 95 % limit of the sd between subjects"),
+    "ci_high_between_sd": Meaning("upper 95 % limit of the sd between subjects"),
+    "n_subjects": Meaning("number of subjects", "1"),
+    "warnings": Meaning("what the checks of the recording warn of"),
+}
+_OF_SUBJECTS: Final = ("between_sd", "ci_low_between_sd", "ci_high_between_sd", "n_subjects")
+PAIR_COLUMNS: Final = tuple(c for c in COMPARED if c not in (*_OF_SUBJECTS, "warnings"))
 SUBJECTS_COLUMNS: Final = (
     *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "change", "ci_low", "ci_high"),
-    *("between_sd", "ci_low_between_sd", "ci_high_between_sd", "n_subjects", "p", "p_adjusted"),
+    *(*_OF_SUBJECTS, "p", "p_adjusted"),
 )
 
 
@@ -112,7 +136,9 @@ def comparison_content(
         columns = (*columns, *said)
         rows = replace(rows, more=said) if isinstance(rows, _Rows) else [row | said for row in rows]
     about = About(checks=tuple(checks))
-    return Content(columns, rows, lambda: [_quantity(row) for row in rows], about=about)
+    return Content(
+        columns, rows, lambda: [_quantity(row) for row in rows], about=about, described=COMPARED
+    )
 
 
 def _quantity(row: Row) -> Quantity:

@@ -24,18 +24,17 @@ from armimpedance.hand.comparison.groups import (
     groups_of_recording,
     name_of,
 )
-from armimpedance.hand.comparison.show.table import comparison_content
+from armimpedance.hand.comparison.show.table import COMPARED, comparison_content
 from armimpedance.hand.comparison.show.text import comparison_text, subjects_text
 from armimpedance.hand.comparison.subjects import SubjectsChange, compare_subjects
 from armimpedance.hand.show.estimates import ForceBy
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still import METHODS, Options
 from armimpedance.hand.still.show import checked_response
-from armimpedance.show.files import Content
+from armimpedance.show.files import Content, WrittenResult
 from armimpedance.show.text import TABLE_WIDTH, checks_lines, html_table
 from armimpedance.show.verbs.results import (
     PathLike,
-    WrittenResult,
     as_columns,
     naming,
     read_recording,
@@ -71,6 +70,8 @@ class Comparison(WrittenResult, FrozenRecord):
     >>> sorted(difference.to_frame()["matrix"].unique())
     ['all', 'inertia', 'stiffness', 'viscosity']
     """
+
+    DESCRIBED = COMPARED
 
     groups: tuple[ComparedGroup, ...]
     pairs: Sequence[Pair] = ()

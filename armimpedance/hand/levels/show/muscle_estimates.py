@@ -14,11 +14,12 @@ import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import group_name
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.hand.levels.muscle_identifiable import Combination, FeasibleRange, MuscleShare
 from armimpedance.hand.levels.muscle_map import MuscleEstimate
 from armimpedance.hand.show.quantities import group_cells
-from armimpedance.show.files import Content, in_one_cell, table_content
+from armimpedance.show.files import Content, WrittenResult, in_one_cell, table_content
 from armimpedance.show.text import (
     TABLE_WIDTH,
     fixed,
@@ -29,7 +30,7 @@ from armimpedance.show.text import (
     table_by_condition,
     with_half_width,
 )
-from armimpedance.show.verbs.results import WrittenResult, position_of
+from armimpedance.show.verbs.results import position_of
 
 # Results at the muscle level as CSV: one row for each condition.
 #
@@ -40,6 +41,12 @@ from armimpedance.show.verbs.results import WrittenResult, position_of
 
 Cells = dict[str, Any]
 
+#: What the columns are, beside K and B of muscles and their sums.
+MUSCLE_COLUMNS: Final = {
+    "arm": Meaning("arm whose moment arms were used"),
+    "tension_{}_N": Meaning("tension of {}", "N"),
+}
+
 
 def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:
     """What a file holds of estimates of muscles.
@@ -49,7 +56,7 @@ def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:
     columns, rows = muscle_rows(estimates)
     groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
     keys = (*groups, "level", "method", "n_trials", "arm")
-    return table_content(rows, columns, keys=keys)
+    return table_content(rows, columns, keys=keys, described=MUSCLE_COLUMNS)
 
 
 def muscle_rows(estimates: Sequence[MuscleEstimate]) -> tuple[list[str], list[Cells]]:
@@ -143,6 +150,8 @@ class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
     It is a sequence of `MuscleEstimate`; a group's name finds its estimate, as
     ``muscles["relaxed"].stiffness.single``.
     """
+
+    DESCRIBED = MUSCLE_COLUMNS
 
     estimates: tuple[MuscleEstimate, ...]
 

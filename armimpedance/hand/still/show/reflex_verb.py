@@ -10,16 +10,17 @@ import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import group_name
+from armimpedance.core.described import meanings
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.show.estimates import ForceBy, opened
 from armimpedance.hand.still.reflex import reflex_guard
 from armimpedance.hand.still.reflex_verdict import ReflexVerdict
 from armimpedance.hand.still.show.gate import checked_response
-from armimpedance.hand.still.show.text import headline, verdict_rows
-from armimpedance.show.files import Content, table_content
+from armimpedance.hand.still.show.text import VERDICT, headline, verdict_rows
+from armimpedance.show.files import Content, WrittenResult, table_content
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.results import PathLike, WrittenResult, position_of
+from armimpedance.show.verbs.results import PathLike, position_of
 
 
 def reflex(
@@ -107,6 +108,8 @@ class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
     ('cocontraction_10',)
     """
 
+    DESCRIBED = meanings(VERDICT)
+
     verdicts: tuple[ReflexVerdict, ...]
     warnings: tuple[str, ...] = ()
 
@@ -139,7 +142,9 @@ class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
     def content(self) -> Content:
         """One row a group, with the columns of ``armimpedance reflex --out``."""
         keys = dict.fromkeys(str(name) for verdict in self for name in verdict.keys)
-        return table_content(self.to_dict(), keys=(*keys, "outcome", "n_trials"))
+        return table_content(
+            self.to_dict(), keys=(*keys, "outcome", "n_trials"), described=self.DESCRIBED
+        )
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a group, with the names of the table's columns."""

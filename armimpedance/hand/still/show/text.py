@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import MATRICES, UNITS, element_names, group_name
+from armimpedance.core.described import Column, cells
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.levels import symmetric_part
@@ -167,24 +168,64 @@ def _elements(matrix: FloatArray, half: FloatArray) -> list[str]:
     return [with_half_width(v, h) for v, h in zip(matrix.ravel(), half.ravel(), strict=True)]
 
 
-def _row(verdict: ReflexVerdict) -> dict[str, Any]:
+def _visible_percent(verdict: ReflexVerdict) -> float | None:
     seen = verdict.seen_from(verdict.TELLING_S) if verdict.visible else float("nan")
-    row: dict[str, Any] = {
-        **verdict.keys,
-        "n_trials": verdict.n_trials,
-        "outcome": verdict.outcome,
-        "verdict": headline(verdict),
-        "p": verdict.p_value,
-        "delay_ms": 1e3 * verdict.delay_s,
-        "ci_low_delay_ms": 1e3 * verdict.delay_low_s,
-        "ci_high_delay_ms": 1e3 * verdict.delay_high_s,
-        "delay_scanned": verdict.scanned,
-        "visible_percent": 100 * seen if np.isfinite(seen) else None,
-    }
-    for name, share in (("overstated", verdict.overstated), ("reflex", verdict.share)):
-        row[f"{name}_percent"] = 100 * share.value
-        row[f"ci_low_{name}_percent"] = 100 * share.low
-        row[f"ci_high_{name}_percent"] = 100 * share.high
+    return 100 * seen if np.isfinite(seen) else None
+
+
+def _share_columns(
+    name: str, words: str, share: Callable[[ReflexVerdict], Share]
+) -> tuple[Column[ReflexVerdict], ...]:
+    """A part of K with its limits."""
+    return (
+        Column(f"{name}_percent", words, "%", lambda v: 100 * share(v).value),
+        Column(
+            f"ci_low_{name}_percent",
+            f"lower 95 % limit: {words}",
+            "%",
+            lambda v: 100 * share(v).low,
+        ),
+        Column(
+            f"ci_high_{name}_percent",
+            f"upper 95 % limit: {words}",
+            "%",
+            lambda v: 100 * share(v).high,
+        ),
+    )
+
+
+#: A row of ``armimpedance reflex --out`` after the group's columns; K, R and K_without follow.
+VERDICT: Final[tuple[Column[ReflexVerdict], ...]] = (
+    Column("n_trials", "number of trials", "1"),
+    Column("outcome", "whether a reflex stands in the stiffness"),
+    Column("verdict", "the same in words", value=headline),
+    Column("p", "p value of no reflex", "1", lambda v: v.p_value),
+    Column("delay_ms", "delay of the reflex", "ms", lambda v: 1e3 * v.delay_s),
+    Column(
+        "ci_low_delay_ms",
+        "lower 95 % limit: delay of the reflex",
+        "ms",
+        lambda v: 1e3 * v.delay_low_s,
+    ),
+    Column(
+        "ci_high_delay_ms",
+        "upper 95 % limit: delay of the reflex",
+        "ms",
+        lambda v: 1e3 * v.delay_high_s,
+    ),
+    Column("delay_scanned", "whether the delay was searched", value=lambda v: v.scanned),
+    Column(
+        "visible_percent", "smallest reflex that would be seen, part of K", "%", _visible_percent
+    ),
+    *_share_columns(
+        "overstated", "part by which K is overstated without a reflex", lambda v: v.overstated
+    ),
+    *_share_columns("reflex", "the reflex, part of K", lambda v: v.share),
+)
+
+
+def _row(verdict: ReflexVerdict) -> dict[str, Any]:
+    row: dict[str, Any] = {**verdict.keys, **cells(VERDICT, verdict)}
     d = len(verdict.intrinsic)
     matrices = (verdict.without, verdict.intrinsic, verdict.reflex)
     for symbol, matrix, sd in zip(("K_without", "K", "R"), matrices, verdict.sd, strict=True):

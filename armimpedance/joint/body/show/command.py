@@ -111,7 +111,6 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.outputs import number
     from armimpedance.show.command.screen import bar
-    from armimpedance.show.files import fit_content
 
     out, figure, cutoff = arguments.out, arguments.figure, arguments.cutoff_hz
     check_outputs(
@@ -134,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
             longest_gap_s=arguments.longest_gap_s,
             progress=progress,
         )
-    write_result(fit_content(fit.to_dict()), arguments)
+    write_result(fit.content, arguments)
     print(body_text(fit))
     held = "fitted" if fit.held_out is None else "held-out"
     draw_picture(

@@ -25,7 +25,7 @@ from armimpedance.joint.elbow.emg.curvature import (
     error_moments,
     settled_variance,
 )
-from armimpedance.joint.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
+from armimpedance.joint.elbow.emg.law_result import LAWS, EmgLaw, LinearLaw, constant_and
 from armimpedance.joint.elbow.emg.roles import Action, check_names, refuse_alike
 from armimpedance.numerics.regression import (
     Corrected,
@@ -152,8 +152,8 @@ def fit_law(
     Where squares of the amplitudes are needed, the coefficients' intervals hold those of the bent
     law too, and a finding says so.
     """
-    if symbol not in LAW_UNITS:
-        raise InputError(f"unknown law {symbol!r}", expected=f"one of {', '.join(LAW_UNITS)}")
+    if symbol not in LAWS:
+        raise InputError(f"unknown law {symbol!r}", expected=f"one of {', '.join(LAWS)}")
     y, sd, s, s_sd = _points(value, value_sd, amplitude, amplitude_sd, muscles)
     names = ("constant", *muscles)
     conds = refuse_alike(s, s_sd, tuple(muscles))
@@ -185,10 +185,10 @@ def fit_law(
 
 def _parameters(symbol: str, muscles: Sequence[str], solved: Corrected, bend: Bend) -> Parameters:
     """``k0, k_<muscle>, ...``: the symbol in lower case (torque: a)."""
-    letter = "a" if symbol == "torque" else symbol.lower()
+    letter, means = LAWS[symbol]
     return Parameters(
         names=(f"{letter}0", *(f"{letter}_{muscle}" for muscle in muscles)),
-        units=(LAW_UNITS[symbol],) * (1 + len(muscles)),
+        units=(means.unit,) * (1 + len(muscles)),
         values=solved.coefficients,
         covariance=solved.covariance + np.outer(bend.shift, bend.shift),
         covariance_kind="cr3",

@@ -10,16 +10,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.numerics.regression import FitSummary, Parameters, t_interval
+from armimpedance.show.files import FittedResult
 
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Units of what a law gives.
-LAW_UNITS: Final = {"K": "N m/rad", "B": "N m s/rad", "torque": "N m"}
+#: What a law gives, by its symbol -> letter of its coefficients, and what it is.
+LAWS: Final = {
+    "K": ("k", Meaning("stiffness", "N m/rad")),
+    "B": ("b", Meaning("viscosity", "N m s/rad")),
+    "torque": ("a", Meaning("torque", "N m")),
+}
 #: Beyond the measured amplitudes by more than this part of their range is extrapolation.
 _BEYOND: Final = 0.05
 
@@ -93,7 +99,7 @@ class LinearLaw(FrozenRecord):
     @property
     def unit(self) -> str:
         """Unit of what the law gives, and of all coefficients: amplitudes have none."""
-        return LAW_UNITS[self.symbol]
+        return LAWS[self.symbol][1].unit
 
     @property
     def slopes(self) -> FloatArray:
@@ -223,7 +229,7 @@ class OperatingPoints(FrozenRecord):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class EmgLaw(FrozenRecord):
+class EmgLaw(FittedResult, FrozenRecord):
     """The laws of K and, where it was given, of B.
 
     Attributes
@@ -247,6 +253,15 @@ class EmgLaw(FrozenRecord):
     >>> law.viscosity.parameters.names
     ('b0', 'b_biceps', 'b_triceps')
     """
+
+    MEANINGS = {
+        name: Meaning(f"{means.words} {what}", means.unit)
+        for letter, means in LAWS.values()
+        for name, what in (
+            (f"{letter}0", "without muscle activity"),
+            (f"{letter}_{{}}", "per amplitude of {}"),
+        )
+    }
 
     stiffness: LinearLaw
     viscosity: LinearLaw | None = None
@@ -294,10 +309,6 @@ class EmgLaw(FrozenRecord):
             checks=self.checks,
         )
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row a coefficient: value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
-
     def to_dict(self) -> dict[str, Any]:
         """What FIT.json holds: the contract's fields, both laws, their points, notes."""
         return {
@@ -309,9 +320,6 @@ class EmgLaw(FrozenRecord):
 
     def __repr__(self) -> str:
         return repr(self.summary)
-
-    def _repr_html_(self) -> str:
-        return self.summary._repr_html_()
 
 
 def constant_and(amplitude: FloatArray) -> FloatArray:

@@ -252,12 +252,11 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> Non
     from armimpedance.joint.elbow.show.verb import elbow
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.screen import bar
-    from armimpedance.show.files import fit_content
     from armimpedance.show.verbs.results import read_recording
 
     with bar("fitting") as progress:
         fit = elbow(arguments.recording, **options, progress=progress)
-    write_result(fit_content({**fit.summary.to_dict(), **fit.to_dict()}), arguments)
+    write_result(fit.content, arguments)
     print(elbow_text(fit))
 
     def draw() -> Any:
@@ -276,7 +275,7 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> Non
 
 
 def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
-    from armimpedance.joint.elbow.show.over_time_verb import elbow_over_time, varying_content
+    from armimpedance.joint.elbow.show.over_time_verb import elbow_over_time
     from armimpedance.joint.elbow.show.plot import plot_varying_both
     from armimpedance.joint.elbow.show.text import varying_text
     from armimpedance.show.command.options import draw_picture
@@ -285,7 +284,7 @@ def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     with bar("estimating the course") as progress:
         course = elbow_over_time(arguments.recording, **options, progress=progress)
     written = ""
-    write_result(varying_content(course), arguments)
+    write_result(course.content, arguments)
     if arguments.out is not None:
         written = f"\n\n{len(course.time_s)} rows written to {arguments.out}"
     print(varying_text(course) + written)
@@ -303,11 +302,10 @@ def _law(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.joint.elbow.show.text import law_text
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.screen import bar
-    from armimpedance.show.files import fit_content
 
     with bar("fitting trials") as progress:
         law = emg_law(arguments.recording, **options, progress=progress)
-    write_result(fit_content({**law.summary.to_dict(), **law.to_dict()}), arguments)
+    write_result(law.content, arguments)
     print(law_text(law))
     draw_picture(
         arguments,

@@ -22,7 +22,6 @@ from armimpedance.joint.elbow.show.emg_verb import two_muscles
 from armimpedance.joint.elbow.varying.identify import identify_varying
 from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
 from armimpedance.numerics.signals import CUTOFF_HZ, emg_amplitude
-from armimpedance.show.files import About, Content, course_struct, table_content
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
@@ -170,26 +169,6 @@ def _variable(recording: Recording, over: str | None) -> FloatArray | None:
         known = ("angle", "torque", *muscles, *recording.extra)
         raise InputError(f"no variable {over!r}", expected=f"one of {', '.join(known)}")
     return np.asarray(recording.extra[over])
-
-
-# COURSE.csv: B and K of one joint over time, with their 95 % bands; I beside them.
-
-
-def varying_content(varying: VaryingImpedance) -> Content:
-    """What a file holds of a course, its numbers to ten digits."""
-    table = varying.to_frame()
-    rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
-    columns = list(table.columns)
-    about = About(checks=tuple(varying.checks))
-    keys = ("trial", varying.over, "method")
-    return table_content(
-        rows,
-        columns,
-        keys=keys,
-        structs=lambda: [course_struct(columns, rows)],
-        about=about,
-        digits=10,
-    )
 
 
 def _amplitudes(

@@ -141,7 +141,6 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.joint.relaxed.show.verb import passive
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.screen import bar
-    from armimpedance.show.files import fit_content
 
     out, figure, gate = arguments.out, arguments.figure, arguments.emg_gate
     check_outputs(
@@ -168,7 +167,7 @@ def run(arguments: argparse.Namespace) -> int:
             despite=arguments.despite,
             progress=progress,
         )
-    write_result(fit_content(fits.to_dict()), arguments)
+    write_result(fits.content, arguments)
     print(passive_text(fits))
     draw_picture(arguments, lambda: plot_passive_fits(fits), _CAPTION.format(fits[0].method))
     return 0

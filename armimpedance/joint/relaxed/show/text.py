@@ -39,7 +39,7 @@ def _joint_lines(fit: PassiveFit, other: Validation | None) -> list[str]:
     return [
         f"{fit.joint}: {fit.method}, {torques.n_rows} rows, {cutoff}, condition "
         f"{fixed(torques.cond_raw, 2)} (columns scaled {fixed(torques.cond_scaled, 2)})",
-        parameter_table(list(fit.parameters), "source's sd"),
+        parameter_table(list(fit.reported), "source's sd"),
         "",
         aligned_table(_TORQUE_HEADER, _torque_rows(fit, other)),
         f"friction makes {percent(fit.friction_share_percent)} of the torque",

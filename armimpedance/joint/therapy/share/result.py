@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.core.described import Column, cells
 from armimpedance.core.json_text import finite
 from armimpedance.joint.therapy.share.error_law import PARTS, VarianceShares
 
@@ -110,31 +112,7 @@ class Contribution:
 
     def to_dict(self) -> dict[str, Any]:
         """The row of RESULT.csv: plain numbers and texts, None where there is no number."""
-        reference = self.reference
-        cells = {
-            **{name: getattr(self, name) for name in ("trial", "condition", "movement")},
-            "axis": self.axis_name,
-            "n_samples": self.n_samples,
-            "duration_s": self.duration_s,
-            "still_share": self.still_share,
-            **_cells("share", self.share),
-            "robot_inertia_percent": self.inertia_percent,
-            **_cells("projection", self.projection),
-            **_cells("ratio", self.ratio),
-            "sum_ratio": self.sum_ratio,
-            "ratio_all_samples_percent": self.ratio_all_percent,
-            "reference_percent": None if reference is None else reference.percent,
-            "sd_reference": None if reference is None else reference.sd,
-            "reference_valid": self.reference_valid,
-            "mean_support_Nm": self.mean_support_Nm,
-            "mean_arm_Nm": self.mean_arm_Nm,
-            "mean_reference_Nm": None if reference is None else reference.mean_reference_Nm,
-            "lowering_share": self.lowering_share,
-            "saturated_share": self.saturated_share,
-            **{f"variance_from_{part}": getattr(self.share_variance, part) for part in PARTS},
-            "notes": "; ".join(self.notes),
-        }
-        row: dict[str, Any] = finite(cells)
+        row: dict[str, Any] = finite(cells(CONTRIBUTION, self))
         return row
 
     def __repr__(self) -> str:
@@ -144,15 +122,92 @@ class Contribution:
         return f"{where}: {told if self.share.valid else 'the share cannot be told'}"
 
 
-def _cells(name: str, metric: Metric) -> dict[str, Any]:
-    low, high = metric.ci95.tolist()
-    return {
-        f"{name}_percent": metric.percent,
-        f"sd_{name}": metric.sd,
-        f"ci_low_{name}": low,
-        f"ci_high_{name}": high,
-        f"{name}_valid": metric.valid,
-    }
+# RESULT.csv: one row a movement.
+
+
+def _of_metric(name: str, words: str) -> tuple[Column[Contribution], ...]:
+    """A metric with its standard error, its limits, and whether it can be told."""
+
+    def of(part: Callable[[Metric], Any]) -> Callable[[Contribution], Any]:
+        return lambda one: part(getattr(one, name))
+
+    return (
+        Column(f"{name}_percent", words, "%", of(lambda m: m.percent)),
+        Column(f"sd_{name}", f"standard error: {words}", "%", of(lambda m: m.sd)),
+        Column(f"ci_low_{name}", f"lower 95 % limit: {words}", "%", of(lambda m: float(m.ci95[0]))),
+        Column(
+            f"ci_high_{name}", f"upper 95 % limit: {words}", "%", of(lambda m: float(m.ci95[1]))
+        ),
+        Column(f"{name}_valid", f"whether it can be told: {words}", value=of(lambda m: m.valid)),
+    )
+
+
+def _of_reference(name: str) -> Callable[[Contribution], Any]:
+    return lambda one: None if one.reference is None else getattr(one.reference, name)
+
+
+def _of_variance(part: str) -> Column[Contribution]:
+    return Column(
+        f"variance_from_{part}",
+        f"part of the share's variance that comes from: {part}",
+        "1",
+        lambda one: getattr(one.share_variance, part),
+    )
+
+
+#: The columns of RESULT.csv.
+CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
+    Column("trial", "number of the trial"),
+    Column("condition", "condition of the trial"),
+    Column("movement", "movement of the trial"),
+    Column("axis", "axis that moves", value=lambda one: one.axis_name),
+    Column("n_samples", "samples that count, because the axis moves", "1"),
+    Column("duration_s", "time from onset to end", "s"),
+    Column("still_share", "part of the samples between that does not count", "1"),
+    *_of_metric("share", "the person's share, beside that of the robot's own inertia"),
+    Column(
+        "robot_inertia_percent",
+        "share of the robot's inertia torque",
+        "%",
+        lambda one: one.inertia_percent,
+    ),
+    *_of_metric("projection", "the person's share alone"),
+    *_of_metric("ratio", "the person's share as a ratio of sums (4)"),
+    Column("sum_ratio", "size of the sum of the arm's torques over the sum of their sizes", "1"),
+    Column(
+        "ratio_all_samples_percent",
+        "ratio of sums (4) of all samples from onset to end",
+        "%",
+        lambda one: one.ratio_all_percent,
+    ),
+    Column(
+        "reference_percent",
+        "contribution against passive repetitions (19)",
+        "%",
+        _of_reference("percent"),
+    ),
+    Column(
+        "sd_reference",
+        "standard error: contribution against passive repetitions (19)",
+        "%",
+        _of_reference("sd"),
+    ),
+    Column("reference_valid", "whether there is a reference (19), and it can be told"),
+    Column("mean_support_Nm", "mean support by the robot (18)", "N m"),
+    Column("mean_arm_Nm", "mean torque that the passive arm needs", "N m"),
+    Column(
+        "mean_reference_Nm",
+        "mean support of the passive repetitions",
+        "N m",
+        _of_reference("mean_reference_Nm"),
+    ),
+    Column("lowering_share", "part of the samples in which the arm drives the movement", "1"),
+    Column("saturated_share", "part of the samples with the motor at its limit", "1"),
+    *map(_of_variance, PARTS),
+    Column(
+        "notes", "what a reader must know of these numbers", value=lambda one: "; ".join(one.notes)
+    ),
+)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, overload
 
 from armimpedance.core.arrays import FrozenRecord
+from armimpedance.core.described import Column, meanings
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import finite
 from armimpedance.core.progress import Progress
@@ -19,17 +20,37 @@ from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.joint.therapy.live_replay import LiveReport, replay
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.joint.therapy.share.of_movement import sample_contribution
-from armimpedance.joint.therapy.share.result import Contribution, SampleContribution
-from armimpedance.show.files import Content, course_struct, table_content, write_content
+from armimpedance.joint.therapy.share.result import (
+    CONTRIBUTION,
+    Contribution,
+    SampleContribution,
+)
+from armimpedance.show.files import (
+    Content,
+    WrittenResult,
+    course_struct,
+    table_content,
+    write_content,
+)
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.results import WrittenResult
 
 # SAMPLES.csv: one row a sample of every movement. Empty where there is no value.
 
-SAMPLE_COLUMNS: Final = (
-    *("trial", "time_s", "q_rad", "qd_rad_s", "tau_motor_Nm", "tau_robot_Nm", "tau_arm_Nm"),
-    *("tau_user_Nm", "counts", "contribution_percent", "sd_contribution", "valid"),
+SAMPLES: Final[tuple[Column[Any], ...]] = (
+    Column("trial", "number of the trial"),
+    Column("time_s", "time on the trial's own clock", "s"),
+    Column("q_rad", "angle of the moving axis", "rad"),
+    Column("qd_rad_s", "velocity of the moving axis", "rad/s"),
+    Column("tau_motor_Nm", "torque of the motor", "N m"),
+    Column("tau_robot_Nm", "torque that the robot alone needs", "N m"),
+    Column("tau_arm_Nm", "torque that the passive arm needs", "N m"),
+    Column("tau_user_Nm", "torque of the person", "N m"),
+    Column("counts", "whether the axis moves"),
+    Column("contribution_percent", "contribution (3) of the sample", "%"),
+    Column("sd_contribution", "standard error: contribution (3) of the sample", "%"),
+    Column("valid", "whether the torque that the arm needs is well away from zero"),
 )
+SAMPLE_COLUMNS: Final = tuple(column.name for column in SAMPLES)
 
 
 def samples_content(
@@ -45,11 +66,13 @@ def samples_content(
         for pair in movements
         for row in _samples(*pair)
     ]
+    known = meanings(SAMPLES)
     return table_content(
         rows,
         SAMPLE_COLUMNS,
+        described=known,
         quantities=lambda: (),
-        structs=lambda: [course_struct(SAMPLE_COLUMNS, rows)],
+        structs=lambda: [course_struct(SAMPLE_COLUMNS, rows, known)],
         digits=10,
     )
 
@@ -99,6 +122,8 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
     >>> session.to_frame()[["trial", "share_percent"]]  # doctest: +SKIP
     >>> session.to_csv("contribution.csv")  # doctest: +SKIP
     """
+
+    DESCRIBED = meanings(CONTRIBUTION)
 
     results: tuple[Contribution, ...]
     movements: tuple[MovementTorques, ...]
@@ -151,7 +176,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
     def content(self) -> Content:
         """One row a movement, with the columns of RESULT.csv."""
         keys = ("trial", "condition", "movement", "axis", "n_samples")
-        return table_content(self.to_dict(), keys=keys, digits=10)
+        return table_content(self.to_dict(), keys=keys, digits=10, described=self.DESCRIBED)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a movement with the columns of RESULT.csv; None where there is no number."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+from armimpedance.core.described import Meaning
 
 if TYPE_CHECKING:
     from armimpedance.muscles.live.calibration import CalibrationPlan, CalibrationWish, Workspace
@@ -99,7 +101,7 @@ def plan_live(args: argparse.Namespace) -> int:
     wish, space = _wish(args), _workspace(args, muscles.angle_range)
     made = plan_calibration(muscles, args.recording, wish, space, elbow=args.elbow)
     if args.out_calibration is not None:
-        write_content(table_content(_rows(made)), args.out_calibration)
+        write_content(table_content(_rows(made), described=PLANNED), args.out_calibration)
     print(_text(made))
     if args.out_calibration is not None:
         print(f"\n{len(made.conditions)} conditions written to {args.out_calibration}")
@@ -152,6 +154,14 @@ def _workspace(args: argparse.Namespace, limits: Any) -> Workspace:
             raise InputError(f"--force-n {args.force_n:g}", expected="0 or more")
         given["force_N"] = args.force_n
     return Workspace(np.asarray(box), **given)
+
+
+#: What the columns of the conditions are, beside posture and force.
+PLANNED: Final = {
+    "cocontraction": Meaning("level of co-contraction, part of a maximal contraction", "1"),
+    "force_{}_N": Meaning("force of the hand along {}", "N"),
+    "expected_percent": Meaning("error of K that is expected after this condition", "%"),
+}
 
 
 def _rows(plan: CalibrationPlan) -> list[dict[str, Any]]:

@@ -187,32 +187,9 @@ def trial_column(name: str) -> tuple[str, str]:
 
 def result_column(name: str, level: str = "hand") -> tuple[str, str]:
     """What a column of results means, and its unit ("n/a": none or not known)."""
-    for beginning, words in _BESIDE.items():
-        if name.startswith(beginning):
-            base = meaning_of(name.removeprefix(beginning), level)
-            return f"{words} of: {base.words}", base.unit or "n/a"
-    told = _TEXTS.get(name)
     meaning = meaning_of(name, level)
-    return (told, "n/a") if told else (meaning.words, meaning.unit or "n/a")
+    return meaning.words, meaning.unit or "n/a"
 
-
-_BESIDE: Final = {
-    "sd_": "standard error",
-    "ci_low_": "lower 95 % limit",
-    "ci_high_": "upper 95 % limit",
-}
-_TEXTS: Final = {
-    "condition": "condition of the trials",
-    "method": "method of the estimate",
-    "level": "where the impedance is: at the hand, the joints or the muscles",
-    "n_trials": "number of trials",
-    "warnings": "what the fit warns of; empty where it does not",
-    "provenance": "what was done, one sentence each",
-    "covariance": "lower triangle of the covariance of M, B, K, row by row",
-    "shared_errors": "errors of M, B, K, row by row, that one cause makes in all rows alike: one "
-    "standard deviation of each cause, part of the covariance",
-    "muscles": "names of the muscles",
-}
 
 # What can be said of data without asking their owner: variables, files, numbers of trials.
 

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.core.conventions import UNITS, element_names
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.show.results_csv import results_content
@@ -81,7 +82,7 @@ def test_a_long_table_where_there_is_none_is_refused(tmp_path, make_estimate, en
 
 def test_what_does_not_exist_has_no_row():
     rows = [{"g": "a", "x_m": 1.0}, {"g": "b", "x_m": None}, {"g": "c", "x_m": float("nan")}]
-    long = table_content(rows, keys=("g",)).long
+    long = table_content(rows, keys=("g",), described={"x_m": Meaning("a place", "m")}).long
     assert [(one.keys["g"], one.value, one.unit) for one in long] == [("a", 1.0, "m")]
 
 
@@ -90,11 +91,18 @@ def test_what_does_not_exist_has_no_row():
     [
         ("position_1_m", "m"), ("force_2_N", "N"), ("torque_1_Nm", "N m"), ("q_elbow_rad", "rad"),
         ("K_size", "(N/m)^2"), ("K_shape", "1"), ("M_orientation_deg", "deg"), ("vaf", "1"),
-        ("share_percent", "%"), ("delay_ms", "ms"), ("B_antisymmetric", "N s/m"), ("other", ""),
+        ("K_axis_1", "N/m"), ("K_axis_1_x", "1"), ("K_axis_1_turn_deg", "deg"),
+        ("B_antisymmetric", "N s/m"), ("residual_sd", "N"), ("alpha_1", "1"),
     ],
 )  # fmt: skip
-def test_units_follow_from_names(column, unit):
+def test_units_of_an_impedance_follow_from_its_names(column, unit):
     assert meaning_of(column).unit == unit
+
+
+@pytest.mark.parametrize("column", ["sampling_rate", "stiffness_N_m", "share_percent", "delay_ms"])
+def test_no_unit_is_guessed_of_a_column_that_nothing_describes(column):
+    assert meaning_of(column).unit == ""
+    assert meaning_of(column, described={column: Meaning("said", "Hz")}).unit == "Hz"
 
 
 @pytest.mark.parametrize("ending", ["csv", "json", "parquet", "xlsx", "mat"])

@@ -11,6 +11,7 @@ from hypothesis import given, strategies as st
 from scipy.io import loadmat
 
 from armimpedance.core.conventions import UNITS
+from armimpedance.core.described import Meaning
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.show.quantities import half_widths
 from armimpedance.show.files.matlab import Names
@@ -77,7 +78,8 @@ def test_a_table_without_structs_of_its_own_has_a_field_a_column(tmp_path):
         {"condition": "a", "x_m": 1.5, "ok": True, "warnings": "one; two"},
         {"condition": "b", "x_m": None, "ok": False, "warnings": ""},
     ]
-    write_content(table_content(rows, keys=("condition",)), tmp_path / "r.mat")
+    described = {"x_m": Meaning("a place", "m")}
+    write_content(table_content(rows, keys=("condition",), described=described), tmp_path / "r.mat")
     one, two = loaded(tmp_path / "r.mat")["results"]
     assert (one.keys.condition, one.x_m, one.units.x_m, one.ok) == ("a", 1.5, "m", 1)
     assert list(one.warnings) == ["one", "two"]
@@ -87,7 +89,8 @@ def test_a_table_without_structs_of_its_own_has_a_field_a_column(tmp_path):
 def test_a_course_is_one_struct_of_vectors(tmp_path):
     rows = [{"time_s": i / 10, "K": None if i == 1 else float(i), "valid": i > 1} for i in range(3)]
     columns = ["time_s", "K", "valid"]
-    content = table_content(rows, structs=lambda: [course_struct(columns, rows)])
+    described = {"time_s": Meaning("time", "s"), "K": Meaning("stiffness", "N m/rad")}
+    content = table_content(rows, structs=lambda: [course_struct(columns, rows, described)])
     write_content(content, tmp_path / "course.mat")
     course = loaded(tmp_path / "course.mat")["results"]
     np.testing.assert_array_equal(course.time_s, [0.0, 0.1, 0.2])

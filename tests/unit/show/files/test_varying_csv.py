@@ -9,7 +9,6 @@ import pytest
 
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.joint.elbow.elbow_result import ChannelSnr, ElbowFit, VaryingImpedance, Whiteness
-from armimpedance.joint.elbow.show.over_time_verb import varying_content
 from armimpedance.joint.elbow.show.text import elbow_text, varying_text
 from armimpedance.numerics.regression import Parameters
 from armimpedance.show.files import write_content
@@ -64,7 +63,7 @@ def a_fit(p=0.5, names=("I", "B", "K"), **changes):
 
 def test_the_csv_says_what_the_result_says(tmp_path):
     course = a_course()
-    write_content(varying_content(course), tmp_path / "course.csv")
+    write_content(course.content, tmp_path / "course.csv")
     with open(tmp_path / "course.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert list(rows[0]) == list(COLUMNS)
@@ -86,7 +85,7 @@ def test_the_band_is_that_of_the_t_distribution():
 
 def test_nothing_is_left_where_the_csv_cannot_be_written(tmp_path):
     with pytest.raises(InputError):
-        write_content(varying_content(a_course()), tmp_path / "none" / "course.csv")
+        write_content(a_course().content, tmp_path / "none" / "course.csv")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -102,13 +101,13 @@ def test_a_course_that_cannot_be_is_refused(change):
 def test_other_endings_hold_numbers_of_full_precision(tmp_path, ending):
     course = a_course(B=np.linspace(1, 2, 10) / 3)
     path = tmp_path / f"course{ending}"
-    write_content(varying_content(course), path)
+    write_content(course.content, path)
     read = pd.read_parquet if ending == ".parquet" else lambda file: json.loads(file.read_text())
     table = pd.DataFrame(read(path))
     assert list(table.columns) == list(COLUMNS)
     np.testing.assert_array_equal(table["B"], course.B)
     with pytest.raises(InputError, match="ending"):
-        write_content(varying_content(course), tmp_path / "course.txt")
+        write_content(course.content, tmp_path / "course.txt")
 
 
 def test_a_course_shows_itself_in_a_few_lines():

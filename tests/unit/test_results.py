@@ -1,0 +1,200 @@
+"""Every result of every topic says of each of its numbers what it is, in every form."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from functools import cache
+from numbers import Real
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import armimpedance as ai
+from armimpedance.core.described import meaning_in, meanings
+from armimpedance.joint.therapy.share.result import CONTRIBUTION
+from armimpedance.joint.therapy.show.contributions import SAMPLES
+from armimpedance.show.files.words import meaning_of
+from manipulandum_sim.body import simulate_body
+from manipulandum_sim.elbow import simulate_bench, simulate_elbow
+from manipulandum_sim.hand import simulate
+from manipulandum_sim.passive import simulate_passive
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@cache
+def session():
+    conditions = ["cocontraction_10", "cocontraction_20"]
+    return simulate("cocontraction", seed=1, sets=1, conditions=conditions)[0]
+
+
+@cache
+def bench():
+    return simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)[0]
+
+
+def _people():
+    made = {
+        name: [ai.NamedParameter("k", value, 0.1, 0.1, "N m/rad") for value in values]
+        for name, values in {"one": (2.0, 2.5, 3.0), "two": (4.0, 4.5, 5.5)}.items()
+    }
+    return ai.discriminate(made)
+
+
+RESULTS = {
+    "estimate": lambda: ai.estimate(session()),
+    "joint": lambda: ai.to_joint(ai.estimate(session()), recording=session()),
+    "muscles": lambda: ai.to_muscle(ai.estimate(session()), arm="planar6"),
+    "reflex": lambda: ai.reflex(session()),
+    "compare": lambda: ai.compare(session()),
+    "inspect": lambda: ai.inspect(session()),
+    "elbow": lambda: ai.elbow(bench()),
+    "over time": lambda: ai.elbow_over_time(bench(), method="windows"),
+    "law": lambda: ai.emg_law(simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)[0]),
+    "passive": lambda: ai.passive(
+        simulate_passive("release", trials=1, duration_s=4.0)[0], quadratic=True
+    ),
+    "body": lambda: ai.body(simulate_body(("all_joints",))[0], method="ls", noise_draws=0),
+    "discriminate": _people,
+}
+
+
+@cache
+def result(name):
+    return RESULTS[name]()
+
+
+def _numbers(content):
+    """Columns that hold numbers and do not name a row."""
+    for name in content.columns:
+        cells = [row.get(name) for row in content.rows]
+        known = [cell for cell in cells if cell is not None]
+        numeric = known and all(isinstance(c, Real) and not isinstance(c, bool) for c in known)
+        if numeric and name not in content.keys:
+            yield name
+
+
+def _unit(content, name):
+    """The unit of a column, or the column of units."""
+    level = content.rows[0].get("level")
+    level = level if level in ("hand", "joint", "muscle") else "hand"
+    if unit := meaning_of(name, level, 2, content.described).unit:
+        return unit
+    return "unit" if "unit" in content.columns and meaning_in(content.described, name) else ""
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_number_of_a_result_has_its_unit(name):
+    content = result(name).content
+    numbers = list(_numbers(content))
+    assert numbers or name == "inspect"
+    # a measure of two groups has the unit that the people's numbers have
+    own = ("value", "ci_low", "ci_high") if name == "discriminate" else ()
+    assert [column for column in numbers if not _unit(content, column)] == list(own)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_form_of_a_result_holds_its_numbers(name, tmp_path):
+    one = result(name)
+    for ending in ("csv", "json", "parquet", "xlsx", "mat"):
+        one.write(tmp_path / f"r.{ending}") if hasattr(one, "write") else None
+    long = one.to_long() if hasattr(one, "to_long") else pd.DataFrame()
+    if len(long):
+        one.write(tmp_path / "long.csv", long=True)
+        assert len(pd.read_csv(tmp_path / "long.csv")) == len(long)
+        sheet = pd.read_excel(tmp_path / "r.xlsx", sheet_name="columns")
+        assert set(sheet["column"]) == set(one.content.columns)
+    if hasattr(one, "write"):
+        assert json.loads((tmp_path / "r.json").read_text()) is not None
+
+
+@pytest.mark.parametrize("name", sorted(set(RESULTS) - {"inspect"}))
+def test_labelled_arrays_hold_the_table(name):
+    one = result(name)
+    arrays, rows = one.to_xarray(), one.content.rows
+    assert arrays.sizes["row"] == len(rows)
+    sized = [a for a in arrays.data_vars.values() if a.dtype == float and "long_name" in a.attrs]
+    held = sum(int(np.isfinite(a.values).sum()) for a in sized)
+    numbers = [
+        row[c]
+        for row in rows
+        for c in _numbers(one.content)
+        if row.get(c) is not None and np.isfinite(row[c])
+    ]
+    assert held >= len(numbers) > 0
+
+
+def test_a_matrix_is_one_array_with_its_unit():
+    hand = result("estimate")
+    arrays = hand.to_xarray()
+    np.testing.assert_array_equal(arrays["K"], [one.stiffness for one in hand])
+    np.testing.assert_array_equal(arrays["sd_K"], [one.sd[2] for one in hand])
+    assert arrays["K"].attrs["units"] == "N/m"
+    assert arrays["K"].sel(row="cocontraction_10", i="x", j="y") == hand[0].stiffness[0, 1]
+    assert result("joint").to_xarray()["K"].attrs["units"] == "N m/rad"
+    assert list(arrays["position_m"].axis.values) == ["x", "y"]
+
+
+def test_columns_of_therapy_are_described():
+    for columns in (CONTRIBUTION, SAMPLES):
+        assert all(column.words for column in columns)
+        texts = ("trial", "condition", "movement", "axis", "notes", "counts", "valid")
+        unitless = [name for name, one in meanings(columns).items() if not one.unit]
+        assert all(name in texts or name.endswith("_valid") for name in unitless)
+
+
+#: What one line in the file of a topic's equations adds to its result.
+ADDED = """{"lag": Derived(Meaning("time constant", "s"), lambda p: p["h"] / p["k"])}"""
+EVERY_FORM = """
+import json, sys
+from pathlib import Path
+import openpyxl, pandas as pd, scipy.io
+sys.path.insert(0, sys.argv[1])
+import armimpedance as ai
+from armimpedance.joint.relaxed.show.text import passive_text
+from armimpedance.show.pages import parameter_table
+from column_pages import column_pages
+from manipulandum_sim.passive import simulate_passive
+
+fits = ai.passive(simulate_passive("release", trials=1, duration_s=4.0)[0])
+lag, k, h = (fits.summary.parameters[i] for i in (-1, 0, 1))
+assert lag.name == "lag" and abs(lag.value - h.value / k.value) < 1e-12 and 0 < lag.sd < 1
+for ending in ("csv", "json", "xlsx", "mat"):
+    fits.write(f"r.{ending}")
+fits.write("long.csv", long=True)
+[row] = pd.read_csv("long.csv").query("quantity == 'lag'").to_dict("records")
+assert (row["name"], row["unit"]) == ("time constant", "s") and row["lower"] < row["upper"]
+assert "lag" in list(pd.read_csv("r.csv")["parameter"])
+assert json.loads(Path("r.json").read_text())["parameters"][-1]["name"] == "lag"
+assert any("lag" in map(str, row) for row in openpyxl.load_workbook("r.xlsx")["results"].values)
+assert "lag" in repr(scipy.io.loadmat("r.mat", simplify_cells=True)["results"]["parameters"])
+for text in (passive_text(fits), repr(fits), fits._repr_html_(), repr(fits.to_frame())):
+    assert "lag" in text
+assert any("lag" in row[0] for row in parameter_table(fits.summary.parameters).rows)
+assert "time constant" in column_pages()["reference/columns"]
+assert "lag" in fits.to_xarray()["parameter"]
+"""
+
+
+@pytest.mark.skipif(not (ROOT / "docs/_site").exists(), reason="the source is not beside")
+def test_a_number_that_one_line_adds_is_in_every_form(tmp_path):
+    shutil.copytree(ROOT / "armimpedance", tmp_path / "armimpedance")
+    path = tmp_path / "armimpedance/joint/relaxed/equations.py"
+    text = path.read_text()
+    before = "PASSIVE_DERIVED: Final[Mapping[str, Derived]] = {}"
+    assert text.count(before) == 1
+    path.write_text(text.replace(before, before.replace("{}", ADDED)))
+    done = subprocess.run(
+        [sys.executable, "-c", EVERY_FORM, str(ROOT / "docs/_site")],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT}"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
