@@ -19,7 +19,7 @@ import armimpedance as ai
 from armimpedance.core.described import meaning_in, meanings
 from armimpedance.joint.therapy.share.result import CONTRIBUTION
 from armimpedance.joint.therapy.show.contributions import SAMPLES
-from armimpedance.show.files.words import meaning_of
+from armimpedance.show.files.words import RowAxes, meaning_of
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.elbow import simulate_bench, simulate_elbow
 from manipulandum_sim.hand import simulate
@@ -82,9 +82,7 @@ def _numbers(content):
 
 def _unit(content, name):
     """The unit of a column, or the column of units."""
-    level = content.rows[0].get("level")
-    level = level if level in ("hand", "joint", "muscle") else "hand"
-    if unit := meaning_of(name, level, 2, content.described).unit:
+    if unit := meaning_of(name, RowAxes.of(content.rows[0]), content.described).unit:
         return unit
     return "unit" if "unit" in content.columns and meaning_in(content.described, name) else ""
 

@@ -14,7 +14,7 @@ from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError, needed
 from armimpedance.core.program import software
 from armimpedance.show.files.content import Cells, Content
-from armimpedance.show.files.words import axis_names, meaning_of, number_of_axes
+from armimpedance.show.files.words import RowAxes, meaning_of
 
 if TYPE_CHECKING:
     import xarray
@@ -56,9 +56,9 @@ def dataset_of(content: Content) -> xarray.Dataset:
         xarray is not installed, there is no row, or rows at several levels, whose units differ.
     """
     xr = needed("xarray", "xarray", None)
-    level, axes = _level(content.rows), max(map(number_of_axes, content.rows))
+    axes = _axes(content.rows)
     arrays: dict[str, list[_Place]] = {}
-    for place in _places(content, level, axes):
+    for place in _places(content, axes):
         arrays.setdefault(place.array, []).append(place)
     named, texts, data = [], {}, {}
     for name, places in arrays.items():
@@ -69,7 +69,7 @@ def dataset_of(content: Content) -> xarray.Dataset:
         else:
             data[name] = _array(places, cells)
     dims = {dim for place in arrays.values() for dim in place[0].dims}
-    steps = {dim: list(axis_names(level, axes)) for dim in dims & {"i", "j"}}
+    steps = {dim: list(axes.names) for dim in dims & {"i", "j"}}
     # places and forces of the hand, also of one that is described at its joints
     steps |= {dim: list(AXES[: _size(dim, data)]) for dim in dims & {"axis"}}
     index = {ROW: texts[named[0]][1]} if named else {}
@@ -81,20 +81,21 @@ def _size(dim: str, data: Mapping[str, tuple[Any, ...]]) -> int:
     return next(v.shape[dims.index(dim)] for dims, v, _ in data.values() if dim in dims)
 
 
-def _level(rows: Sequence[Cells]) -> str:
-    if not len(rows):
-        raise InputError("a result without rows", expected="at least one")
-    levels = dict.fromkeys(str(row.get("level") or "hand") for row in rows)
-    if len(levels) > 1:
-        raise InputError(f"rows at the levels {', '.join(levels)}", expected="rows of one level")
-    return next(iter(levels))
+def _axes(rows: Sequence[Cells]) -> RowAxes:
+    """The axes that all rows have; those of the most, where some have fewer."""
+    found = sorted(map(RowAxes.of, rows), key=lambda one: one.count)
+    levels = dict.fromkeys(one.level for one in found)
+    if len(levels) != 1:
+        problem = f"rows at the levels {', '.join(levels)}" if levels else "a result without rows"
+        raise InputError(problem, expected="rows of one level")
+    return found[-1]
 
 
-def _places(content: Content, level: str, axes: int) -> Iterator[_Place]:
+def _places(content: Content, axes: RowAxes) -> Iterator[_Place]:
     for column in content.columns:
         if column in _AS_TEXT:
             continue
-        means = meaning_of(column, level, axes, content.described)
+        means = meaning_of(column, axes, content.described)
         at = tuple(number - 1 for number in (means.i, means.j) if number is not None)
         numbers = "".join(str(number + 1) for number in at)
         array = re.sub(rf"_{numbers}(?=_|$)", "", column, count=1) if at else column

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final
@@ -29,6 +30,7 @@ _NAMED: Final = {
     "K_without": ("K", "stiffness without a reflex in the model"),
     "R": ("K", "reflex stiffness"),
 }
+_COUNTED: Final = re.compile(r"K_(\d)(\d)")
 _ELEMENT: Final = re.compile(r"(.+)_(\d)(\d)")
 _UNITS_OF_PLACES: Final = {"m": "m", "rad": "rad", "N": "N", "Nm": "N m"}
 _NUMBERED: Final = re.compile(r"(position|force|torque|q|alpha)_(\d+)(_m|_rad|_N|_Nm)?")
@@ -92,10 +94,55 @@ _JOINTS: Final = ("shoulder", "elbow")
 _PLACES: Final = re.compile(r"(q)_(shoulder|elbow)_rad|(shoulder)_([xyz])_m")
 
 
+@dataclass(frozen=True)
+class RowAxes:
+    """Where the impedance of a row is, and its axes.
+
+    `level`: "hand", "joint" or "muscle".
+    `arm`: whether two joints are shoulder and elbow; a wrist has none of these.
+    """
+
+    level: str = "hand"
+    count: int = 2
+    arm: bool = True
+
+    @classmethod
+    def of(cls, row: Cells) -> RowAxes:
+        """Those of a row: as many axes as the highest number in ``K_ij``."""
+        told = row.get("level")
+        level = told if told in UNITS else "hand"
+        filled = [name for name, cell in row.items() if cell is not None]
+        found = (_COUNTED.fullmatch(name) for name in filled)
+        count = max((int(match[1]) for match in found if match), default=2)
+        # joints that were recorded themselves bear no names; an arm's angles do
+        arm = "position_1_rad" not in filled or "q_shoulder_rad" in filled
+        return cls(level, count, arm)
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of the axes: x and y, shoulder and elbow, or axis 1, axis 2."""
+        if self.level == "hand" and self.count <= len(AXES):
+            return AXES[: self.count]
+        return self.joints if self.level == "joint" else self._numbered("axis")
+
+    @property
+    def joints(self) -> Sequence[str]:
+        """Names of the joints."""
+        if self.arm and self.count == len(_JOINTS):
+            return _JOINTS
+        return self._numbered("axis" if self.arm else "joint")
+
+    def _numbered(self, what: str) -> list[str]:
+        return [f"{what} {number}" for number in range(1, self.count + 1)]
+
+
+#: A hand in the plane.
+PLANAR: Final = RowAxes()
+
+
 def meaning_of(
     column: str,
-    level: str = "hand",
-    axes: int = 2,
+    axes: RowAxes = PLANAR,
     described: Mapping[str, Meaning] = MappingProxyType({}),
 ) -> Meaning:
     """What a column of results means.
@@ -104,10 +151,8 @@ def meaning_of(
     ----------
     column : str
         Its name in the wide table, also of a column beside another: ``sd_K_11``.
-    level : {"hand", "joint", "muscle"}
-        Where the row's impedance is.
-    axes : int
-        Number of the row's axes.
+    axes : RowAxes
+        Of its row.
     described : mapping
         What the result itself says of its columns.
 
@@ -116,11 +161,12 @@ def meaning_of(
     Meaning
         Without a unit where nothing describes the column.
     """
+    level = axes.level
     if own := meaning_in(described, column):
         return own
     base, beside = split_beside(column)
     if beside is not None:
-        return beside.of(meaning_of(base, level, axes, described))
+        return beside.of(meaning_of(base, axes, described))
     if column == "residual_sd":
         return Meaning(_OF_A_ROW[column].words, FORCE_UNIT.get(level, ""))
     if column in _OF_A_ROW:
@@ -129,40 +175,31 @@ def meaning_of(
         return _of_muscles(found[1], found[2])
     element = _ELEMENT.fullmatch(column)
     if element and element[1] in _NAMED:
-        return _element(element[1], int(element[2]), int(element[3]), level, axes)
+        return _element(element[1], int(element[2]), int(element[3]), axes)
     if found := _OF_ELLIPSE.fullmatch(column):
-        return _of_ellipse(found[1], found[2], level, axes)
+        return _of_ellipse(found[1], found[2], axes)
     if found := _OF_AXIS.fullmatch(column):
         return _of_axis(found[1], found[2], found[3] or "", level)
     if (symbol := column.removesuffix("_antisymmetric")) in _SYMBOLS and symbol != column:
         words = f"antisymmetric part of the {_SYMBOLS[symbol]}"
         return Meaning(words, UNITS[level][symbol])
     if found := _NUMBERED.fullmatch(column):
-        return _numbered(column, found[1], int(found[2]), level, axes)
+        return _numbered(column, found[1], int(found[2]), axes)
     if found := _PLACES.fullmatch(column):
         words = f"angle of {found[2]}" if found[1] else f"place of the shoulder: {found[4]}"
         return Meaning(words, "rad" if found[1] else "m")
     return Meaning(column.replace("_", " "))
 
 
-def _element(symbol: str, i: int, j: int, level: str, axes: int) -> Meaning:
+def _element(symbol: str, i: int, j: int, axes: RowAxes) -> Meaning:
     matrix, words = _NAMED[symbol]
-    unit = UNITS[level][matrix]
-    force, motions = _MOTION.get(level, _MOTION["joint"])
+    unit = UNITS[axes.level][matrix]
+    force, motions = _MOTION.get(axes.level, _MOTION["joint"])
     motion = motions[dict(MATRICES.values())[matrix]]
-    names = axis_names(level, axes)
+    names = axes.names
     if max(i, j) > len(names):
         return Meaning(f"{words} {i}, {j}", unit, i, j)
     return Meaning(f"{words}: {names[i - 1]} {force} per {names[j - 1]} {motion}", unit, i, j)
-
-
-def axis_names(level: str, axes: int) -> Sequence[str]:
-    """Names of the axes of a level: x and y, shoulder and elbow, or axis 1, axis 2."""
-    if level == "hand" and axes <= len(AXES):
-        return AXES[:axes]
-    if level == "joint" and axes == len(_JOINTS):
-        return _JOINTS
-    return [f"axis {number}" for number in range(1, axes + 1)]
 
 
 def _of_muscles(symbol: str, rest: str) -> Meaning:
@@ -178,12 +215,12 @@ def _of_muscles(symbol: str, rest: str) -> Meaning:
     return Meaning(f"{what} of {rest.replace('_', ' ')}", UNITS["muscle"][symbol])
 
 
-def _of_ellipse(symbol: str, part: str, level: str, axes: int) -> Meaning:
+def _of_ellipse(symbol: str, part: str, axes: RowAxes) -> Meaning:
     """The size is an area, in three axes a volume."""
-    shape = "ellipsoid" if axes == 3 else "ellipse"
+    shape = "ellipsoid" if axes.count == 3 else "ellipse"
     words = f"{_SYMBOLS[symbol]} {shape}: {part.removesuffix('_deg')}"
-    units = {"size": f"({UNITS[level][symbol]})^{axes}", "orientation_deg": "deg", "shape": "1"}
-    return Meaning(words, units[part])
+    size = f"({UNITS[axes.level][symbol]})^{axes.count}"
+    return Meaning(words, {"size": size, "orientation_deg": "deg", "shape": "1"}[part])
 
 
 def _of_axis(symbol: str, number: str, part: str, level: str) -> Meaning:
@@ -196,16 +233,16 @@ def _of_axis(symbol: str, number: str, part: str, level: str) -> Meaning:
     return Meaning(f"{words}, direction {part}", "1", int(number), along="half_axis")
 
 
-def _numbered(column: str, what: str, number: int, level: str, axes: int) -> Meaning:
+def _numbered(column: str, what: str, number: int, axes: RowAxes) -> Meaning:
     if what == "alpha":
         return Meaning(f"activation of muscle {number}", "1", number, along="muscle")
-    place = level if what in ("position", "force") else "joint"
+    place = axes.level if what in ("position", "force") else "joint"
     if what in ("position", "force") and column.endswith(("_m", "_N")):
         # of the hand, which a row at the joints keeps
         place = "hand"
     elif column.endswith(("_rad", "_Nm")):
         place = "joint"
-    names = AXES if place == "hand" else axis_names(place, axes)
+    names = AXES if place == "hand" else axes.joints
     axis = names[number - 1] if number <= len(names) else f"axis {number}"
     words = {
         "position": f"position {axis}" if place == "hand" else f"angle of {axis}",
@@ -225,7 +262,6 @@ def _numbered(column: str, what: str, number: int, level: str, axes: int) -> Mea
 
 _RANGES: Final = ("ci_low_", "ci_high_", "feasible_low_", "feasible_high_")
 _OWN: Final = ("lower", "upper", "sd")
-_COUNTED: Final = re.compile(r"K_(\d)(\d)")
 
 
 def quantities_of(
@@ -281,12 +317,10 @@ def _of_row(
     beside: dict[str, dict[str, str]],
     described: Mapping[str, Meaning],
 ) -> Iterator[Quantity]:
-    level = row.get("level")
-    level = level if level in ("hand", "joint", "muscle") else "hand"
     named = {name: row.get(name) for name in keys}
     # what the checks said of the data behind the row
     verdict = {"verdict": "warning" if row["warnings"] else "ok"} if "warnings" in row else {}
-    axes = number_of_axes(row)
+    axes = RowAxes.of(row)
     for name in own:
         value = row.get(name)
         if not (value is None or _is_number(value)):
@@ -294,7 +328,7 @@ def _of_row(
         others = {field: number(row.get(column)) for field, column in beside.get(name, {}).items()}
         if number(value) is None and all(other is None for other in others.values()):
             continue
-        means = meaning_of(name, level, axes, described)
+        means = meaning_of(name, axes, described)
         limits = {field: others.pop(field, None) for field in _OWN}
         yield Quantity(
             named,
@@ -307,12 +341,6 @@ def _of_row(
             j=means.j,
             more={**others, **verdict},
         )
-
-
-def number_of_axes(row: Cells) -> int:
-    """The number of axes of a row: the highest number in ``K_ij``."""
-    found = (_COUNTED.fullmatch(name) for name, cell in row.items() if cell is not None)
-    return max((int(match[1]) for match in found if match), default=2)
 
 
 def _is_number(value: Any) -> bool:
@@ -347,7 +375,7 @@ def course_struct(
         Column -> (rows, 1) array, not a number where a cell is empty; texts as cells, or one text
         where all rows have the same. `units` holds those that are known.
     """
-    means = {name: meaning_of(name, "joint", described=described) for name in columns}
+    means = {name: meaning_of(name, described=described) for name in columns}
     units = {name: one.unit for name, one in means.items() if one.unit}
     return {**{n: _vector([row.get(n) for row in rows]) for n in columns}, "units": units}
 

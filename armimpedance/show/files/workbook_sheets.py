@@ -13,7 +13,7 @@ from typing import Any, Final
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.show.files.content import Content, Quantity, of_one_cell
-from armimpedance.show.files.words import meaning_of, number_of_axes
+from armimpedance.show.files.words import RowAxes, meaning_of
 
 # What a cell of a workbook holds: every double in full, every text a text.
 #
@@ -285,9 +285,9 @@ def _columns(content: Content) -> Sheet:
 
 def _told_columns(content: Content) -> Iterator[list[Any]]:
     first: Any = content.rows[0] if content.rows else {}
-    level, axes = first.get("level", "hand"), number_of_axes(first)
+    axes = RowAxes.of(first)
     for name in content.columns:
-        means = meaning_of(name, level, axes, content.described)
+        means = meaning_of(name, axes, content.described)
         yield [name, means.words, means.unit]
 
 

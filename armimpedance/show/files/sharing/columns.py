@@ -16,7 +16,7 @@ from armimpedance.core.motion import WRENCH, MarkerRecording, MotionRecording
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.files.sharing.form import Shared
-from armimpedance.show.files.words import meaning_of
+from armimpedance.show.files.words import RowAxes, meaning_of
 
 Kind = Literal["POS", "JNTANG", "MISC"]
 
@@ -187,7 +187,7 @@ def trial_column(name: str) -> tuple[str, str]:
 
 def result_column(name: str, level: str = "hand") -> tuple[str, str]:
     """What a column of results means, and its unit ("n/a": none or not known)."""
-    meaning = meaning_of(name, level)
+    meaning = meaning_of(name, RowAxes(level))
     return meaning.words, meaning.unit or "n/a"
 
 

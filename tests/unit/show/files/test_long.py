@@ -14,7 +14,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.show.results_csv import results_content
 from armimpedance.show.files.tables import table_content, write_content
-from armimpedance.show.files.words import meaning_of
+from armimpedance.show.files.words import RowAxes, meaning_of
 
 
 @pytest.mark.study
@@ -115,13 +115,20 @@ def test_half_a_character_is_one_line_and_nothing_is_left(tmp_path, ending):
 
 
 def test_a_row_at_the_joints_keeps_the_place_of_the_hand():
-    place, angle = (meaning_of(f"position_1_{unit}", "joint") for unit in ("m", "rad"))
+    place, angle = (meaning_of(f"position_1_{unit}", RowAxes("joint")) for unit in ("m", "rad"))
     assert (place.words, place.unit) == ("position x", "m")
     assert (angle.words, angle.unit) == ("angle of shoulder", "rad")
-    assert meaning_of("force_3_N", "joint", axes=4).words == "force z"
+    assert meaning_of("force_3_N", RowAxes("joint", 4)).words == "force z"
+
+
+def test_joints_that_were_recorded_themselves_are_no_shoulder():
+    wrist = RowAxes.of({"level": "joint", "K_22": 1.0, "position_1_rad": 0.1})
+    assert meaning_of("K_12", wrist).words == "stiffness: joint 1 torque per joint 2 angle"
+    arm = RowAxes.of({"level": "joint", "K_22": 1.0, "q_shoulder_rad": 0.1})
+    assert meaning_of("K_12", arm).words == "stiffness: shoulder torque per elbow angle"
 
 
 def test_the_size_of_an_ellipsoid_is_a_volume():
-    solid = meaning_of("K_size", "hand", axes=3)
+    solid = meaning_of("K_size", RowAxes("hand", 3))
     assert solid.unit == "(N/m)^3"
     assert "ellipsoid" in solid.words
