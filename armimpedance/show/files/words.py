@@ -348,7 +348,7 @@ def _is_number(value: Any) -> bool:
 
 
 def number(value: Any) -> float | None:
-    """A cell as a number; None where it is none or not a number."""
+    """A cell as a number; None of a text, a truth, an empty cell or NaN."""
     if not _is_number(value) or math.isnan(value):
         return None
     return float(value)

@@ -230,7 +230,7 @@ class OperatingPoints(FrozenRecord):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class EmgLaw(FittedResult, FrozenRecord):
-    """The laws of K and, where it was given, of B.
+    """The law of K and, where B was measured, that of B.
 
     Attributes
     ----------
