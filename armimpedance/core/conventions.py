@@ -26,6 +26,10 @@ Kind = Literal["hand", "joint"]
 Imposed = Literal["position", "force", "torque", "both"]
 IMPOSED: Final[tuple[Imposed, ...]] = get_args(Imposed)
 
+#: Names of an arm's joints in the plane; those of an arm in space and others are numbered.
+PLANAR_JOINTS: Final = ("shoulder", "elbow")
+NUMBERED_JOINTS: Final = ("1", "2", "3", "4", "5", "6", "7")
+
 #: Nominal posture of Tsuji (1997), section 3.2: shoulder, elbow (rad).
 NOMINAL_POSTURE_RAD: Final = (1.04, 1.57)
 

@@ -206,11 +206,24 @@ def run(argv: list[str]) -> int:
     129 by SIGHUP, 1 anything else. A command may add its own, documented in its help: `convert`
     has 3.
     """
+    if "_ARGCOMPLETE" in os.environ:
+        return _complete()
     try:
         with stopped_in_order() as asked:
             return _run_call(argv, asked)
     except KeyboardInterrupt as error:  # before or after the command itself
         return _fail("armimpedance", error)
+
+
+def _complete() -> int:
+    """Offer the shell the words that may follow; argcomplete says what was typed and ends here."""
+    try:
+        import argcomplete
+    except ImportError:
+        return 1
+    typed = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))]
+    argcomplete.autocomplete(make_parser(typed.split()[1:]))
+    return 1
 
 
 def _run_call(argv: list[str], asked: AskedToEnd) -> int:

@@ -27,7 +27,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from armimpedance.muscles.show.predictions_verb import JOINTS, NUMBERED
+from armimpedance.core.conventions import NUMBERED_JOINTS, PLANAR_JOINTS
 
 if TYPE_CHECKING:
     from armimpedance.muscles.models import HandPrediction, JointPrediction
@@ -47,7 +47,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_figure(parser, "K and B of every row, what is extrapolated set apart")
     parser.add_argument("--to", choices=("joint", "hand", *_TABLES), default="joint")
     parser.add_argument(
-        "--joint", choices=(*JOINTS, *NUMBERED), help="--to moment-arms: of this joint alone"
+        "--joint",
+        choices=(*PLANAR_JOINTS, *NUMBERED_JOINTS),
+        help="--to moment-arms: of this joint alone",
     )
     parser.add_argument(
         "--recording", type=Path, metavar="RECORDING", help="--to hand: whose arm's lengths"

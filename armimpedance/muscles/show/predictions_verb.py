@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import NUMBERED_JOINTS, PLANAR_JOINTS
 from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.hand.levels import Elbow, Whose, arm_of_whose, moving_joints
@@ -147,9 +148,6 @@ def _activations(given: ArrayLike | PathLike | None, model: Any) -> FloatArray |
 
 # Moment arms over posture and muscles' stiffness over activation, as `predict` writes them.
 
-JOINTS = ("shoulder", "elbow")
-#: Joints of an arm in space and others are numbered.
-NUMBERED = ("1", "2", "3", "4", "5", "6", "7")
 #: An angle this far beyond the range is still inside (rounding in a file).
 _EDGE_RAD = 1e-6
 
@@ -180,7 +178,7 @@ def moment_arm_rows(args: argparse.Namespace) -> tuple[list[dict[str, Any]], int
     q = read_postures(args.postures)
     muscles, lengthening, limits = _moment_arms(args.model, q)
     n = q.shape[1]
-    joints = JOINTS if n == len(JOINTS) else NUMBERED[:n]
+    joints = PLANAR_JOINTS if n == len(PLANAR_JOINTS) else NUMBERED_JOINTS[:n]
     if args.joint is not None and args.joint not in joints:
         problem = f"--joint {args.joint} of an arm of {n} joints"
         raise InputError(problem, expected=" or ".join(joints))

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.core.conventions import AXES, FORCE_UNIT, MATRICES, UNITS
+from armimpedance.core.conventions import AXES, FORCE_UNIT, MATRICES, PLANAR_JOINTS, UNITS
 from armimpedance.core.described import BESIDE, Column, Meaning, meaning_in, meanings, split_beside
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.show.files.content import Cells, Quantity
@@ -90,7 +90,6 @@ _MOTION: Final = {
     "hand": ("force", ("displacement", "velocity", "acceleration")),
     "joint": ("torque", ("angle", "velocity", "acceleration")),
 }
-_JOINTS: Final = ("shoulder", "elbow")
 _PLACES: Final = re.compile(r"(q)_(shoulder|elbow)_rad|(shoulder)_([xyz])_m")
 
 
@@ -128,8 +127,8 @@ class RowAxes:
     @property
     def joints(self) -> Sequence[str]:
         """Names of the joints."""
-        if self.arm and self.count == len(_JOINTS):
-            return _JOINTS
+        if self.arm and self.count == len(PLANAR_JOINTS):
+            return PLANAR_JOINTS
         return self._numbered("axis" if self.arm else "joint")
 
     def _numbered(self, what: str) -> list[str]:

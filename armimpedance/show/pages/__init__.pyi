@@ -1,6 +1,5 @@
 from .asked import (
     NAMED as NAMED,
-    TOPICS as TOPICS,
     Asked as Asked,
     Topic as Topic,
     page_from as page_from,
@@ -38,3 +37,4 @@ from .page import (
 )
 from .pictures import picture as picture
 from .rendering import write_html as write_html, write_page as write_page
+from .topics import TOPICS as TOPICS

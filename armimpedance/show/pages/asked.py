@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 from armimpedance.core.findings import Finding
-from armimpedance.core.method_table import FoundTable
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
@@ -281,7 +280,3 @@ class Topic:
 
     what: str
     page_of: Callable[[Asked], Page]
-
-
-#: A topic's page is a file `<topic>_page.py` among its forms, with the record `TOPIC`.
-TOPICS: Final[FoundTable[Topic]] = FoundTable("armimpedance", "_page", "TOPIC", "topic")

@@ -18,9 +18,9 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.ellipses import Which
 from armimpedance.hand.show.options import add_by, add_force_by
 from armimpedance.hand.still import METHODS
 from armimpedance.show.command.options import add_despite
@@ -34,6 +34,9 @@ from armimpedance.show.command.outputs import (
     check_outputs,
     write_result,
 )
+
+if TYPE_CHECKING:
+    from armimpedance.hand.ellipses import Which
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

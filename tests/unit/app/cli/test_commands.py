@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -307,3 +310,26 @@ def test_despite_writes_rows_that_are_marked(copy, tmp_path, capsys):
     capsys.readouterr()
     assert "despite force sign" in pd.read_csv(out)["warnings"].iloc[0]
     assert "no check 'sign'" in refused(capsys, "estimate", copy, "--despite", "sign")
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("armimpedance es", {"estimate"}),
+        ("armimpedance passive --cut", {"--cutoff-hz"}),
+        ("armimpedance passive --style ", {"print", "talk"}),
+    ],
+)
+def test_the_shell_is_offered_what_may_follow(typed, offered, tmp_path):
+    asked = {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_IFS": "\n",
+        "_ARGCOMPLETE_SHELL": "bash",
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "words"),
+        "COMP_LINE": typed,
+        "COMP_POINT": str(len(typed)),
+        "COMP_TYPE": "9",
+    }
+    done = subprocess.run([sys.executable, "-m", "armimpedance"], env={**os.environ, **asked})
+    assert done.returncode == 0
+    assert {word.strip() for word in (tmp_path / "words").read_text().split("\n")} == offered
