@@ -6,11 +6,10 @@ import hashlib
 import json
 import sys
 from functools import cache
-from importlib import metadata
-from importlib.metadata import version
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
+
+# importlib.metadata reads mails: no --help waits for it
 
 #: Packages whose versions may change the last bits.
 _COUNTING: Final = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pin", "cvxpy", "altair")
@@ -32,6 +31,8 @@ def of_program(*packages: str) -> str:
 
     `*packages`: default: the toolkit alone.
     """
+    from importlib import metadata
+
     own = [(name, *one) for name in packages or ("armimpedance",) for one in _files(name)]
     versions = [(name, metadata.version(name)) for name in _COUNTING]
     return of_words(own, versions, list(sys.version_info[:3]))
@@ -39,6 +40,8 @@ def of_program(*packages: str) -> str:
 
 def _files(package: str) -> list[tuple[str, str]]:
     """Every file of a package, and what it holds."""
+    from importlib.util import find_spec
+
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         return []
@@ -51,4 +54,6 @@ def _files(package: str) -> list[tuple[str, str]]:
 
 def software() -> str:
     """The program and its version, as a paper names it."""
+    from importlib.metadata import version
+
     return f"armimpedance {version('armimpedance')}"

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.outputs import check_file_replaceable, check_replaceable
 from armimpedance.show.files import ENDINGS
 
 if TYPE_CHECKING:
@@ -103,6 +102,8 @@ def check_folder(
     Raises InputError: a file of that name, a folder that is no earlier output, or one without leave
     to replace it.
     """
+    from armimpedance.core.outputs import check_replaceable
+
     check_replaceable(path, mark, tuple(known))
     if path.exists() and not replace and any(path.iterdir()):
         raise InputError("exists already", file=path, expected="a new folder, or --replace")
@@ -146,6 +147,8 @@ def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
 
 
 def _check_place(path: Path, endings: tuple[str, ...]) -> None:
+    from armimpedance.core.outputs import check_file_replaceable
+
     if path.suffix not in endings:
         what = "not a figure's name" if endings == FIGURE else f"no ending {path.suffix!r} here"
         raise InputError(what, file=path, expected=f"one that ends in {listed(endings)}")
