@@ -160,17 +160,20 @@ def meaning_of(
     Meaning
         Without a unit where nothing describes the column.
     """
-    level = axes.level
     if own := meaning_in(described, column):
         return own
     base, beside = split_beside(column)
     if beside is not None:
         return beside.of(meaning_of(base, axes, described))
     if column == "residual_sd":
-        return Meaning(_OF_A_ROW[column].words, FORCE_UNIT.get(level, ""))
-    if column in _OF_A_ROW:
-        return _OF_A_ROW[column]
-    if level == "muscle" and (found := _OF_MUSCLES.fullmatch(column)):
+        return Meaning(_OF_A_ROW[column].words, FORCE_UNIT.get(axes.level, ""))
+    plain = Meaning(column.replace("_", " "))
+    return _OF_A_ROW.get(column) or _of_a_matrix(column, axes) or _of_a_place(column, axes) or plain
+
+
+def _of_a_matrix(column: str, axes: RowAxes) -> Meaning | None:
+    """An element, an ellipse or a sum over muscles; None: it is none of these."""
+    if axes.level == "muscle" and (found := _OF_MUSCLES.fullmatch(column)):
         return _of_muscles(found[1], found[2])
     element = _ELEMENT.fullmatch(column)
     if element and element[1] in _NAMED:
@@ -178,16 +181,21 @@ def meaning_of(
     if found := _OF_ELLIPSE.fullmatch(column):
         return _of_ellipse(found[1], found[2], axes)
     if found := _OF_AXIS.fullmatch(column):
-        return _of_axis(found[1], found[2], found[3] or "", level)
+        return _of_axis(found[1], found[2], found[3] or "", axes.level)
     if (symbol := column.removesuffix("_antisymmetric")) in _SYMBOLS and symbol != column:
         words = f"antisymmetric part of the {_SYMBOLS[symbol]}"
-        return Meaning(words, UNITS[level][symbol])
+        return Meaning(words, UNITS[axes.level][symbol])
+    return None
+
+
+def _of_a_place(column: str, axes: RowAxes) -> Meaning | None:
+    """A position, a force, an angle, a torque or an activation; None: it is none of these."""
     if found := _NUMBERED.fullmatch(column):
         return _numbered(column, found[1], int(found[2]), axes)
     if found := _PLACES.fullmatch(column):
         words = f"angle of {found[2]}" if found[1] else f"place of the shoulder: {found[4]}"
         return Meaning(words, "rad" if found[1] else "m")
-    return Meaning(column.replace("_", " "))
+    return None
 
 
 def _element(symbol: str, i: int, j: int, axes: RowAxes) -> Meaning:
