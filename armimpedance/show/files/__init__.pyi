@@ -9,6 +9,7 @@ from .content import (
 )
 from .endings import ENDINGS as ENDINGS
 from .fit_json import FIT_COLUMNS as FIT_COLUMNS, read_parameter as read_parameter
+from .matlab import course_struct as course_struct
 from .table_row import (
     TableRow as TableRow,
     read_left_out as read_left_out,
@@ -22,7 +23,6 @@ from .tables import (
 from .words import (
     IMPEDANCE_COLUMNS as IMPEDANCE_COLUMNS,
     QUALITY_COLUMNS as QUALITY_COLUMNS,
-    course_struct as course_struct,
     meaning_of as meaning_of,
     number as number,
     quantities_of as quantities_of,

@@ -13,7 +13,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from armimpedance.core.described import Meaning
 from armimpedance.show.files.content import Cells, Content, of_one_cell
+from armimpedance.show.files.words import meaning_of
 
 #: Words of MATLAB and Octave that cannot name a field's dot access everywhere.
 _WORDS: Final = frozenset(
@@ -178,3 +180,38 @@ def _struct(columns: Any, row: Cells, units: dict[str, str]) -> dict[str, Any]:
     numbers = {n: float("nan") if c is None else c for n, c in cells.items() if n not in keys}
     numbers = {n: c for n, c in numbers.items() if n not in lists}
     return {"keys": keys, **numbers, **({"units": units} if units else {}), **lists}
+
+
+# A course over time as MATLAB has it: one struct with a vector a column, not a struct a sample.
+
+
+def course_struct(
+    columns: Sequence[str], rows: Sequence[Cells], described: Mapping[str, Meaning]
+) -> dict[str, Any]:
+    """The columns of a table as vectors, with their units.
+
+    Parameters
+    ----------
+    columns : sequence of str
+    rows : sequence of mappings
+    described : mapping
+        What the columns are.
+
+    Returns
+    -------
+    dict
+        Column -> (rows, 1) array, not a number where a cell is empty; texts as cells, or one text
+        where all rows have the same. `units` holds those that are known.
+    """
+    means = {name: meaning_of(name, described=described) for name in columns}
+    units = {name: one.unit for name, one in means.items() if one.unit}
+    return {**{n: _vector([row.get(n) for row in rows]) for n in columns}, "units": units}
+
+
+def _vector(cells: Sequence[Any]) -> Any:
+    if any(isinstance(cell, str) for cell in cells):
+        texts = tuple("" if cell is None else str(cell) for cell in cells)
+        return texts[0] if len(set(texts)) == 1 else texts
+    if cells and all(isinstance(cell, (bool, np.bool_)) for cell in cells):
+        return np.array(cells, dtype=bool)[:, None]
+    return np.array([np.nan if cell is None else cell for cell in cells], dtype=float)[:, None]

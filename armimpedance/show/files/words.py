@@ -11,11 +11,10 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Final
-
-import numpy as np
 
 from armimpedance.core.conventions import AXES, FORCE_UNIT, MATRICES, PLANAR_JOINTS, UNITS
 from armimpedance.core.described import BESIDE, Column, Meaning, meaning_in, meanings, split_beside
@@ -165,6 +164,12 @@ def meaning_of(
     base, beside = split_beside(column)
     if beside is not None:
         return beside.of(meaning_of(base, axes, described))
+    return _of_impedance(column, axes)
+
+
+@lru_cache(maxsize=4096)
+def _of_impedance(column: str, axes: RowAxes) -> Meaning:
+    """Kept, for each row of a table asks for the same columns."""
     if column == "residual_sd":
         return Meaning(_OF_A_ROW[column].words, FORCE_UNIT.get(axes.level, ""))
     plain = Meaning(column.replace("_", " "))
@@ -359,38 +364,3 @@ def number(value: Any) -> float | None:
     if not _is_number(value) or math.isnan(value):
         return None
     return float(value)
-
-
-# A course over time as MATLAB has it: one struct with a vector a column, not a struct a sample.
-
-
-def course_struct(
-    columns: Sequence[str], rows: Sequence[Cells], described: Mapping[str, Meaning]
-) -> dict[str, Any]:
-    """The columns of a table as vectors, with their units.
-
-    Parameters
-    ----------
-    columns : sequence of str
-    rows : sequence of mappings
-    described : mapping
-        What the columns are.
-
-    Returns
-    -------
-    dict
-        Column -> (rows, 1) array, not a number where a cell is empty; texts as cells, or one text
-        where all rows have the same. `units` holds those that are known.
-    """
-    means = {name: meaning_of(name, described=described) for name in columns}
-    units = {name: one.unit for name, one in means.items() if one.unit}
-    return {**{n: _vector([row.get(n) for row in rows]) for n in columns}, "units": units}
-
-
-def _vector(cells: Sequence[Any]) -> Any:
-    if any(isinstance(cell, str) for cell in cells):
-        texts = tuple("" if cell is None else str(cell) for cell in cells)
-        return texts[0] if len(set(texts)) == 1 else texts
-    if cells and all(isinstance(cell, (bool, np.bool_)) for cell in cells):
-        return np.array(cells, dtype=bool)[:, None]
-    return np.array([np.nan if cell is None else cell for cell in cells], dtype=float)[:, None]

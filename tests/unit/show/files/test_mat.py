@@ -14,9 +14,8 @@ from armimpedance.core.conventions import UNITS
 from armimpedance.core.described import Meaning
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.show.quantities import half_widths
-from armimpedance.show.files.matlab import Names
+from armimpedance.show.files.matlab import Names, course_struct
 from armimpedance.show.files.tables import table_content, write_content
-from armimpedance.show.files.words import course_struct
 
 VALID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 
