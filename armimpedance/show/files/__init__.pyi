@@ -8,7 +8,7 @@ from .content import (
     shared_steps as shared_steps,
 )
 from .endings import ENDINGS as ENDINGS
-from .fit_json import FIT_COLUMNS as FIT_COLUMNS, read_parameter as read_parameter
+from .fit_json import read_parameter as read_parameter
 from .matlab import course_struct as course_struct
 from .table_row import (
     TableRow as TableRow,

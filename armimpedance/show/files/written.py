@@ -19,7 +19,18 @@ if TYPE_CHECKING:
 
 
 class WrittenResult:
-    """A result whose `content` is what its files hold."""
+    """A result whose `content` is what its files hold.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from armimpedance.show.files import WrittenResult
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> hand = ai.estimate(session)
+    >>> isinstance(hand, WrittenResult)
+    True
+    """
 
     #: What the columns of its table are, beside those of an impedance.
     DESCRIBED: ClassVar[Mapping[str, Meaning]] = {}
@@ -64,7 +75,15 @@ class WrittenResult:
 
 
 class FittedResult(WrittenResult):
-    """A result that is a list of fitted numbers; its file is FIT.json, or a row a number."""
+    """A result that is a list of fitted numbers; its file is FIT.json, or a row a number.
+
+    Examples
+    --------
+    >>> from armimpedance.joint.relaxed import PassiveFits
+    >>> from armimpedance.show.files import FittedResult
+    >>> issubclass(PassiveFits, FittedResult), PassiveFits.MEANINGS["h"].words
+    (True, 'viscosity')
+    """
 
     DESCRIBED = meanings(FIT_COLUMNS)
     #: What the numbers are, by their names; ``{}`` in a name stands for a muscle or a segment.
