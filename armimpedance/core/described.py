@@ -24,6 +24,7 @@ class Meaning:
     `unit`: "1" for a pure number, "" of a text or where another column holds the unit.
     `i`, `j`: row and column in its matrix, or number in its list, from 1.
     `along`: what such a list counts, such as "muscle".
+    `whole`: what the matrix or the list is; "": a number by itself.
     """
 
     words: str
@@ -31,6 +32,7 @@ class Meaning:
     i: int | None = None
     j: int | None = None
     along: str = "axis"
+    whole: str = ""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ class Beside:
     def of(self, means: Meaning) -> Meaning:
         """What it is, of such a number."""
         unit = "1" if self.pure else means.unit
-        return replace(means, words=f"{self.words}: {means.words}", unit=unit)
+        whole = means.whole and f"{self.words}: {means.whole}"
+        return replace(means, words=f"{self.words}: {means.words}", unit=unit, whole=whole)
 
 
 #: Beginning of the name -> what such a column is of the number.

@@ -16,9 +16,10 @@ import pandas as pd
 import pytest
 
 import armimpedance as ai
-from armimpedance.core.described import meaning_in, meanings
+from armimpedance.core.described import Meaning, meaning_in, meanings
 from armimpedance.joint.therapy.share.result import CONTRIBUTION
 from armimpedance.joint.therapy.show.contributions import SAMPLES
+from armimpedance.numerics.regression import Derived, with_derived
 from armimpedance.show.files.words import RowAxes, meaning_of
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.elbow import simulate_bench, simulate_elbow
@@ -32,6 +33,10 @@ ROOT = Path(__file__).resolve().parents[2]
 def session():
     conditions = ["cocontraction_10", "cocontraction_20"]
     return simulate("cocontraction", seed=1, sets=1, conditions=conditions)[0]
+
+
+def _two_sets():
+    return simulate("cocontraction", seed=1, sets=2, conditions=["cocontraction_10"])[0]
 
 
 @cache
@@ -125,7 +130,7 @@ def test_labelled_arrays_hold_the_table(name):
         for c in _numbers(one.content)
         if row.get(c) is not None and np.isfinite(row[c])
     ]
-    assert held >= len(numbers) > 0
+    assert held == len(numbers) > 0
 
 
 def test_a_matrix_is_one_array_with_its_unit():
@@ -137,6 +142,32 @@ def test_a_matrix_is_one_array_with_its_unit():
     assert arrays["K"].sel(row="cocontraction_10", i="x", j="y") == hand[0].stiffness[0, 1]
     assert result("joint").to_xarray()["K"].attrs["units"] == "N m/rad"
     assert list(arrays["position_m"].axis.values) == ["x", "y"]
+
+
+def test_only_what_names_a_row_is_its_index():
+    arrays = ai.estimate(session(), by=("condition", "set")).to_xarray()
+    assert list(arrays["row"].values) == list(arrays["condition"].values)
+    # one condition in two sets: the set names a row, its provenance does not
+    again = ai.estimate(_two_sets(), by=("condition", "set")).to_xarray()
+    assert list(again["row"].values) == list(again["set"].values)
+    assert again["K"].attrs["long_name"] == "stiffness"
+    assert again["ci_low_K"].attrs["long_name"] == "lower 95 % limit: stiffness"
+
+
+def test_classical_errors_of_what_follows_go_the_same_way():
+    fit = result("passive")[0].parameters
+    lag = {"lag": Derived(Meaning("time constant", "s"), lambda p: p["h"] / p["k"])}
+    every = with_derived(fit, lag)
+    at = [every.names.index(name) for name in ("k", "h", "lag")]
+    k, h = fit["k"].value, fit["h"].value
+    slope = np.array([-h / k**2, 1 / k])
+    for own, made in (
+        (fit.covariance, every.covariance),
+        (fit.plain_covariance, every.plain_covariance),
+    ):
+        C = own[np.ix_(at[:2], at[:2])]
+        np.testing.assert_allclose(made[at[2], at[2]], slope @ C @ slope, rtol=1e-6)
+        np.testing.assert_allclose(made[np.ix_(at[:2], at[:2])], C, rtol=1e-6)
 
 
 def test_columns_of_therapy_are_described():

@@ -303,7 +303,7 @@ def with_derived(parameters: Parameters, derived: Mapping[str, Derived]) -> Para
     Returns
     -------
     Parameters
-        The classical errors of what follows are left at the robust ones.
+        Robust and classical covariance go the same way, by the delta method.
 
     Raises
     ------
@@ -319,11 +319,12 @@ def with_derived(parameters: Parameters, derived: Mapping[str, Derived]) -> Para
         return [*x, *(one.function(named) for one in derived.values())]
 
     units = (*parameters.units, *(one.means.unit for one in derived.values()))
-    every = parameters.transform(function, (*own, *derived), units)
-    plain = every.covariance.copy()
-    p = len(own)
-    plain[:p, :p] = np.diag(parameters.plain_sd**2)
-    return replace(every, plain_covariance=plain, notes=parameters.notes)
+    names, plain = (*own, *derived), parameters.plain_covariance
+    every = replace(parameters.transform(function, names, units), notes=parameters.notes)
+    if plain is None:
+        return every
+    classical = replace(parameters, covariance=plain).transform(function, names, units)
+    return replace(every, plain_covariance=classical.covariance)
 
 
 # What tables and files hold of a parameter, each number described once.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,13 +15,15 @@ from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError, needed
 from armimpedance.core.program import software
 from armimpedance.show.files.content import Cells, Content
-from armimpedance.show.files.words import RowAxes, meaning_of
+from armimpedance.show.files.words import IMPEDANCE_COLUMNS, RowAxes, meaning_of
 
 if TYPE_CHECKING:
     import xarray
 
 #: Arrays that a table holds as text, which no array of numbers can hold.
 _AS_TEXT: Final = ("covariance", "shared_errors")
+#: Keys that say how a row was made, not which it is.
+_OF_THE_ESTIMATE: Final = frozenset(column.name for column in IMPEDANCE_COLUMNS)
 #: The dimension of the rows.
 ROW: Final = "row"
 
@@ -46,7 +49,8 @@ def dataset_of(content: Content) -> xarray.Dataset:
     Returns
     -------
     xarray.Dataset
-        Dimension ``row``, with the columns that name a row as coordinates; ``i`` and ``j`` of
+        Dimension ``row``, with the columns that name a row as coordinates, the first of them that
+        does so by itself as its index; ``i`` and ``j`` of
         matrices, ``axis``, ``joint``, ``muscle`` of lists. Each array has its `units` and its
         `long_name`; errors and limits are arrays beside it: ``K``, ``sd_K``, ``ci_low_K``.
 
@@ -60,20 +64,30 @@ def dataset_of(content: Content) -> xarray.Dataset:
     arrays: dict[str, list[_Place]] = {}
     for place in _places(content, axes):
         arrays.setdefault(place.array, []).append(place)
-    named, texts, data = [], {}, {}
+    texts: dict[str, tuple[str, list[Any]]] = {}
+    data: dict[str, tuple[Any, ...]] = {}
     for name, places in arrays.items():
         cells = [[row.get(place.column) for row in content.rows] for place in places]
         if any(isinstance(cell, str) for cell in cells[0]) or name in content.keys:
             texts[name] = (ROW, _texts(cells[0]))
-            named += [name] if len(set(cells[0])) == len(cells[0]) else []
         else:
             data[name] = _array(places, cells)
     dims = {dim for place in arrays.values() for dim in place[0].dims}
     steps = {dim: list(axes.names) for dim in dims & {"i", "j"}}
     # places and forces of the hand, also of one that is described at its joints
     steps |= {dim: list(AXES[: _size(dim, data)]) for dim in dims & {"axis"}}
-    index = {ROW: texts[named[0]][1]} if named else {}
+    index = dict(islice(_indexes(content, texts), 1))
     return xr.Dataset(data, {**texts, **steps, **index}, {"source": software()})
+
+
+def _indexes(
+    content: Content, texts: Mapping[str, tuple[str, list[Any]]]
+) -> Iterator[tuple[str, list[Any]]]:
+    """Columns that name each row by themselves: of a group's, else the first of the table."""
+    for name in content.keys or content.columns[:1]:
+        cells = texts[name][1] if name in texts else []
+        if name not in _OF_THE_ESTIMATE and len(set(cells)) == len(content.rows):
+            yield ROW, cells
 
 
 def _size(dim: str, data: Mapping[str, tuple[Any, ...]]) -> int:
@@ -117,9 +131,8 @@ def _array(places: Sequence[_Place], cells: Sequence[Sequence[Any]]) -> tuple[An
 
 
 def _attributes(place: _Place) -> dict[str, str]:
-    words = place.means.words if not place.at else re.sub(r":? [^:]*$", "", place.means.words)
     unit = {"units": place.means.unit} if place.means.unit else {}
-    return {"long_name": words or place.array, **unit}
+    return {"long_name": place.means.whole or place.means.words, **unit}
 
 
 def _texts(cells: Sequence[Any]) -> list[Any]:

@@ -210,8 +210,9 @@ def _element(symbol: str, i: int, j: int, axes: RowAxes) -> Meaning:
     motion = motions[dict(MATRICES.values())[matrix]]
     names = axes.names
     if max(i, j) > len(names):
-        return Meaning(f"{words} {i}, {j}", unit, i, j)
-    return Meaning(f"{words}: {names[i - 1]} {force} per {names[j - 1]} {motion}", unit, i, j)
+        return Meaning(f"{words} {i}, {j}", unit, i, j, whole=words)
+    named = f"{words}: {names[i - 1]} {force} per {names[j - 1]} {motion}"
+    return Meaning(named, unit, i, j, whole=words)
 
 
 def _of_muscles(symbol: str, rest: str) -> Meaning:
@@ -237,17 +238,19 @@ def _of_ellipse(symbol: str, part: str, axes: RowAxes) -> Meaning:
 
 def _of_axis(symbol: str, number: str, part: str, level: str) -> Meaning:
     """A half-axis of an ellipsoid, a component of its direction, or how far that may turn."""
-    words = f"{_SYMBOLS[symbol]} ellipsoid: half-axis {number}"
-    if not part:
-        return Meaning(words, UNITS[level][symbol], int(number), along="half_axis")
-    if part == "turn_deg":
-        return Meaning(f"{words}, how far it may turn", "deg", int(number), along="half_axis")
-    return Meaning(f"{words}, direction {part}", "1", int(number), along="half_axis")
+    own = f"{_SYMBOLS[symbol]} ellipsoid: half-axis"
+    more, unit = {
+        "": ("", UNITS[level][symbol]),
+        "turn_deg": (", how far it may turn", "deg"),
+    }.get(part, (f", direction {part}", "1"))
+    words, whole = f"{own} {number}{more}", f"{own}{more}"
+    return Meaning(words, unit, int(number), along="half_axis", whole=whole)
 
 
 def _numbered(column: str, what: str, number: int, axes: RowAxes) -> Meaning:
     if what == "alpha":
-        return Meaning(f"activation of muscle {number}", "1", number, along="muscle")
+        words = f"activation of muscle {number}"
+        return Meaning(words, "1", number, along="muscle", whole="activation")
     place = axes.level if what in ("position", "force") else "joint"
     if what in ("position", "force") and column.endswith(("_m", "_N")):
         # of the hand, which a row at the joints keeps
@@ -256,15 +259,11 @@ def _numbered(column: str, what: str, number: int, axes: RowAxes) -> Meaning:
         place = "joint"
     names = AXES if place == "hand" else axes.joints
     axis = names[number - 1] if number <= len(names) else f"axis {number}"
-    words = {
-        "position": f"position {axis}" if place == "hand" else f"angle of {axis}",
-        "force": f"force {axis}" if place == "hand" else f"torque of {axis}",
-        "torque": f"torque of {axis}",
-        "q": f"angle of {axis}",
-    }
-    ending = column.rpartition("_")[2]
-    along = "axis" if place == "hand" else "joint"
-    return Meaning(words[what], _UNITS_OF_PLACES.get(ending, ""), number, along=along)
+    at_hand = place == "hand"
+    whole = what if at_hand else {"position": "angle", "q": "angle"}.get(what, "torque")
+    words = f"{whole} {axis}" if at_hand else f"{whole} of {axis}"
+    unit = _UNITS_OF_PLACES.get(column.rpartition("_")[2], "")
+    return Meaning(words, unit, number, along="axis" if at_hand else "joint", whole=whole)
 
 
 # From one row a group to one row a quantity, by the names of the columns.
