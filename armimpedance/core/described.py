@@ -95,6 +95,18 @@ class Column(Generic[R]):
         return getattr(record, self.name) if self.value is None else self.value(record)
 
 
+def beside(
+    before: str, column: Column[R], value: Callable[[R], Any], *, name: str = ""
+) -> Column[R]:
+    """A column beside another: its standard error, a limit.
+
+    `before`: a beginning of `BESIDE`.
+    `name`: without it that of the other column.
+    """
+    means = BESIDE[before].of(Meaning(column.words, column.unit))
+    return Column(before + (name or column.name), means.words, means.unit, value)
+
+
 def cells(columns: Iterable[Column[R]], record: R) -> dict[str, Any]:
     """The row of a record, its cells by the names of the columns."""
     taken = ((column, column.of(record)) for column in columns)

@@ -9,8 +9,6 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-# importlib.metadata reads mails: no --help waits for it
-
 #: Packages whose versions may change the last bits.
 _COUNTING: Final = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pin", "cvxpy", "altair")
 
@@ -31,7 +29,7 @@ def of_program(*packages: str) -> str:
 
     `*packages`: default: the toolkit alone.
     """
-    from importlib import metadata
+    from importlib import metadata  # slow: no --help waits for it
 
     own = [(name, *one) for name in packages or ("armimpedance",) for one in _files(name)]
     versions = [(name, metadata.version(name)) for name in _COUNTING]

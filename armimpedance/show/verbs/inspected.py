@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.described import Meaning
 from armimpedance.core.findings import Finding
-from armimpedance.show.files import Content, Quantity, number, table_content
+from armimpedance.show.files import Content, Quantity, WrittenResult, number, table_content
 from armimpedance.show.text import counted
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Fact:
 
 
 @dataclass(frozen=True, repr=False)
-class Inspection(FrozenRecord):
+class Inspection(WrittenResult, FrozenRecord):
     """The findings of `inspect`.
 
     Attributes
@@ -62,6 +62,8 @@ class Inspection(FrozenRecord):
     >>> looked.usable
     True
     """
+
+    DESCRIBED = INSPECTED
 
     contents: str
     checks: tuple[Finding, ...]
@@ -114,7 +116,7 @@ class Inspection(FrozenRecord):
             rows,
             COLUMNS,
             keys=("kind", "name"),
-            described=INSPECTED,
+            described=self.DESCRIBED,
             quantities=lambda: [
                 Quantity({"kind": "fact"}, one.name, one.name, value, unit=one.unit or "1")
                 for one in self.facts

@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import MATRICES, UNITS, element_names, group_name
-from armimpedance.core.described import Column, cells
+from armimpedance.core.described import Column, beside, cells
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.levels import symmetric_part
@@ -177,42 +177,28 @@ def _share_columns(
     name: str, words: str, share: Callable[[ReflexVerdict], Share]
 ) -> tuple[Column[ReflexVerdict], ...]:
     """A part of K with its limits."""
+    part: Column[ReflexVerdict] = Column(
+        f"{name}_percent", words, "%", lambda v: 100 * share(v).value
+    )
     return (
-        Column(f"{name}_percent", words, "%", lambda v: 100 * share(v).value),
-        Column(
-            f"ci_low_{name}_percent",
-            f"lower 95 % limit: {words}",
-            "%",
-            lambda v: 100 * share(v).low,
-        ),
-        Column(
-            f"ci_high_{name}_percent",
-            f"upper 95 % limit: {words}",
-            "%",
-            lambda v: 100 * share(v).high,
-        ),
+        part,
+        beside("ci_low_", part, lambda v: 100 * share(v).low),
+        beside("ci_high_", part, lambda v: 100 * share(v).high),
     )
 
 
+_DELAY: Final[Column[ReflexVerdict]] = Column(
+    "delay_ms", "delay of the reflex", "ms", lambda v: 1e3 * v.delay_s
+)
 #: A row of ``armimpedance reflex --out`` after the group's columns; K, R and K_without follow.
 VERDICT: Final[tuple[Column[ReflexVerdict], ...]] = (
     Column("n_trials", "number of trials", "1"),
     Column("outcome", "whether a reflex stands in the stiffness"),
     Column("verdict", "the same in words", value=headline),
     Column("p", "p value of no reflex", "1", lambda v: v.p_value),
-    Column("delay_ms", "delay of the reflex", "ms", lambda v: 1e3 * v.delay_s),
-    Column(
-        "ci_low_delay_ms",
-        "lower 95 % limit: delay of the reflex",
-        "ms",
-        lambda v: 1e3 * v.delay_low_s,
-    ),
-    Column(
-        "ci_high_delay_ms",
-        "upper 95 % limit: delay of the reflex",
-        "ms",
-        lambda v: 1e3 * v.delay_high_s,
-    ),
+    _DELAY,
+    beside("ci_low_", _DELAY, lambda v: 1e3 * v.delay_low_s),
+    beside("ci_high_", _DELAY, lambda v: 1e3 * v.delay_high_s),
     Column("delay_scanned", "whether the delay was searched", value=lambda v: v.scanned),
     Column(
         "visible_percent", "smallest reflex that would be seen, part of K", "%", _visible_percent

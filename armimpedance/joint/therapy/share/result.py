@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
-from armimpedance.core.described import Column, cells
+from armimpedance.core.described import Column, beside, cells
 from armimpedance.core.json_text import finite
 from armimpedance.joint.therapy.share.error_law import PARTS, VarianceShares
 
@@ -131,13 +131,12 @@ def _of_metric(name: str, words: str) -> tuple[Column[Contribution], ...]:
     def of(part: Callable[[Metric], Any]) -> Callable[[Contribution], Any]:
         return lambda one: part(getattr(one, name))
 
+    percent = Column(f"{name}_percent", words, "%", of(lambda m: m.percent))
     return (
-        Column(f"{name}_percent", words, "%", of(lambda m: m.percent)),
-        Column(f"sd_{name}", f"standard error: {words}", "%", of(lambda m: m.sd)),
-        Column(f"ci_low_{name}", f"lower 95 % limit: {words}", "%", of(lambda m: float(m.ci95[0]))),
-        Column(
-            f"ci_high_{name}", f"upper 95 % limit: {words}", "%", of(lambda m: float(m.ci95[1]))
-        ),
+        percent,
+        beside("sd_", percent, of(lambda m: m.sd), name=name),
+        beside("ci_low_", percent, of(lambda m: float(m.ci95[0])), name=name),
+        beside("ci_high_", percent, of(lambda m: float(m.ci95[1])), name=name),
         Column(f"{name}_valid", f"whether it can be told: {words}", value=of(lambda m: m.valid)),
     )
 
@@ -155,6 +154,12 @@ def _of_variance(part: str) -> Column[Contribution]:
     )
 
 
+_REFERENCE: Final[Column[Contribution]] = Column(
+    "reference_percent",
+    "contribution against passive repetitions (19)",
+    "%",
+    _of_reference("percent"),
+)
 #: The columns of RESULT.csv.
 CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
     Column("trial", "number of the trial"),
@@ -180,18 +185,8 @@ CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
         "%",
         lambda one: one.ratio_all_percent,
     ),
-    Column(
-        "reference_percent",
-        "contribution against passive repetitions (19)",
-        "%",
-        _of_reference("percent"),
-    ),
-    Column(
-        "sd_reference",
-        "standard error: contribution against passive repetitions (19)",
-        "%",
-        _of_reference("sd"),
-    ),
+    _REFERENCE,
+    beside("sd_", _REFERENCE, _of_reference("sd"), name="reference"),
     Column("reference_valid", "whether there is a reference (19), and it can be told"),
     Column("mean_support_Nm", "mean support by the robot (18)", "N m"),
     Column("mean_arm_Nm", "mean torque that the passive arm needs", "N m"),
