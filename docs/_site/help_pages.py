@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 from collections.abc import Iterator
 
 from command_runs import KEPT
 from rst import code, directive, title, toctree
 
-from armimpedance.app.cli.main import COMMANDS, make_parser
+from armimpedance.app.cli.main import COMMANDS, PLACES, make_parser
+from armimpedance.show.verbs.options import Verb
 
 #: Above the examples.
 WHOSE = "On simulated people, when this site was built.\n"
@@ -57,12 +59,27 @@ def _children(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPar
 def _page(name: str) -> str:
     first, *others = parsers_of(name)
     text = [title(first.prog), _help(first)]
+    for verb in verbs_of(name):
+        text += [title("Options and keywords", "-"), _options(verb)]
     if calls := runs().get(name):
         text += [title("An example that was run", "-"), WHOSE]
         text += [code(f"$ {run['call']}\n{run['printed']}") for run in calls]
     for parser in others:
         text += [title(parser.prog, "-"), _help(parser)]
     return "\n".join(text)
+
+
+def verbs_of(name: str) -> list[Verb]:
+    """What a command's module says of its options, where it says it once."""
+    module = importlib.import_module(PLACES[name])
+    return [one for one in vars(module).values() if isinstance(one, Verb)]
+
+
+def _options(verb: Verb) -> str:
+    head, *rows = verb.table()
+    lines = ["\n  - ".join(("* - " + cells[0], *cells[1:])) for cells in (head, *rows)]
+    table = directive("list-table", "", "\n".join(lines), header_rows="1", widths="20 20 10 10 40")
+    return f"In Python they are keywords of ``{verb.name}``.\n\n{table}"
 
 
 def _help(parser: argparse.ArgumentParser) -> str:

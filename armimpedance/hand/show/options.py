@@ -1,25 +1,38 @@
-"""Options that several commands of the hand have."""
+"""Options that several verbs of the hand have."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
+from typing import Final
+
+from armimpedance.show.verbs.options import AnyWord, OneOf, Option
+
+#: The columns of the groups.
+BY: Final = Option(
+    "by",
+    AnyWord("COLUMN", "str or sequence of str"),
+    "trials alike in this column of trials.csv form a group; may be given again (default: "
+    "condition)",
+    "condition",
+    many=True,
+    doc="columns of the trial table; trials alike in all of them form a group",
+)
+
+#: What settles the sign of a Kinarm exam's force sensor.
+FORCE_BY: Final = Option(
+    "force_by",
+    OneOf(values=("limb", "device")),
+    "Kinarm exams: whose force on the other the sensor's columns hold",
+    doc="whose force on the other a Kinarm's sensor holds",
+)
 
 
 def add_by(parser: argparse.ArgumentParser, more: str = "") -> None:
     """The argument that names the columns of the groups."""
-    parser.add_argument(
-        "--by",
-        action="append",
-        metavar="COLUMN",
-        help="trials alike in this column of trials.csv form a group; may be given again "
-        f"(default: condition){more}",
-    )
+    replace(BY, help=f"{BY.help}{more}").add(parser)
 
 
 def add_force_by(parser: argparse.ArgumentParser) -> None:
     """The argument that settles the sign of a Kinarm exam's force sensor."""
-    parser.add_argument(
-        "--force-by",
-        choices=("limb", "device"),
-        help="Kinarm exams: whose force on the other the sensor's columns hold",
-    )
+    FORCE_BY.add(parser)

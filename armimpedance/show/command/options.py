@@ -11,6 +11,7 @@ from typing import Any, Final, NoReturn
 from armimpedance.core.errors import LONGEST_MESSAGE, InputError, shortened, shown
 from armimpedance.core.method_table import MethodTable
 from armimpedance.show.command.failures import WRONG_INPUT
+from armimpedance.show.verbs.options import DESPITE
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -191,14 +192,7 @@ def draw_picture(
 
 def add_despite(parser: argparse._ActionsContainer) -> None:
     """The option ``--despite CHECK``; `arguments.despite` is a list of names."""
-    parser.add_argument(
-        "--despite",
-        action="append",
-        default=[],
-        metavar="CHECK",
-        help="go on although this check of `inspect` says STOP, such as 'force sign'; results are "
-        "marked; may be given again",
-    )
+    DESPITE.add(parser)
 
 
 # What a page may be called.

@@ -23,8 +23,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.show.command.options import add_despite
+from armimpedance.hand.random.show.verb import RANDOM, random
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -40,24 +39,14 @@ from armimpedance.show.command.outputs import (
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    add_by(parser)
-    parser.add_argument(
-        "--band",
-        nargs=2,
-        type=float,
-        metavar=("LOW", "HIGH"),
-        help="fitted band in Hz (default: where the commands have power, at most 25 Hz)",
-    )
     add_out(parser, "the results, one row a group", TABLE, long=True)
     add_figure(parser, "impedance over frequency with bands, coherence, and the model")
-    add_force_by(parser)
-    add_despite(parser)
+    RANDOM.configure(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate, write table and figure, print a table."""
     from armimpedance.hand.random.show.plot import plot_response_matrix
-    from armimpedance.hand.random.show.verb import random
     from armimpedance.hand.show.text import summary_table
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.screen import bar
@@ -67,15 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
         Output("--out", out, TABLE), Output("--figure", figure, FIGURE), reads=[arguments.recording]
     )
     check_long(arguments)
+    keywords = RANDOM.keywords(arguments)
     with bar(f"fitting {arguments.recording.name}") as progress:
-        made = random(
-            arguments.recording,
-            by=arguments.by or "condition",
-            band_hz=None if arguments.band is None else tuple(arguments.band),
-            force_by=arguments.force_by,
-            despite=arguments.despite,
-            progress=progress,
-        )
+        made = random(arguments.recording, **keywords, progress=progress)
     write_result(made.content, arguments)
     print(summary_table(made))
     if out is not None:

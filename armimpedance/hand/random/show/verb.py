@@ -3,59 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
-from armimpedance.core.progress import Progress
-from armimpedance.core.records import Recording
-from armimpedance.hand.random.identify import identify_random
-from armimpedance.hand.random.random_fit import RandomFit
-from armimpedance.hand.show.estimates import Estimates, ForceBy, opened
-from armimpedance.show.files import Content
-from armimpedance.show.verbs.checks import checked
-from armimpedance.show.verbs.results import PathLike
+from armimpedance.hand.show.options import BY, FORCE_BY
+from armimpedance.show.verbs.options import DESPITE, NumberPair, Option, Verb
 
+if TYPE_CHECKING:
+    from armimpedance.core.progress import Progress
+    from armimpedance.core.records import Recording
+    from armimpedance.hand.random.show.random_estimates import RandomEstimates
+    from armimpedance.hand.show.estimates import ForceBy
+    from armimpedance.show.verbs.results import PathLike
 
-@dataclass(frozen=True, repr=False, eq=False)
-class RandomEstimates(Estimates):
-    """Estimates of random perturbations, with what stands beside each.
-
-    `fits`: in the order of the estimates: reflex, lag and frequency response.
-
-    Examples
-    --------
-    >>> from armimpedance.hand.random.show import random
-    >>> from manipulandum_sim.random_hand import simulate_random
-    >>> recording, _ = simulate_random(seed=1, trials=2, duration_s=6.0)
-    >>> hand = random(recording)
-    >>> hand.to_frame()["n_trials"].tolist(), len(hand.fits)
-    ([2], 1)
-    """
-
-    fits: tuple[RandomFit, ...] = ()
-
-    @property
-    def content(self) -> Content:
-        """What RESULTS.csv holds, one row a group; JSON holds reflex and lag beside it."""
-        own = super().content
-        plain = own.objects or (lambda: [])
-        return replace(
-            own,
-            objects=lambda: [a | b for a, b in zip(plain(), self._beside(), strict=True)],
-        )
-
-    def _beside(self) -> list[dict[str, Any]]:
-        return [
-            {
-                "reflex": fit.reflex.to_dict(),
-                "lag_s": fit.lag_s,
-                "lag_probability": fit.lag_probability,
-                "band_hz": list(fit.band_hz),
-            }
-            for fit in self.fits
-        ]
+RANDOM: Final = Verb(
+    "random",
+    (
+        BY,
+        Option(
+            "band_hz",
+            NumberPair(unit="Hz"),
+            "fitted band in Hz (default: where the commands have power, at most 25 Hz)",
+            flag="--band",
+            doc="fitted band; default: where the commands have power, at most 25 Hz",
+        ),
+        FORCE_BY,
+        DESPITE,
+    ),
+)
 
 
+@RANDOM.function
 def random(
     recording: Recording | PathLike,
     *,
@@ -72,14 +50,7 @@ def random(
     recording : Recording or path
         Of a hand in two or three axes, or of two or three joints, ``perturbation`` "stochastic",
         with what the robot was told in the columns ``command_x``, ``command_y``, ``command_z``.
-    by : str or sequence of str
-        Columns of the trial table; trials alike in all of them form a group.
-    band_hz : (low, high), optional
-        Fitted band; default: where the commands have power, at most 25 Hz.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; every estimate says so.
+    {options}
     progress : function (done, all), optional
         Called after each group.
 
@@ -106,6 +77,11 @@ def random(
     >>> random(recording).names
     ('random',)
     """
+    from armimpedance.hand.random.identify import identify_random
+    from armimpedance.hand.random.show.random_estimates import RandomEstimates
+    from armimpedance.hand.show.estimates import opened
+    from armimpedance.show.verbs.checks import checked
+
     with opened(recording, by, 0, force_by) as (read, columns):
         marks = tuple(m for m in checked(read, despite) if not m.startswith("imposed"))
         fits = identify_random(read, columns, band_hz, progress)

@@ -23,9 +23,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.hand.reaching.methods import METHODS
-from armimpedance.hand.show.options import add_force_by
-from armimpedance.show.command.options import add_despite
+from armimpedance.hand.reaching.show.verb import MOVEMENT, movement
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -43,57 +41,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(parser, "the results, one row a condition and phase", TABLE, long=True)
     add_figure(parser, "ellipses of M, B and K along the path")
-    parser.add_argument("--method", metavar="NAME", help=METHODS.listed())
-    parser.add_argument("--level", choices=("hand", "joint"), default="hand", help="default: hand")
-    parser.add_argument(
-        "--inertia",
-        type=Path,
-        metavar="RESULTS",
-        help="of `estimate` on the same person in posture (default: fitted to the pushes)",
-    )
-    parser.add_argument(
-        "--phase", action="append", metavar="NAME", help="only this one; may be given again"
-    )
-    parser.add_argument(
-        "--course",
-        action="store_true",
-        help="every 20 ms from the first phase to the last, from the pushes of all phases",
-    )
-    parser.add_argument(
-        "--window-s",
-        type=float,
-        metavar="S",
-        help="fitted time after a push's onset (default: until .1 s after the push, at most .3)",
-    )
-    add_force_by(parser)
-    add_despite(parser)
+    MOVEMENT.configure(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate, write table and figure, print a table."""
     from armimpedance.hand.reaching.show.plot import plot_movement
-    from armimpedance.hand.reaching.show.verb import movement
     from armimpedance.hand.show.text import summary_table
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.screen import bar
 
     out, figure = arguments.out, arguments.figure
-    reads = [arguments.recording, *([arguments.inertia] if arguments.inertia else [])]
+    reads = [arguments.recording, *MOVEMENT.reads(arguments)]
     check_outputs(Output("--out", out, TABLE), Output("--figure", figure, FIGURE), reads=reads)
     check_long(arguments)
+    keywords = MOVEMENT.keywords(arguments)
     with bar(f"fitting {arguments.recording.name}") as progress:
-        made = movement(
-            arguments.recording,
-            method=arguments.method,
-            level=arguments.level,
-            inertia=arguments.inertia,
-            phases=arguments.phase,
-            window_s=arguments.window_s,
-            course=arguments.course,
-            force_by=arguments.force_by,
-            despite=arguments.despite,
-            progress=progress,
-        )
+        made = movement(arguments.recording, **keywords, progress=progress)
     write_result(made.content, arguments)
     print(summary_table(made))
     if out is not None:

@@ -2,28 +2,83 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Sequence
-from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from armimpedance.core.conventions import Level
-from armimpedance.core.errors import InputError
-from armimpedance.core.progress import Progress
-from armimpedance.core.records import ImpedanceEstimate, Recording
-from armimpedance.hand.reaching.identify import identify_course, identify_movement
 from armimpedance.hand.reaching.methods import METHODS
-from armimpedance.hand.reaching.push_plan import MovementPlan, plan_movement as plan_pushes
-from armimpedance.hand.reaching.windows import check_pushes
-from armimpedance.hand.show.estimates import Estimates, ForceBy
-from armimpedance.hand.show.results_csv import read_results
-from armimpedance.show.verbs.checks import TopicChecks, checked
-from armimpedance.show.verbs.results import PathLike, naming, read_recording
+from armimpedance.hand.show.options import FORCE_BY
+from armimpedance.show.verbs.options import (
+    DESPITE,
+    AnyWord,
+    MethodName,
+    Number,
+    OneOf,
+    Option,
+    PlaceToRead,
+    Switch,
+    Verb,
+)
 
-#: What only this topic can judge.
-CHECKS: Final = TopicChecks(pushes=check_pushes)
+if TYPE_CHECKING:
+    from armimpedance.core.conventions import Level
+    from armimpedance.core.progress import Progress
+    from armimpedance.core.records import ImpedanceEstimate, Recording
+    from armimpedance.hand.show.estimates import Estimates, ForceBy
+    from armimpedance.show.verbs.results import PathLike
+
+MOVEMENT: Final = Verb(
+    "movement",
+    (
+        Option(
+            "method",
+            MethodName(table=METHODS),
+            METHODS.listed(),
+            doc='"latent" (the default), or one of the sources\'',
+        ),
+        Option(
+            "level",
+            OneOf(values=("hand", "joint")),
+            "default: hand",
+            "hand",
+            doc="at the joints K is that of muscles and joints, without the force term",
+        ),
+        Option(
+            "inertia",
+            PlaceToRead("RESULTS", "sequence of ImpedanceEstimate or path"),
+            "of `estimate` on the same person in posture (default: fitted to the pushes)",
+            doc="the hand's M of the same person in postures, or their RESULTS.csv; default: the "
+            "inertia is fitted with the rest",
+        ),
+        Option(
+            "phases",
+            AnyWord(python="sequence of str"),
+            "only this one; may be given again",
+            flag="--phase",
+            many=True,
+            doc="only these phases (default: all)",
+        ),
+        Option(
+            "course",
+            Switch(),
+            "every 20 ms from the first phase to the last, from the pushes of all phases",
+            False,
+            doc="every 20 ms from the first phase to the last, from the pushes of all phases "
+            'together, two phases or more (method "latent")',
+        ),
+        Option(
+            "window_s",
+            Number(unit="s", above=0),
+            "fitted time after a push's onset (default: until .1 s after the push, at most .3)",
+            doc="length of the fitted window after a push's onset; default: until .1 s after the "
+            "push, at most .3 s",
+        ),
+        FORCE_BY,
+        DESPITE,
+    ),
+)
 
 
+@MOVEMENT.function
 def movement(
     recording: Recording | PathLike,
     *,
@@ -44,26 +99,7 @@ def movement(
     recording : Recording or path
         Reaches in a plane, ``perturbation`` "moving": the trial table says in ``phase``,
         ``push_deg`` and ``push_onset_s`` which of them were pushed, empty where nobody pushed.
-    method : str, optional
-        "latent" (the default), or one of the sources': "mean_difference", "predicted_path",
-        "impulse_response", "ensemble".
-    level : {"hand", "joint"}
-        At the joints K is that of muscles and joints, without the force term.
-    inertia : sequence of ImpedanceEstimate or path, optional
-        The hand's M of the same person in postures, or their RESULTS.csv; default: the inertia is
-        fitted with the rest.
-    phases : sequence of str, optional
-        Only these.
-    window_s : float, optional
-        Length of the fitted window after a push's onset, s; default: until .1 s after the push, at
-        most .3 s.
-    course : bool
-        Every 20 ms from the first phase to the last, from the pushes of all phases together, two
-        phases or more (method "latent").
-    force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; every estimate says so.
+    {options}
     progress : function (done, all), optional
         Called after each phase.
 
@@ -92,82 +128,17 @@ def movement(
     >>> moving.names
     ('condition free, phase 50%',)
     """
-    known = read_results(inertia) if isinstance(inertia, str | os.PathLike) else inertia
-    if course and method not in (None, METHODS.default):
-        raise InputError(f"a course by method {method}", expected=f"method {METHODS.default}")
-    find = identify_course if course else partial(identify_movement, method=method)
-    with naming(recording):
-        read = read_recording(recording, force_by=force_by)
-        marks = checked(read, despite, CHECKS)
-        made = find(
-            read,
-            level=level,
-            inertia=known,
-            phases=phases,
-            window_s=window_s,
-            progress=progress,
-        )
-        marked = tuple(one.marked(marks) for one in made)
-        return Estimates(marked, read.subject, read.gravity_m_s2)
+    from armimpedance.hand.reaching.show.fitting import fit_movement
 
-
-def plan_movement(
-    pilot: Recording | PathLike,
-    *,
-    k_percent: float = 10.0,
-    phase: str | None = None,
-    robot_kg: float = 1.0,
-    max_force_n: float = 10.0,
-    max_displacement_m: float = 0.01,
-    force_by: ForceBy | None = None,
-    despite: str | Collection[str] = (),
-) -> MovementPlan:
-    """Compare pushes of a reaching hand by the trials that they need, from a small pilot.
-
-    Parameters
-    ----------
-    pilot : Recording or path
-        Ten free reaches and eight pushed ones of a phase are the least.
-    k_percent : float
-        Wanted error of K, which 95 of 100 experiments stay below.
-    phase : str, optional
-        Default: the pilot's first.
-    robot_kg : float
-        Mass of robot and handle that a pushed hand carries.
-    max_force_n, max_displacement_m : float
-        No push is larger.
-    force_by : {"limb", "device"}, optional
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled.
-
-    Returns
-    -------
-    MovementPlan
-        Shapes of pushes, the best first.
-
-    Raises
-    ------
-    InputError
-        The pilot cannot be read or lacks something, or a number is not positive.
-    NotIdentifiableError
-        The pilot does not tell what the arm is.
-
-    Examples
-    --------
-    >>> from armimpedance.hand.reaching.show import plan_movement
-    >>> from manipulandum_sim.movement import simulate_movement
-    >>> pilot, _ = simulate_movement(seed=1, repeats=2, unperturbed=15, phases=(0.5,))
-    >>> plan_movement(pilot).pushes[0].shape.kind
-    'displacement'
-    """
-    with naming(pilot):
-        read = read_recording(pilot, force_by=force_by)
-        checked(read, despite, CHECKS)
-        return plan_pushes(
-            read,
-            k_percent=k_percent,
-            phase=phase,
-            robot_kg=robot_kg,
-            max_force_n=max_force_n,
-            max_displacement_m=max_displacement_m,
-        )
+    return fit_movement(
+        recording,
+        inertia,
+        course=course,
+        method=method,
+        force_by=force_by,
+        despite=despite,
+        level=level,
+        phases=phases,
+        window_s=window_s,
+        progress=progress,
+    )

@@ -8,7 +8,7 @@ from armimpedance.core.records import Recording
 from armimpedance.joint.body.methods import METHODS
 from armimpedance.joint.body.show.plot import body_figure
 from armimpedance.joint.body.show.text import body_text
-from armimpedance.joint.body.show.verb import body
+from armimpedance.joint.body.show.verb import BODY, body
 from armimpedance.show.pages import VENTURE_BODY, Asked, Page, Topic, fit_page, picture
 
 
@@ -19,7 +19,8 @@ def page_of(asked: Asked) -> Page:
         raise InputError(
             f"a recording of kind {recording.kind!r}", file=asked.source, expected="joint motion"
         )
-    fit = body(recording, method=asked.method, progress=asked.progress)
+    chosen = BODY.chosen(asked)
+    fit = body(recording, **chosen, progress=asked.progress)
     method = METHODS.named(fit.method)
     motions = ", ".join(dict.fromkeys(fit.choice.motions))
     return fit_page(
@@ -38,6 +39,7 @@ def page_of(asked: Asked) -> Page:
         methods=[
             f"{fit.base.rank} base parameters were identified with {software()} from the motions "
             f"{motions}, method {fit.method}, which assumes that {method.assumes}",
+            *BODY.differing(chosen),
             *fit.notes,
             "Intervals are 95 % intervals, their covariance clustered by blocks of time",
         ],

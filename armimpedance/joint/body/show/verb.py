@@ -3,23 +3,124 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.motion import MarkerRecording, MotionRecording
-from armimpedance.core.progress import Progress
-from armimpedance.core.records import Recording
-from armimpedance.core.skeleton import Skeleton
-from armimpedance.joint.body.identify import identify_body
 from armimpedance.joint.body.methods import METHODS
-from armimpedance.joint.body.regressor import TermKind
-from armimpedance.joint.body.result import BodyFit
-from armimpedance.joint.body.rows import RowChoice
-from armimpedance.limb.mocap import motion_of
-from armimpedance.show.verbs.results import PathLike, naming, read
+from armimpedance.show.verbs.options import (
+    LONGEST_GAP,
+    AnyWord,
+    MethodName,
+    Number,
+    OneOf,
+    Option,
+    Switch,
+    Verb,
+)
+
+if TYPE_CHECKING:
+    from armimpedance.core.motion import MarkerRecording, MotionRecording
+    from armimpedance.core.progress import Progress
+    from armimpedance.core.skeleton import Skeleton
+    from armimpedance.joint.body.regressor import TermKind
+    from armimpedance.joint.body.result import BodyFit
+    from armimpedance.show.verbs.results import PathLike
 
 
+def _rest_angles(words: list[str]) -> dict[str, float]:
+    """Passive joints and their rest angles, from ``NAME=REST_RAD``."""
+    rests: dict[str, float] = {}
+    for word in words:
+        name, _, rest = word.partition("=")
+        try:
+            rests[name] = float(rest)
+        except ValueError:
+            raise InputError(
+                f"--passive-joint {word}", expected="NAME=REST_RAD, as elbow=0.3"
+            ) from None
+    return rests
+
+
+def _motions(word: str) -> int | list[str] | None:
+    if word == "all":
+        return None
+    return int(word) if word.lstrip("-").isdigit() else word.split(",")
+
+
+BODY: Final = Verb(
+    "body",
+    (
+        Option(
+            "method",
+            MethodName(table=METHODS),
+            METHODS.listed(),
+            doc="rows weighted by their "
+            "residuals (the default), every segment physically possible, plain least squares, or "
+            "possible and near the prior",
+        ),
+        Option(
+            "motions",
+            AnyWord("N|all|NAMES", "int, sequence of str, or None"),
+            "to fit: at most N, chosen by how they excite (default: {default}), all, or these "
+            "conditions",
+            4,
+            made=_motions,
+            doc="which conditions to fit: at most so many, chosen by how they excite; these; or "
+            "all (None). The others are predicted",
+        ),
+        Option(
+            "prior_sd_percent",
+            Number(unit="%", above=0),
+            "--method prior: how far a mass may be from the skeleton's (default: 30)",
+            doc="only with the method ``prior``: how far a mass may be from the expected one "
+            "(default: 30)",
+        ),
+        Option(
+            "what_shows",
+            Switch(),
+            "fit what these motions show instead of refusing where they show too little",
+            False,
+        ),
+        Option(
+            "rows",
+            OneOf(values=("base", "all")),
+            "base: the root's wrench alone (default of a body); all: every joint's torque too "
+            "(default of a robot)",
+            doc="the root's wrench alone (default of a body), or every joint's torque too (of a "
+            "robot)",
+        ),
+        Option(
+            "cutoff_hz",
+            Number(unit="Hz", above=0, nothing="none"),
+            "cut-off of the zero-phase low-pass (default: {default})",
+            6.0,
+            doc="cut-off of the zero-phase low-pass; None: no filter",
+        ),
+        Option(
+            "terms",
+            AnyWord(python='sequence of {"viscosity", "friction", "inertia", "offset"}'),
+            "what every joint of a robot adds: viscosity, friction, inertia or offset; may be "
+            "given again",
+            (),
+            flag="--term",
+            many=True,
+            doc="what every joint of a robot adds",
+        ),
+        Option(
+            "passive_joints",
+            AnyWord("NAME=REST_RAD", "mapping of names to float"),
+            "a relaxed joint: its k, h and f are fitted too; may be given again",
+            flag="--passive-joint",
+            many=True,
+            made=_rest_angles,
+            doc="relaxed joints and their rest angles, rad: their k, h and f are fitted too",
+        ),
+        LONGEST_GAP,
+    ),
+)
+
+
+@BODY.function
 def body(
     recording: MotionRecording | MarkerRecording | PathLike,
     *,
@@ -29,11 +130,11 @@ def body(
     cutoff_hz: float | None = 6.0,
     terms: Sequence[TermKind] = (),
     passive_joints: Mapping[str, float] | None = None,
-    prior: Skeleton | None = None,
     prior_sd_percent: float | None = None,
-    noise_draws: int | None = None,
     what_shows: bool = False,
     longest_gap_s: float | None = None,
+    prior: Skeleton | None = None,
+    noise_draws: int | None = None,
     progress: Progress | None = None,
 ) -> BodyFit:
     """Fit the combinations of masses, first moments and inertias that motion can show.
@@ -45,32 +146,12 @@ def body(
     ----------
     recording : MotionRecording, MarkerRecording or path
         Joint motion or markers with force plates, or joint motion with the torques of a robot.
-    method : {"weighted", "consistent", "ls", "prior"}, optional
-        Rows weighted by their residuals (the default); every segment physically possible; plain
-        least squares; possible and near the prior.
-    motions : int, sequence of str, or None
-        Which conditions to fit: at most so many, chosen by how they excite; these; or all. The
-        others are predicted.
-    rows : {"base", "all"}, optional
-        The root's wrench alone (default of a body), or every joint's torque too (of a robot).
-    cutoff_hz : float or None
-        Cut-off of the zero-phase low-pass, Hz; None: no filter.
-    terms : sequence of {"viscosity", "friction", "inertia", "offset"}
-        What every joint of a robot adds.
-    passive_joints : mapping of names to float, optional
-        Relaxed joints and their rest angles, rad: their k, h and f are fitted too.
+    {options}
     prior : Skeleton, optional
         Expected masses and inertias, of the methods ``consistent`` and ``prior``; by default the
         recording's own skeleton.
-    prior_sd_percent : float, optional
-        Only with the method ``prior``: how far a mass may be from the expected one, %
-        (default: 30).
     noise_draws : int, optional
         Draws of added noise, to take off what the angles' own noise does (default: 6; 0: none).
-    what_shows : bool
-        Fit what these motions show instead of refusing where they show too little.
-    longest_gap_s : float, optional
-        Only with markers: longest loss of a marker to bridge, s (default: 0.2).
     progress : function, optional
         Called with how much is done, of how much: frames of markers, trials, draws of noise.
 
@@ -100,53 +181,15 @@ def body(
     >>> person.parameters["m_pelvis"].unit
     'kg'
     """
-    chosen = method or METHODS.default
-    _refuse_idle(chosen, prior, prior_sd_percent)
-    motion, notes = _motion(recording, longest_gap_s, progress)
-    with naming(recording):
-        choice = RowChoice.of(
-            motion.skeleton,
-            rows=rows,
-            cutoff_hz=cutoff_hz,
-            terms=terms,
-            passive_joints=passive_joints,
-        )
-        fit = identify_body(
-            motion,
-            method=chosen,
-            choice=choice,
-            motions=motions,
-            prior=prior,
-            prior_sd=0.3 if prior_sd_percent is None else prior_sd_percent / 100,
-            data_dependent=what_shows,
-            noise_draws=noise_draws,
-            progress=progress,
-        )
-    return replace(fit, notes=notes)
+    from armimpedance.joint.body.show.fitting import AskedEquations, MassPrior, fit_body
 
-
-def _motion(
-    source: MotionRecording | MarkerRecording | PathLike,
-    longest_gap_s: float | None,
-    progress: Progress | None,
-) -> tuple[MotionRecording, tuple[str, ...]]:
-    """The joint motion and notes on it; markers without force plates are refused."""
-    recording = read(source)
-    with naming(source):
-        if isinstance(recording, Recording):
-            raise InputError(
-                f"a recording of kind {recording.kind!r}", expected="kind 'markers' or 'motion'"
-            )
-        return motion_of(recording, longest_gap_s=longest_gap_s, forces=True, progress=progress)
-
-
-def _refuse_idle(method: str, prior: Skeleton | None, prior_sd_percent: float | None) -> None:
-    """Refuse an unknown method, and a prior that it does not use."""
-    if METHODS.named(method).improve is None and prior is not None:
-        raise InputError(f"a prior with method {method!r}", expected="'consistent' or 'prior'")
-    if prior_sd_percent is None:
-        return
-    if method != "prior":
-        raise InputError(f"a prior's sd with method {method!r}", expected="method 'prior'")
-    if not 0 < prior_sd_percent < float("inf"):
-        raise InputError(f"a prior's sd of {prior_sd_percent:g} %", expected="more than 0")
+    return fit_body(
+        recording,
+        AskedEquations(rows, cutoff_hz, terms, passive_joints, longest_gap_s),
+        MassPrior(prior, prior_sd_percent),
+        method=method,
+        motions=motions,
+        noise_draws=noise_draws,
+        what_shows=what_shows,
+        progress=progress,
+    )

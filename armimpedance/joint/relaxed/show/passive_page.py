@@ -6,16 +6,15 @@ from armimpedance.core.program import software
 from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.show.plot import plot_passive_fits
 from armimpedance.joint.relaxed.show.text import passive_text
-from armimpedance.joint.relaxed.show.verb import passive
+from armimpedance.joint.relaxed.show.verb import PASSIVE, passive
 from armimpedance.show.pages import VENTURE_ELBOW, Asked, Page, Topic, fit_page, picture
 from armimpedance.show.text import counted
 
 
 def page_of(asked: Asked) -> Page:
     """The page of relaxed joints, whose rest angles are fitted."""
-    fits = passive(
-        asked.recording, method=asked.method, despite=asked.despite, progress=asked.progress
-    )
+    chosen = PASSIVE.chosen(asked)
+    fits = passive(asked.recording, **chosen, progress=asked.progress)
     used = fits[0]
     method = METHODS.named(used.method)
     filtered = "no filter" if used.cutoff_hz is None else f"a low-pass of {used.cutoff_hz:g} Hz"
@@ -38,6 +37,7 @@ def page_of(asked: Asked) -> Page:
             f"the passive torque k (q - q_r) + h q' + f sign(q') with {software()}, method "
             f"{used.method} ({method.reference})",
             f"Kinematics went through {filtered}",
+            *PASSIVE.differing(chosen),
             *fits.notes,
             "Intervals are 95 % intervals that count the correlation of the residuals and what is "
             "not known of the limb's mass",

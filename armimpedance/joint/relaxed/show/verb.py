@@ -2,47 +2,155 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.findings import Finding
-from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
-from armimpedance.core.progress import Progress
-from armimpedance.core.records import Recording
-from armimpedance.core.skeleton import Skeleton
-from armimpedance.joint.body import check_plates
-from armimpedance.joint.relaxed.equations import RestAngle
-from armimpedance.joint.relaxed.identify import identify_passive
-from armimpedance.joint.relaxed.linear import from_joint_recording
-from armimpedance.joint.relaxed.passive_fit import PassiveFit, PassiveFits
-from armimpedance.joint.relaxed.samples import PassiveSamples, from_motion
-from armimpedance.limb.mocap import motion_of
-from armimpedance.numerics.criticism import check_joint_size
-from armimpedance.numerics.signals import EmgLevel, emg_gate, recorded_emg
-from armimpedance.show.verbs.checks import TopicChecks, checked
-from armimpedance.show.verbs.results import PathLike, naming, read
+from armimpedance.joint.relaxed.methods import METHODS
+from armimpedance.show.verbs.options import (
+    DESPITE,
+    LONGEST_GAP,
+    AnyWord,
+    MethodName,
+    Number,
+    OneOf,
+    Option,
+    PlaceToRead,
+    Switch,
+    Verb,
+)
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-NO_EMG = "no EMG in the recording: whether the muscles were silent is not known"
-
-
-@dataclass(frozen=True)
-class _Options:
-    """How a recording becomes samples; see `passive`."""
-
-    joints: Sequence[str] | None
-    cutoff_hz: float | None
-    emg_gate_percent: float | None
-    torque_sign: Literal[1, -1] | None
-    longest_gap_s: float | None
-    progress: Progress | None
+    from armimpedance.core.motion import MarkerRecording, MotionRecording
+    from armimpedance.core.progress import Progress
+    from armimpedance.core.records import Recording
+    from armimpedance.joint.relaxed.equations import RestAngle
+    from armimpedance.joint.relaxed.passive_fit import PassiveFits
+    from armimpedance.show.verbs.results import PathLike
 
 
+def rest_angles(words: list[str]) -> RestAngle | dict[str, RestAngle]:
+    """One rest angle for all joints, or one each; a joint that is not named is free.
+
+    Raises InputError: not an angle, one joint twice, or one angle for all beside one for a joint.
+    """
+    named = {w.split("=", 1)[0]: _angle(w) for w in words if "=" in w}
+    if len(words) == 1 and not named:
+        return _angle(words[0])
+    if len(named) != len(words):
+        raise InputError(
+            f"--rest-angle {' '.join(words)}", expected="one angle for all joints, or one each"
+        )
+    return named
+
+
+def _angle(word: str) -> RestAngle:
+    """The angle in ``0.3``, ``free`` or ``elbow=0.3``."""
+    text = word.split("=", 1)[-1]
+    try:
+        value = float("nan" if text == "free" else text)
+    except ValueError:
+        value = float("nan")
+    if value != value and text != "free":
+        raise InputError(f"--rest-angle {word}", expected="radians, or free")
+    return "free" if text == "free" else value
+
+
+PASSIVE: Final = Verb(
+    "passive",
+    (
+        DESPITE,
+        Option(
+            "validate",
+            PlaceToRead(),
+            "predict its torque too",
+            doc="another recording of the same joints, whose torque is predicted",
+        ),
+        Option(
+            "rest_angle",
+            AnyWord("RAD|free|JOINT=RAD", 'float, "free", or a mapping of joints to either'),
+            "where the elastic torque vanishes: once for all joints, or once per joint (default: "
+            "free, that is fitted)",
+            "free",
+            many=True,
+            made=rest_angles,
+            doc='where the elastic torque vanishes, rad. ``"free"``: it is fitted, which may widen '
+            "the interval of k several times; a joint that a mapping does not name is free",
+        ),
+        Option(
+            "method",
+            MethodName(table=METHODS),
+            f"{METHODS.listed()}; output-error fits the measured swing itself, parallel takes "
+            "every term through the filter, ls is the source's with its unfiltered sign",
+            doc="a fit to the measured swing itself (the default), every term through the filter, "
+            "or the source's with its unfiltered sign",
+        ),
+        Option(
+            "joints",
+            AnyWord(python="sequence of str"),
+            "an angle of the skeleton (default: its only elbow); may be given again",
+            flag="--joint",
+            many=True,
+            doc="angles of the skeleton; by default its only elbow. Of a recording of angle and "
+            "torque all joints are fitted",
+        ),
+        Option(
+            "quadratic",
+            Switch(),
+            "fit K (q - q_r)^2 too",
+            False,
+            doc="whether ``K (q - q_r)^2`` is fitted too",
+        ),
+        Option(
+            "friction",
+            Switch(to=False),
+            "the joint is known to have f = 0",
+            True,
+            flag="--without-friction",
+            doc="whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry "
+            "friction",
+        ),
+        Option(
+            "mass_sd_percent",
+            Number(unit="%", low=0),
+            "how well the limb's mass is known, to which k, h, f are proportional; 0: weighed "
+            "(default: the subject's mass_sd_kg, else what tables differ by, 7.5)",
+            doc="standard error of the limb's mass, which moves k, h and f in proportion: 0 where "
+            "it was weighed. By default that of the recording's subject (``mass_sd_kg``), else "
+            "what tables of masses differ by. Not with measured torque",
+        ),
+        Option(
+            "cutoff_hz",
+            Number(unit="Hz", above=0, nothing="none"),
+            "cut-off of the zero-phase low-pass (default: {default}; a joint that swings at 5 Hz "
+            "needs 15)",
+            8.0,
+            doc="cut-off of the zero-phase low-pass; None: no filter. A joint that swings at 5 Hz "
+            "needs 15",
+        ),
+        Option(
+            "emg_gate_percent",
+            Number(unit="%", above=0, nothing="off"),
+            "a muscle above this part of its maximum is not relaxed (default: {default})",
+            3.0,
+            flag="--emg-gate",
+            doc="a muscle above this part of its maximum is not relaxed; None: the EMG is not "
+            "looked at",
+        ),
+        Option(
+            "torque_sign",
+            OneOf(values=(1, -1)),
+            "kind joint: 1 passive torque, -1 torque of the limb on the device (default: detected)",
+            doc="only with angle and torque: 1 where the passive torque is recorded, -1 where it "
+            "is the torque of the limb on the device. Without it the sign is turned where no "
+            "passive joint could have it",
+        ),
+        LONGEST_GAP,
+    ),
+)
+
+
+@PASSIVE.function
 def passive(
     recording: Recording | MarkerRecording | MotionRecording | PathLike,
     *,
@@ -70,38 +178,7 @@ def passive(
     recording : Recording, MarkerRecording, MotionRecording or path
         Angle and torque of joints (kind ``joint``), or markers or joint motion with a skeleton that
         has masses.
-    rest_angle : float, "free", or a mapping of joints to either
-        Where the elastic torque vanishes, rad. ``"free"``: it is fitted, which may widen the
-        interval of k several times; a joint that a mapping does not name is free.
-    method : {"output-error", "parallel", "ls"}, optional
-        A fit to the measured swing itself (the default), every term through the filter, or the
-        source's with its unfiltered sign.
-    quadratic : bool
-        Whether ``K (q - q_r)^2`` is fitted too.
-    friction : bool
-        Whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry friction.
-    mass_sd_percent : float, optional
-        Standard error of the limb's mass, %, which moves k, h and f in proportion: 0 where it was
-        weighed. By default that of the recording's subject (``mass_sd_kg``), else what tables of
-        masses differ by. Not with measured torque.
-    joints : sequence of str, optional
-        Angles of the skeleton; by default its only elbow. Of a recording of angle and torque all
-        joints are fitted.
-    cutoff_hz : float or None
-        Cut-off of the zero-phase low-pass, Hz; None: no filter. A joint that swings at 5 Hz needs
-        15.
-    emg_gate_percent : float or None
-        A muscle above this part of its maximum, %, is not relaxed; None: the EMG is not looked at.
-    torque_sign : {1, -1}, optional
-        Only with angle and torque: 1 where the passive torque is recorded, -1 where it is the
-        torque of the limb on the device. Without it the sign is turned where no passive joint
-        could have it.
-    longest_gap_s : float, optional
-        Only with markers: longest loss of a marker to bridge, s (default: 0.2).
-    validate : Recording, MarkerRecording, MotionRecording or path, optional
-        Another recording of the same joints, whose torque is predicted.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; the notes say so.
+    {options}
     progress : function, optional
         Called with how much is done, of how much: frames of markers, then joints.
 
@@ -130,131 +207,10 @@ def passive(
     >>> list(elbow.to_frame().index)
     ['k', 'h', 'f']
     """
-    options = _Options(joints, cutoff_hz, emg_gate_percent, torque_sign, longest_gap_s, progress)
-    given = read(recording)
-    with naming(recording):
-        samples, emg, notes = _samples(given, options)
-        marks = checked(given, despite, TopicChecks(plates=check_plates))
-        told = _mass_sd(given, mass_sd_percent)
-        fits = identify_passive(
-            samples,
-            rest_angle=rest_angle,
-            method=method,
-            quadratic=quadratic,
-            friction=friction,
-            progress=progress,
-        )
-    fits = replace(fits, notes=(*marks, *notes), emg=emg)
-    muscles = _muscles_finding(emg)
-    fits = fits.each(lambda fit: fit.doubted(muscles, _size(fit)))
-    if samples.hinges is not None:
-        fits = fits.each(lambda fit: fit.with_mass_sd(told))
-    if validate is None:
-        return fits
-    others, _, _ = _samples(validate, options)
-    named = isinstance(validate, str | os.PathLike)
-    with naming(validate):
-        return fits.predicting(others, str(validate) if named else "another recording")
+    from armimpedance.joint.relaxed.show.fitting import PassiveModel, PassiveReading, fit_passive
 
-
-def _samples(
-    source: Recording | MarkerRecording | MotionRecording | PathLike, options: _Options
-) -> tuple[PassiveSamples, EmgLevel | None, tuple[str, ...]]:
-    """Passive samples of any recording, what its EMG says, and notes."""
-    recording = read(source)
-    with naming(source):
-        if isinstance(recording, Recording):
-            return _from_torque(recording, options)
-        return _from_motion(recording, options)
-
-
-def _from_torque(
-    recording: Recording, options: _Options
-) -> tuple[PassiveSamples, EmgLevel | None, tuple[str, ...]]:
-    if recording.kind != "joint":
-        raise InputError(
-            f"a recording of kind {recording.kind!r}",
-            expected="kind 'joint', 'markers' or 'motion'",
-        )
-    if options.joints is not None:
-        raise InputError(
-            "joints chosen in a recording of angle and torque",
-            expected="none chosen: all its joints are fitted",
-        )
-    if options.longest_gap_s is not None:
-        raise InputError("gaps to bridge in angle and torque", expected="a recording of markers")
-    level, notes = _gated(recorded_emg(recording), recording.trials, options)
-    samples = from_joint_recording(
-        recording, cutoff_hz=options.cutoff_hz, torque_sign=options.torque_sign
+    model = PassiveModel(rest_angle, method, quadratic, friction, mass_sd_percent)
+    reading = PassiveReading(
+        joints, cutoff_hz, emg_gate_percent, torque_sign, longest_gap_s, progress
     )
-    return samples, level, notes
-
-
-def _from_motion(
-    recording: MarkerRecording | MotionRecording, options: _Options
-) -> tuple[PassiveSamples, EmgLevel | None, tuple[str, ...]]:
-    if options.torque_sign is not None:
-        raise InputError(
-            "a sign of the torque with motion capture", expected="a recording of torque"
-        )
-    motion, notes = motion_of(
-        recording, longest_gap_s=options.longest_gap_s, progress=options.progress
-    )
-    level, more = _gated(motion.emg, motion.trials, options)
-    joints = options.joints or [_elbow(motion.skeleton)]
-    samples = from_motion(motion, joints, cutoff_hz=options.cutoff_hz)
-    return samples, level, (*notes, *more)
-
-
-def _mass_sd(
-    recording: Recording | MarkerRecording | MotionRecording, percent: float | None
-) -> float | None:
-    """Sd of the limb's mass as a fraction, as somebody told it, or None."""
-    if percent is not None:
-        if isinstance(recording, Recording):
-            raise InputError("a mass with measured torque", expected="markers or joint motion")
-        return percent / 100
-    who = recording.subject
-    if who.mass_sd_kg is None or who.mass_kg is None:
-        return None
-    return who.mass_sd_kg / who.mass_kg
-
-
-def _muscles_finding(emg: EmgLevel | None) -> Finding:
-    """Whether the muscles were silent; that there is no EMG stands among the notes."""
-    if emg is None:
-        return Finding("muscles", "missing", "EMG was not looked at: nothing says they were silent")
-    highest = float(emg.highest_percent.max())
-    return Finding(
-        "muscles",
-        "ok",
-        f"at most {highest:.1f} % of the maximum over {emg.window_s:g} s",
-        f"{emg.limit_percent:g} %",
-    )
-
-
-def _size(fit: PassiveFit) -> Finding:
-    k = fit.parameters["k"]
-    return check_joint_size("stiffness at rest", k.value, k.sd_robust)
-
-
-def _gated(
-    emg: EmgSignals | None, trials: pd.DataFrame, options: _Options
-) -> tuple[EmgLevel | None, tuple[str, ...]]:
-    """What the gate says of the EMG, and a note on it."""
-    if emg is None:
-        return None, (NO_EMG,)
-    if options.emg_gate_percent is None:
-        return None, ("the EMG was not looked at",)
-    level = emg_gate(emg, trials, limit_percent=options.emg_gate_percent)
-    return level, (str(level),)
-
-
-def _elbow(skeleton: Skeleton) -> str:
-    """The skeleton's only elbow, or its only hinge."""
-    hinges = [h.name for segment in skeleton.segments for h in segment.hinges]
-    elbows = [name for name in hinges if "elbow_flexion" in name]
-    only = elbows if len(elbows) == 1 else hinges
-    if len(only) == 1:
-        return only[0]
-    raise InputError("which joint is passive?", expected=f"one or more of {', '.join(hinges)}")
+    return fit_passive(recording, model, reading, validate=validate, despite=despite)

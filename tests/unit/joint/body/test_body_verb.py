@@ -73,7 +73,7 @@ def test_the_summary_is_that_of_the_file(fit):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"method": "magic"}, "unknown method"),
+        ({"method": "magic"}, "method .magic."),
         ({"prior_sd_percent": 30.0}, "method 'prior'"),
         ({"method": "prior", "prior_sd_percent": -3.0}, "more than 0"),
         ({"noise_draws": 1}, "2 or more"),

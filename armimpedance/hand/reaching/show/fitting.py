@@ -1,0 +1,44 @@
+"""What `movement` does: pushed reaches of any recording, checked and fitted."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Sequence
+from functools import partial
+from typing import Any, Final
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.reaching.identify import identify_course, identify_movement
+from armimpedance.hand.reaching.methods import METHODS
+from armimpedance.hand.reaching.windows import check_pushes
+from armimpedance.hand.show.estimates import Estimates, ForceBy
+from armimpedance.hand.show.results_csv import read_results
+from armimpedance.show.verbs.checks import TopicChecks, checked
+from armimpedance.show.verbs.results import PathLike, naming, read_recording
+
+#: What only this topic can judge.
+CHECKS: Final = TopicChecks(pushes=check_pushes)
+
+
+def fit_movement(
+    recording: Recording | PathLike,
+    inertia: Sequence[ImpedanceEstimate] | PathLike | None,
+    *,
+    course: bool,
+    method: str | None,
+    force_by: ForceBy | None,
+    despite: str | Collection[str],
+    **asked: Any,
+) -> Estimates:
+    """Read, check and fit; `asked`: keywords of `identify_movement` and `identify_course`."""
+    known = read_results(inertia) if isinstance(inertia, str | os.PathLike) else inertia
+    if course and method not in (None, METHODS.default):
+        raise InputError(f"a course by method {method}", expected=f"method {METHODS.default}")
+    find = identify_course if course else partial(identify_movement, method=method)
+    with naming(recording):
+        read = read_recording(recording, force_by=force_by)
+        marks = checked(read, despite, CHECKS)
+        made = find(read, inertia=known, **asked)
+        marked = tuple(one.marked(marks) for one in made)
+        return Estimates(marked, read.subject, read.gravity_m_s2)

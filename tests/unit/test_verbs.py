@@ -1,0 +1,207 @@
+"""A verb is described once: its command, its function, its docstring and the docs agree."""
+
+import argparse
+import importlib
+import inspect
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from armimpedance.app.cli.main import PLACES, make_parser, run
+from armimpedance.core.errors import InputError
+from armimpedance.show.verbs.options import (
+    AnyWord,
+    MethodName,
+    Number,
+    NumberPair,
+    OneOf,
+    Option,
+    PlaceToRead,
+    Verb,
+)
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def described():
+    """Every verb whose command has a record of its options, with its function."""
+    for name, place in PLACES.items():
+        for one in vars(importlib.import_module(place)).values():
+            if isinstance(one, Verb):
+                folder = place.rsplit(".", 1)[0]
+                yield pytest.param(one, getattr(importlib.import_module(folder), name), id=name)
+
+
+VERBS = list(described())
+BOUNDED = [
+    pytest.param(verb.values[0], verb.values[1], option, id=f"{verb.id}-{option.name}")
+    for verb in VERBS
+    for option in verb.values[0].options
+    if isinstance(option.kind, Number | NumberPair | OneOf | MethodName)
+]
+
+
+def wrong(kind: AnyWord) -> tuple:
+    """A value that the option must refuse, as a keyword and as words of the command."""
+    if isinstance(kind, Number):
+        return float("nan"), ["nan"]
+    if isinstance(kind, NumberPair):
+        return (9.0, 2.0), ["9", "2"]
+    return "no such thing", ["no such thing"]
+
+
+def test_the_verbs_that_were_moved_are_found():
+    assert {verb.id for verb in VERBS} >= {"passive", "body", "movement", "random"}
+
+
+@pytest.mark.parametrize(("verb", "function"), VERBS)
+def test_defaults_and_keywords_are_those_of_the_function(verb, function):
+    keywords = inspect.signature(function).parameters
+    for option in verb.options:
+        assert keywords[option.name].default == option.default, option.name
+        assert keywords[option.name].kind is inspect.Parameter.KEYWORD_ONLY
+
+
+@pytest.mark.parametrize(("verb", "function"), VERBS)
+def test_a_call_without_options_asks_for_the_defaults(verb, function):
+    asked = make_parser([verb.name]).parse_args([verb.name, "recording"])
+    assert verb.keywords(asked) == {option.name: option.default for option in verb.options}
+
+
+@pytest.mark.parametrize(("verb", "function"), VERBS)
+def test_the_docstring_has_a_line_for_every_keyword(verb, function):
+    assert "{" not in function.__doc__.split("Returns")[0].split("recording :")[0]
+    for option in verb.options:
+        assert f"\n{option.name} : " in function.__doc__
+
+
+@pytest.mark.parametrize(("verb", "function", "option"), BOUNDED)
+def test_bounds_hold_at_both_doors_before_anything_is_read(
+    verb, function, option, tmp_path, capsys
+):
+    value, words = wrong(option.kind)
+    with pytest.raises(InputError, match=option.name):
+        function(tmp_path / "nothing", **{option.name: value})
+    try:
+        status = run([verb.name, str(tmp_path / "nothing"), option.command, *words])
+    except SystemExit as end:
+        status = end.code
+    assert status == 2
+    assert option.command in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("kind", "good", "bad"),
+    [
+        (Number(above=0), (1, 0.5), (0, -1, True, "1", float("inf"), float("nan"), [1])),
+        (Number(low=0, high=2), (0, 2), (-0.1, 2.1)),
+        (NumberPair(), ((0, 1), [2.0, 3.0]), ((1, 1), (3, 2), (1,), 5, (-1, 2), "ab", (1, 2, 3))),
+        (OneOf(values=(1, -1)), (1, -1), (0, True, "1", [1])),
+    ],
+)
+def test_what_a_kind_takes(kind, good, bad):
+    assert all(map(kind.holds, good))
+    assert not [value for value in bad if kind.holds(value)]
+
+
+def test_a_word_stands_for_none_and_the_default_for_what_is_not_given():
+    option = Option("cutoff_hz", Number(unit="Hz", above=0, nothing="none"), "{default}", 8.0)
+    parser = argparse.ArgumentParser()
+    option.add(parser)
+    asked = [parser.parse_args(words) for words in ([], ["--cutoff-hz", "none"])]
+    assert [option.value(one.cutoff_hz) for one in asked] == [8.0, None]
+    with pytest.raises(InputError, match="--cutoff-hz 0.*none"):
+        option.value("0")
+    with pytest.raises(InputError, match="cutoff_hz 0.*None"):
+        option.check(0)
+
+
+def test_places_that_options_name_are_read():
+    verb = Verb(
+        "look", (Option("other", PlaceToRead(), "beside"), Option("n", Number(), "how many"))
+    )
+    parser = argparse.ArgumentParser()
+    verb.configure(parser)
+    assert verb.reads(parser.parse_args(["--other", "there"])) == [Path("there")]
+    assert verb.reads(parser.parse_args([])) == [None]
+    assert verb.differing({"other": None, "n": 3}) == ("Options of `look`: n 3",)
+    assert verb.differing({}) == ()
+
+
+@pytest.mark.parametrize("name", [verb.id for verb in VERBS])
+def test_help_loads_no_numpy(name):
+    code = (
+        "import sys; from armimpedance.app.cli.main import make_parser; "
+        f"make_parser(['{name}']); sys.exit('numpy' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+#: What a person changes in one file to add an option, `joint/relaxed/show/verb.py`.
+ADDED = (
+    (
+        "        LONGEST_GAP,\n",
+        '        Option("least_k", Number(unit="N m/rad", low=0), "new"),\n',
+    ),
+    ("    longest_gap_s: float | None = None,\n", "    least_k: float | None = None,\n"),
+    ("    reading = PassiveReading(", "    SEEN.append(least_k)\n"),
+    ("PASSIVE: Final = Verb(\n", "SEEN: list[object] = []\n"),
+)
+
+EVERYWHERE = """
+import sys, contextlib, io
+sys.path.insert(0, sys.argv[1])
+from armimpedance.app.cli.main import run
+from armimpedance.joint.relaxed.show import verb
+from armimpedance.recordings import write_recording
+from manipulandum_sim.passive import simulate_passive
+import openpyxl
+from help_pages import command_pages
+from armimpedance.core.errors import InputError
+
+markers, _ = simulate_passive("release", trials=2, duration_s=4.0)
+write_recording(markers, "swing")
+help = io.StringIO()
+with contextlib.redirect_stdout(help), contextlib.suppress(SystemExit):
+    run(["passive", "--help"])
+assert "--least-k N M/RAD" in help.getvalue(), help.getvalue()
+assert "least_k : float (N m/rad), optional" in verb.passive.__doc__
+assert "``--least-k``" in command_pages()["reference/commands/passive"]
+assert run(["passive", "swing", "--least-k", "-1"]) == 2
+try:
+    verb.passive("swing", least_k=-1)
+except InputError as error:
+    assert "least_k -1" in str(error)
+else:
+    raise AssertionError
+asked = ["--least-k", "2.5", "--rest-angle", "1.5", "--out", "fit.xlsx"]
+assert run(["passive", "swing", *asked]) == 0
+assert verb.SEEN == [2.5], verb.SEEN
+cells = [cell for row in openpyxl.load_workbook("fit.xlsx")["methods"].values for cell in row]
+assert "least k" in cells, cells
+assert verb.PASSIVE.differing({"least_k": 2.5}) == ("Options of `passive`: least_k 2.5",)
+"""
+
+
+@pytest.mark.skipif(not (ROOT / "docs/_site").exists(), reason="the source is not beside")
+def test_an_option_that_one_file_adds_is_everywhere(tmp_path):
+    shutil.copytree(ROOT / "armimpedance", tmp_path / "armimpedance")
+    path = tmp_path / "armimpedance/joint/relaxed/show/verb.py"
+    text = path.read_text()
+    for before, line in ADDED:
+        assert text.count(before) == 1, before
+        text = text.replace(before, line + before)
+    path.write_text(text)
+    done = subprocess.run(
+        [sys.executable, "-c", EVERYWHERE, str(ROOT / "docs/_site")],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
