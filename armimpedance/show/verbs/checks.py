@@ -261,6 +261,7 @@ OF_THE_FIT: Final = (
     "voluntary",
     "lack of fit",
     "gain",
+    "session",
     "reach",
 )
 

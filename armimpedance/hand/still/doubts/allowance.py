@@ -18,7 +18,6 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.special import ndtri
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import AXES
@@ -40,6 +39,8 @@ from armimpedance.hand.still.doubts.model import (
     pooled,
     rows_of,
 )
+from armimpedance.hand.still.doubts.odds import odds_of, tails
+from armimpedance.hand.still.doubts.session import possible_gains, wrong_by_gains
 from armimpedance.hand.still.estimation import BOUNDED, groups_of
 from armimpedance.numerics.regression import t_factor
 
@@ -114,11 +115,15 @@ def allowing(
         return list(estimates)
     known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
     likely, uneven = _likely(known), _uneven(known)
+    gains = possible_gains(recording, [(groups[g][longest[g].usable], longest[g]) for g in longest])
     # A model is as large as its trials' windows: of the others one at a time is kept.
     wider, errors = [], []
     for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(models_of(recording, [rows]))
         errors.append({} if model is None else _errors(model, likely, uneven))
+        if model is not None and gains:
+            used = rows[model.usable]
+            errors[-1]["gain in the session"] = wrong_by_gains(gains, used, model)
         one = one if model is None else _wider(one, errors[-1])
         elbow = freedom_told(recording, rows) if one.k >= FEWEST_AXES else "held"
         wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
@@ -164,7 +169,7 @@ def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
         prior, usual = BEFOREHAND[name]
         k = max(one.size, 0.0) if name in POSITIVE else one.size
         error = scale * one.expected * t_factor(one.dof) / t_factor(np.inf)
-        odds[column], squares[column] = _odds(k, error**2, usual**2)
+        odds[column], squares[column] = odds_of(k, error**2, usual**2)
         odds[column] += np.log(prior / len(COLUMNS[name]) / none)
     top = max(0.0, *odds.values())
     total = np.exp(-top) + sum(np.exp(each - top) for each in odds.values())
@@ -173,22 +178,10 @@ def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
         name: sum(p for column, p in likely.items() if family(column) == name) for name in COLUMNS
     }
     return {
-        column: (p * _tails(together[family(column)]), squares[column])
+        column: (p * tails(together[family(column)]), squares[column])
         for column, p in likely.items()
         if p > _UNLIKELY
     }
-
-
-def _tails(probability: float) -> float:
-    """By how much a normal variance must be larger to hold 95 % of a mixture with zero.
-
-    A number that is zero with probability 1 - p and else normal lies beyond x with probability
-    ``2 p (1 - Phi(x))``, x in its standard deviations.
-    """
-    if probability <= 0.05:
-        return 1.0
-    limit = ndtri(1 - 0.025 / probability) / ndtri(0.975)
-    return float(max(limit**2 / probability, 1.0))
 
 
 def _uneven(models: Sequence[Model]) -> float:
@@ -199,17 +192,10 @@ def _uneven(models: Sequence[Model]) -> float:
     one = gain_of(models)
     if one is None or one.limit > LARGEST_GAIN:
         return 0.0
-    factor, square = _odds(one.size, one.error**2, USUAL_GAIN**2)
+    factor, square = odds_of(one.size, one.error**2, USUAL_GAIN**2)
     odds = np.exp(min(factor, 50.0)) * GAIN_BEFOREHAND / (1 - GAIN_BEFOREHAND)
     p = float(odds / (1 + odds))
-    return p * _tails(p) * square
-
-
-def _odds(k: float, error2: float, usual2: float) -> tuple[float, float]:
-    """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
-    part = usual2 / (error2 + usual2)
-    factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
-    return float(factor), float((part * k) ** 2 + part * error2)
+    return p * tails(p) * square
 
 
 def _errors(
@@ -235,8 +221,8 @@ def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> Impedanc
     own = np.diag(one.covariance)
     ratio = float(np.sqrt(1 + np.max(np.diag(more) / np.where(own > 0, own, np.inf))))
     note = (
-        "intervals allow for delay, reflex, amplitude, friction, a voluntary answer and an axis' "
-        "gain as far as the trials do not exclude them: at most "
+        "intervals allow for delay, reflex, amplitude, friction, a voluntary answer and gains as "
+        "far as the trials do not exclude them: at most "
         f"{ratio:.2f} times as wide as without"
     )
     # no estimator knows more of the departures: the bound grows alike, the efficiency compares both

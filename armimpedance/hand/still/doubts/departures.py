@@ -25,6 +25,7 @@ from armimpedance.hand.still.doubts.model import (
     late_s,
     pooled,
 )
+from armimpedance.hand.still.doubts.session import check_session
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import mean_of_others
 from armimpedance.numerics.signals import cut_windows, disturbance_times
@@ -176,13 +177,14 @@ def _meanings(
 def check_departures(recording: Recording) -> tuple[Finding, ...]:
     """What departs from M, B and K, and lack of fit; over all conditions together.
 
-    Returns: "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit"
-    and "gain", each with the smallest violation that it would have seen; empty where the
+    Returns: "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit",
+    "gain" and "session", each with the smallest violation that it would have seen; empty where the
     perturbation is stochastic.
     """
     if recording.perturbation != "returning":
         return ()
-    models = _models(recording)
+    fitted = _models(recording)
+    models = [model for _, model in fitted]
     if not models:
         text = f"no condition of {FEWEST_TRIALS} trials to judge by"
         return tuple(Finding(name, "ok", text) for name in COLUMNS)
@@ -207,6 +209,7 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         *inner,
         *lack_of_fit(models, explained=bool(told)),
         *check_symmetry(models),
+        *check_session(recording, fitted),
     )
 
 
@@ -309,12 +312,16 @@ def _share_text(what: str, one: Departure) -> tuple[str, str]:
     return text, f"{max(abs(percent) * one.limit, 100 * LEAST_SHARE):.2g} % of {what[-1]}"
 
 
-def _models(recording: Recording) -> list[Model]:
-    """The conditions with most trials, each fitted; all trials together where none can be."""
+def _models(recording: Recording) -> list[tuple[IntArray, Model]]:
+    """The conditions with most trials, each fitted; all trials together where none can be.
+
+    Beside each fit the rows of its trials.
+    """
     for by in (DEFAULT_BY, ()):
         groups = sorted((rows for _, rows in groups_of(recording, by)), key=len, reverse=True)
-        fitted = models_of(recording, groups[:MOST_CONDITIONS])
-        if found := [model for model in fitted if model is not None]:
+        groups = groups[:MOST_CONDITIONS]
+        fitted = zip(groups, models_of(recording, groups), strict=True)
+        if found := [(rows[model.usable], model) for rows, model in fitted if model is not None]:
             return found
     return []
 

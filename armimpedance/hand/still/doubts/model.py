@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from scipy.special import stdtrit
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.conventions import AXES, Kind
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Window
@@ -191,6 +191,7 @@ class Model:
     `equations`: the plain fit's, W against Z.
     `parameters` (3 d^2,): theirs.
     `way`: median peak displacement.
+    `usable` (window's trials,): which of the window's trials are the T of the fit.
     """
 
     equation: ModalEquation
@@ -201,6 +202,7 @@ class Model:
     covariance: FloatArray
     columns: dict[str, FloatArray]
     way: float
+    usable: BoolArray
 
     @classmethod
     def of(cls, window: Window, kind: Kind, free_wrist: bool = False) -> Model:
@@ -214,7 +216,8 @@ class Model:
         columns, way = columns_of(window, found.equation, Z, solved.parameters)
         columns |= inner_columns(window, found.equation, solved.parameters, free_wrist)
         theta, covariance = solved.parameters, solved.covariance
-        return cls(found.equation, V, Z, plain, theta, covariance, columns, way)
+        used = np.asarray(window.usable)
+        return cls(found.equation, V, Z, plain, theta, covariance, columns, way, used)
 
     def departure(self, column: str, beside: str | None = None) -> Departure:
         """The number k of one departure, with another one in the model beside it or without."""
