@@ -262,6 +262,7 @@ OF_THE_FIT: Final = (
     "lack of fit",
     "gain",
     "session",
+    "labels",
     "reach",
 )
 

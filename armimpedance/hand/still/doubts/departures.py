@@ -17,6 +17,7 @@ from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.inner import CARRIED, FEWEST_AXES, freedom_told, is_wrist_free
+from armimpedance.hand.still.doubts.labels import check_labels
 from armimpedance.hand.still.doubts.model import (
     COLUMNS,
     Departure,
@@ -178,8 +179,8 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     """What departs from M, B and K, and lack of fit; over all conditions together.
 
     Returns: "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit",
-    "gain" and "session", each with the smallest violation that it would have seen; empty where the
-    perturbation is stochastic.
+    "gain", "session" and "labels", each with the smallest violation that it would have seen; empty
+    where the perturbation is stochastic.
     """
     if recording.perturbation != "returning":
         return ()
@@ -210,6 +211,7 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         *lack_of_fit(models, explained=bool(told)),
         *check_symmetry(models),
         *check_session(recording, fitted),
+        *check_labels(recording, fitted),
     )
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Final, Literal
 
 import numpy as np
@@ -41,6 +42,11 @@ MOST_COURSES: Final = 128
 STEPS: Final = 3
 #: Columns of the trial table that tell the order of the trials, the coarsest first.
 ORDER: Final = ("day", "set", "block")
+#: Conditions nearer to each other than this have one inertia (m, rad); smaller parts of it between
+#: them are not named, and of more conditions only those with most trials are held against others.
+SAME_PLACE: Final = {"hand": 0.01, "joint": 0.05}
+LEAST_UNLIKE: Final = 0.03
+MOST_CONDITIONS: Final = 8
 #: Explanations that chance would make worse than this less often are dropped.
 UNLIKE: Final = 0.001
 #: Drop of the squared statistic that bounds the place of a change (95 %, one number).
@@ -241,11 +247,16 @@ def _sets(labels: pd.Series, column: str, place: IntArray) -> Iterator[Course]:
 
 
 def _trial(recording: Recording, order: IntArray, place: int) -> str:
-    """The trial at a place of the order: its number, and the place where numbers jump."""
+    """The trial's number; its place in the order, too, where numbers do not rise."""
+    numbers, rising = _numbers(recording, order)
+    return str(numbers[place]) + ("" if rising else f", the {place + 1}. of {len(order)},")
+
+
+def _numbers(recording: Recording, order: IntArray) -> tuple[IntArray, bool]:
+    """The trials' numbers in the order of the session, and whether they rise."""
     table = recording.trials
     numbers = table["trial"].to_numpy()[order] if "trial" in table else order + 1
-    rising = bool(np.all(np.diff(numbers) > 0))
-    return str(numbers[place]) + ("" if rising else f" ({place + 1} of {len(order)})")
+    return numbers, bool(np.all(np.diff(numbers) > 0))
 
 
 def change_of(recording: Recording, models: Sequence[tuple[IntArray, Model]]) -> Change | None:
@@ -467,6 +478,8 @@ def check_session(
     Returns: one; "cannot tell" where no condition has trials before and after a change.
     """
     change = change_of(recording, models)
+    if change is None and (unlike := _unlike_conditions(recording, models)) is not None:
+        return (Finding("session", "warning", unlike),)
     if change is None:
         text = (
             f"no condition has {FEWEST_BESIDE} trials early and late in the session to hold "
@@ -474,9 +487,46 @@ def check_session(
         )
         return (Finding("session", "cannot tell", text),)
     smallest = f"a change of M by {100 * change.least:.2g} % in the middle"
-    if not change.seen:
-        return (Finding("session", "ok", _steady(change), smallest),)
-    return (Finding("session", "warning", _changed(recording, change), smallest),)
+    if change.seen:
+        return (Finding("session", "warning", _changed(recording, change), smallest),)
+    if (unlike := _unlike_conditions(recording, models)) is not None:
+        return (Finding("session", "warning", unlike, smallest),)
+    return (Finding("session", "ok", _steady(change), smallest),)
+
+
+def _unlike_conditions(
+    recording: Recording, models: Sequence[tuple[IntArray, Model]]
+) -> str | None:
+    """Two conditions at one place whose inertia differs; None where all are alike."""
+    limit, found = stdtrit(np.inf, 1 - LEVEL_OF_CHANGE / 2), []
+    for (rows, one), (others, other) in combinations(models[:MOST_CONDITIONS], 2):
+        if _distance(recording, rows, others) > SAME_PLACE[recording.kind]:
+            continue
+        q = one.equation.axes**2
+        M, change = one.parameters[:q], other.parameters[:q] - one.parameters[:q]
+        weight = np.linalg.inv(one.covariance[:q, :q] + other.covariance[:q, :q])
+        # M_other - M_one (q,) = g M_one (q,), weighted by its covariance
+        known = float(M @ weight @ M)
+        g, error = float(M @ weight @ change) / known, known**-0.5
+        if abs(g) > max(limit * error, LEAST_UNLIKE):
+            found.append((abs(g) / error, g, error, rows, others))
+    if not found:
+        return None
+    _, g, error, rows, others = max(found, key=lambda one: one[0])
+    first, second = (recording.trials["condition"].iloc[each[0]] for each in (rows, others))
+    return (
+        f"inertia of {second} is {100 * g:+.0f} % (sd {100 * error:.0f}) beside that of {first} at "
+        "the same place: another gain of the sensor, another person or something else in the hand"
+    )
+
+
+def _distance(recording: Recording, rows: IntArray, others: IntArray) -> float:
+    """How far apart the limb was in two groups of trials, m or rad."""
+    first, second = (
+        np.median([recording.position[recording.offsets[row]] for row in each], axis=0)
+        for each in (rows, others)
+    )
+    return float(np.linalg.norm(second - first))
 
 
 def _steady(change: Change) -> str:
@@ -497,9 +547,9 @@ def _changed(recording: Recording, change: Change) -> str:
     how = f"by {100 * part:+.0f} % (sd {100 * error:.0f})"
     where, along = change.course.where, "" if axis is None else f" along {AXES[axis]}"
     if change.course.kind == "from" and change.between[0] < change.between[1]:
-        order = in_order(recording)
-        early, late = (_trial(recording, order, place) for place in change.between)
-        where += f", or one of {early} to {late}"
+        numbers, rising = _numbers(recording, in_order(recording))
+        early, late = (numbers[p] if rising else f"{p + 1}." for p in change.between)
+        where += f" ({early} to {late})"
     if cause == "sign":
         return (
             f"the force{along} has the other sign {where}: turn it back in those trials, or leave "
@@ -510,7 +560,8 @@ def _changed(recording: Recording, change: Change) -> str:
             f"inertia changes {how} {where}, and B and K otherwise: another person, another "
             "posture or something else in the hand; estimate the parts apart (`--by`)"
         )
+    what = "a gain of the sensor, or another person" if axis is None else "one channel's gain"
     return (
-        f"the force{along} changes {how} {where}, M, B and K alike: a gain of the sensor; find the "
-        "right one, or estimate the parts apart (`--by`)"
+        f"the force{along} changes {how} {where}, M, B and K alike: {what}; find out which is "
+        "right, and estimate the parts apart (`--by`)"
     )

@@ -1,0 +1,131 @@
+"""Do the trials of a set belong to the conditions that their labels name?
+
+A set is held against the others: with theta_a and theta_b, M, B and K of two conditions by the
+trials of all other sets, its trials labelled a have ``theta_a + g (theta_b - theta_a)``, and those
+labelled b the same with a and b exchanged. g is 0 where the labels are right and 1 where they are
+exchanged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording
+from armimpedance.hand.still.doubts.model import Model
+from armimpedance.hand.still.doubts.session import ORDER
+
+#: Exchanged is what lies nearer to 1 than to 0 and this many standard errors from 0.
+SIGNIFICANT: Final = 4.0
+HALF: Final = 0.5
+#: Conditions that differ less than what tells g to this part say nothing.
+LEAST_KNOWN: Final = 0.2
+#: Of more conditions only the first are held against each other.
+MOST_CONDITIONS: Final = 8
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """Two conditions in one set: g, its standard error and where it is."""
+
+    size: float
+    error: float
+    column: str
+    label: Any
+    conditions: tuple[str, str]
+
+    @property
+    def seen(self) -> bool:
+        """Whether the labels are exchanged."""
+        return self.size > HALF and self.size > SIGNIFICANT * self.error
+
+
+def check_labels(
+    recording: Recording, models: Sequence[tuple[IntArray, Model]]
+) -> tuple[Finding, ...]:
+    """The finding "labels"; empty without two conditions in three sets.
+
+    `models`: each condition's trials, as rows of the recording, and its fit.
+    """
+    known = [one for one in exchanges(recording, models) if one.error < LEAST_KNOWN]
+    if not known:
+        return ()
+    worst = max(known, key=lambda one: one.size)
+    if not worst.seen:
+        text = "each set's trials are like those of their conditions in the other sets"
+        return (Finding("labels", "ok", text),)
+    first, second = worst.conditions
+    text = (
+        f"in {worst.column} {worst.label} trials labelled {first} are like those labelled "
+        f"{second} elsewhere, and the other way round: are the labels exchanged there?"
+    )
+    return (Finding("labels", "warning", text),)
+
+
+def exchanges(
+    recording: Recording, models: Sequence[tuple[IntArray, Model]]
+) -> Iterator[Exchanged]:
+    """Every pair of conditions in every set that holds both while others do, too."""
+    named = [
+        (str(recording.trials["condition"].iloc[rows[0]]), rows, model)
+        for rows, model in models[:MOST_CONDITIONS]
+    ]
+    for column in ORDER:
+        if column not in recording.trials or recording.trials[column].nunique() < 3:
+            continue
+        labels = recording.trials[column].to_numpy()
+        for label in recording.trials[column].dropna().unique():
+            apart = {name: _Apart.of(m, labels[rows] == label) for name, rows, m in named}
+            for pair in combinations(apart, 2):
+                one, other = (apart[name] for name in pair)
+                if one is not None and other is not None:
+                    size, error = _exchange(one, other)
+                    yield Exchanged(size, error, column, label, pair)
+
+
+@dataclass(frozen=True, eq=False)
+class _Apart:
+    """One condition: its trials in the set (A (p, p), b (p,) summed), and theta of the others.
+
+    `covariance` (p, p): of theta. `scale`: trials differ so many times more than their noise.
+    """
+
+    A: FloatArray
+    b: FloatArray
+    theta: FloatArray
+    covariance: FloatArray
+    scale: float
+
+    @classmethod
+    def of(cls, model: Model, inside: BoolArray) -> _Apart | None:
+        """None where the set holds none of its trials, or most of them."""
+        A, b = model.equations.A, model.equations.b
+        if not inside.any() or inside.mean() > HALF:
+            return None
+        inverse = np.linalg.inv(A[~inside].sum(axis=0))
+        # sum_others A_t (p, p) theta (p,) = sum_others b_t
+        theta = inverse @ b[~inside].sum(axis=0)
+        left = b[~inside] - A[~inside] @ theta
+        # scores (T, p) have the covariance scale^2 A_t
+        spread = np.einsum("tp,pq,tq->", left, inverse, left) / len(theta)
+        scale = float(np.sqrt(max(spread, 1e-300)))
+        return cls(A[inside].sum(axis=0), b[inside].sum(axis=0), theta, inverse * scale**2, scale)
+
+
+def _exchange(one: _Apart, other: _Apart) -> tuple[float, float]:
+    """g and its standard error."""
+    step = other.theta - one.theta
+    known = float(step @ (one.A + other.A) @ step)
+    score = float(step @ (one.b - one.A @ one.theta) - step @ (other.b - other.A @ other.theta))
+    variance = sum(
+        each.scale**2 * float(step @ each.A @ step)
+        + float(step @ each.A @ each.covariance @ each.A.T @ step)
+        for each in (one, other)
+    )
+    return score / known, float(np.sqrt(variance)) / abs(known)
