@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
+from scipy.special import betainc
 
-from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
 
@@ -16,8 +17,12 @@ AVERAGED_S: Final = 0.004
 ALIKE: Final = 0.9
 #: And it must be this many times as alike as the noise of other trials is.
 APART: Final = 10.0
+#: And chance must make any pair of the recording as alike less often than this.
+CHANCE: Final = 1e-3
 #: Fewer means than this per trial say nothing.
 FEWEST: Final = 12
+#: Numbers of a trial's noise that are independent, at the least.
+FEWEST_INDEPENDENT: Final = 2.0
 #: More trials than this are not compared with one another.
 MOST_TRIALS: Final = 3000
 #: Of longer trials as many samples are compared.
@@ -71,15 +76,25 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     noise = [each for each in found if each is not None]
     if len(numbers) < 2 or not noise:
         return Finding("copies", "ok", "no noise by which trials could be told apart")
-    alike = np.min([each @ each.T for each in noise], axis=0)
+    shared = [each @ each.T for each in noise]
+    alike = np.min(shared, axis=0)
     np.fill_diagonal(alike, -1.0)
     best = alike.max(axis=1)
     usual = np.median(alike, axis=1)
+    repeats = _repeats(window)
+    likely = np.max([_chance(each, repeats) for each in shared], axis=0)
+    unlikely = likely < np.log(CHANCE / (len(alike) * (len(alike) - 1) / 2))
+    partner = alike.argmax(axis=1)
     copied = (best > ALIKE) & (APART * (1 - best) < 1 - usual)
+    copied &= unlikely[np.arange(len(alike)), partner]
     if not copied.any():
         text = f"the most alike trials share {max(100 * best.max(), 0):.0f} % of their noise"
-        return Finding("copies", "ok", text, smallest=f"{100 * ALIKE:.0f} %")
-    pairs = [(min(a, b), max(a, b)) for a, b in enumerate(alike.argmax(axis=1)) if copied[a]]
+        seen = f"{100 * ALIKE:.0f} %"
+        if best.max() > ALIKE:
+            text += ", which chance does in records that were filtered as much"
+            seen = "the same samples twice"
+        return Finding("copies", "ok", text, smallest=seen)
+    pairs = [(min(a, b), max(a, b)) for a, b in enumerate(partner) if copied[a]]
     shown = [f"{numbers[a]} = {numbers[b]}" for a, b in sorted(set(pairs))]
     more = f" and {len(shown) - 4} more" if len(shown) > 4 else ""
     text = (
@@ -87,6 +102,33 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
         "than there are: remove them"
     )
     return Finding("copies", "unusable", text)
+
+
+def _repeats(window: Window | None) -> BoolArray | None:
+    """Which trials repeat each other's disturbance, (T, T); None where nobody knows."""
+    if window is None or window.disturbance is None:
+        return None
+    labels = window.disturbance[np.flatnonzero(window.usable)[:MOST_TRIALS]]
+    return np.asarray(labels[:, None] == labels)
+
+
+def _chance(shared: FloatArray, repeats: BoolArray | None) -> FloatArray:
+    """Logarithm of how often chance makes two trials as alike, (T, T).
+
+    A filter leaves few numbers of a trial's noise that are independent, and smears the response
+    into the rest before it, which repeats have in common. Two vectors of n independent numbers have
+    a correlation r with ``r^2 ~ Beta(1/2, (n - 1)/2)``, mean ``1/n``, which tells n.
+    """
+    others = ~np.eye(len(shared), dtype=bool)
+    # a trial's copy is not one of the others
+    others[np.arange(len(shared)), np.where(others, shared, -2.0).argmax(axis=1)] = False
+    kinds = [others] if repeats is None else [others, others & repeats]
+    means = [float((shared[each] ** 2).mean()) for each in kinds if each.any()]
+    independent = max(1 / max(means, default=1 / FEWEST), FEWEST_INDEPENDENT)
+    # P(r^2 > x) = I_(1-x)((n - 1)/2, 1/2), of positive r half of it
+    rest = np.clip(1 - np.clip(shared, 0.0, 1.0) ** 2, 0.0, 1.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(betainc((independent - 1) / 2, 0.5, rest) / 2))
 
 
 def _aligned(

@@ -27,8 +27,8 @@ FEWEST_RUNS: Final = 2
 def check_held(recording: Recording) -> Finding:
     """Runs of 5 ms and more in which position or force is held while the limb moves on.
 
-    A coarse encoder repeats its value too where the limb is slow, but goes on by one of its steps;
-    samples that were held go on with all of the way that was missed.
+    A coarse encoder repeats its value too where the limb is slow, but goes on by one of its steps,
+    and stands still around it; samples that were held go on with all of the way that was missed.
 
     Returns: "held".
     """
@@ -66,7 +66,21 @@ def _held(values: FloatArray, offsets: IntArray, length: int) -> tuple[IntArray,
     # `after` is the jump that ends a run, its neighbours are usual ones
     usual = np.fmax(steps[first - 1], steps[after + 1])
     told = (steps[after] > JUMP * usual) & (steps[after] > QUANTA * quantum)
+    told &= _moves_around(steps, first, after)
     return first[told], (after - first)[told]
+
+
+def _moves_around(steps: FloatArray, first: IntArray, after: IntArray) -> BoolArray:
+    """Whether the channel moves in most samples around each still run, for as long as it is.
+
+    Where it stays within the sensor's last digit for many samples it stands still before and after
+    as well, and the step between is that digit: nothing was lost.
+    """
+    moved = np.concatenate([[0], np.cumsum(steps > 0)])
+    long = after - first
+    before = moved[first] - moved[np.maximum(first - long, 0)]
+    behind = moved[np.minimum(after + 1 + long, len(steps))] - moved[after + 1]
+    return np.asarray(before + behind > long)
 
 
 def _ways(values: FloatArray) -> FloatArray:

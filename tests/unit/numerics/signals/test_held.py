@@ -59,3 +59,26 @@ def test_an_encoder_that_is_read_behind_kinematics_in_single_precision_is_none(s
     assert check_held(replace(sound, position=behind)).verdict == "ok"
     filled = held(behind, 0.05, 20, seed=2)
     assert check_held(replace(sound, position=filled)).verdict == "warning"
+
+
+def at_rest(sound, digit_m):
+    """Read by a sensor whose noise at rest is far below its last digit; the hand creeps at rest.
+
+    Kinematics behind it make steps of their own, far below that digit, while the hand moves.
+    """
+    rng = np.random.default_rng(7)
+    clock = np.arange(len(sound.position)) / sound.sample_rate_hz
+    creeping = sound.position + np.outer(clock, [8e-5, -5e-5])
+    read = np.round(creeping / digit_m) * digit_m
+    moves = np.abs(np.gradient(creeping[:, 0], clock)) > 2e-3
+    read[moves] = creeping[moves] + rng.normal(0, 1e-8, (moves.sum(), 2))
+    return read
+
+
+@pytest.mark.parametrize("digit_m", [2e-6, 4.4e-6, 2e-5])
+def test_the_last_digit_of_a_sensor_at_rest_is_no_lost_sample(sound, digit_m):
+    read = at_rest(sound, digit_m)
+    assert (np.diff(read, axis=0) == 0).all(axis=1).mean() > 0.2  # it does stand still
+    assert check_held(replace(sound, position=read)).verdict == "ok"
+    lost = held(sound.position, 0.05, 20, seed=2)
+    assert check_held(replace(sound, position=lost)).verdict == "warning"
