@@ -94,6 +94,49 @@ def growing_gain(name: str, part: float) -> Damage:
     return channel(name, lambda x, _r, _rec: x * (1 + part * np.linspace(0, 1, len(x)))[:, None])
 
 
+def gain_from(name: str, factor: float | tuple[float, ...], part: float) -> Damage:
+    """A gain that holds in the trials after this part of the session."""
+
+    def change(x: np.ndarray, _rng: Any, record: Record) -> np.ndarray:
+        x[record.offsets[round(part * record.n_trials)] :] *= np.asarray(factor)
+        return x
+
+    return channel(name, change)
+
+
+def labels_exchanged(number: int) -> Damage:
+    """The two conditions' names change places in one set."""
+
+    def change(record: Record, _rng: np.random.Generator) -> Record:
+        names = record.trials["condition"].to_numpy().astype(object)
+        first, second = dict.fromkeys(names)
+        inside = (record.trials["set"] == number).to_numpy()
+        names[inside] = np.where(names[inside] == first, second, first)
+        return replace(record, trials=record.trials.assign(condition=names))
+
+    return change
+
+
+def filtered(hertz: float, order: int, names: tuple[str, ...], zero_phase: bool) -> Damage:
+    """Channels through a Butterworth low-pass before they are saved; each trial for itself."""
+    from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
+    def change(record: Record, _rng: np.random.Generator) -> Record:
+        sos = butter(order, hertz, fs=record.sample_rate_hz, output="sos")
+        for name in names:
+            x = np.array(getattr(record, name))
+            for first, last in zip(record.offsets, record.offsets[1:], strict=False):
+                if zero_phase:
+                    x[first:last] = sosfiltfilt(sos, x[first:last], axis=0)
+                else:
+                    start = sosfilt_zi(sos)[:, :, None] * x[first]
+                    x[first:last] = sosfilt(sos, x[first:last], axis=0, zi=start)[0]
+            record = replace(record, **{name: x})
+        return record
+
+    return change
+
+
 def hum(name: str, amplitude: float, hertz: float = 50.0) -> Damage:
     """The mains in a channel; each trial begins at another instant of it."""
 

@@ -169,6 +169,74 @@ COMPARE_MORE = Rig(
 )
 
 
+SESSION_HAND = Hand(sets=4, conditions=("relaxed", "firm"), stiffer=(1.0, 1.5), in_sets=True)
+
+
+def sessions(hand: Hand = SESSION_HAND, later: Hand | None = None) -> Any:
+    """Sessions of two conditions in four sets, or two hands under one name, one after the other."""
+
+    def make(indices: Sequence[int]) -> list[Made]:
+        truth = {}
+        for name, factor in zip(hand.conditions, hand.stiffer, strict=True):
+            parts = {"M": 1.0, "B": np.sqrt(factor), "K": factor}
+            truth |= {f"{name} {n}": float(parts[n[0]] * v) for n, v in hand.truth.items()}
+        made = [replace(hand.record(i, "session"), truth=truth) for i in indices]
+        if later is None:
+            return made
+        others = [later.record(i, "session, later").record for i in indices]
+        pairs = zip(made, others, strict=True)
+        return [replace(m, record=followed_by(m.record, other)) for m, other in pairs]
+
+    return make
+
+
+def followed_by(record: Any, other: Any) -> Any:
+    """The second half of the trials is another hand's."""
+    middle = record.offsets[record.n_trials // 2]
+    both = {
+        name: np.concatenate([getattr(record, name)[:middle], getattr(other, name)[middle:]])
+        for name in ("position", "force")
+    }
+    return replace(record, **both)
+
+
+def ask_session(made: Made) -> Answer:
+    """M, B and K of all conditions."""
+    found = estimate(made.record)
+    numbers = {
+        f"{one.keys['condition']} {name}": value
+        for one in found
+        for name, value in numbers_of(one).items()
+    }
+    return Answer(numbers, **said((), tuple(w for one in found for w in one.warnings)))
+
+
+SESSION = Rig("estimate", "own hand, a session", sessions(), ask_session)
+
+
+def session_cells() -> list[Cell]:
+    """A session that changes."""
+    changed: list[tuple[str, str, Any]] = [
+        ("a gain changes in the middle", "10 %", damage.gain_from("force", 1.1, 0.5)),
+        ("a gain changes in the middle", "5 %", damage.gain_from("force", 1.05, 0.5)),
+        ("a gain drifts", "10 %", damage.growing_gain("force", 0.1)),
+        ("one channel from the middle on", "half its gain",
+         damage.gain_from("force", (0.5, 1.0), 0.5)),
+        ("one axis in the last set", "sign turned", damage.gain_from("force", (-1.0, 1.0), 0.75)),
+    ]  # fmt: skip
+    cells = [
+        Cell(SESSION, v, size, ("session",), damaged(SESSION, on_record(how)))
+        for v, size, how in changed
+    ]
+    other = replace(SESSION_HAND, heavier=1.1, stiffer=(1.2, 1.8))
+    cells.append(
+        Cell(SESSION, "two people under one name", "10 % heavier", ("session",),
+             sessions(later=other))
+    )  # fmt: skip
+    exchanged = damaged(SESSION, on_record(damage.labels_exchanged(3)))
+    return [*cells, Cell(SESSION, "labels exchanged", "in one set", ("labels",), exchanged)]
+
+
 def one_long_trial(record: Any, rng: np.random.Generator) -> Any:
     """A reach of 100 mm in 2 s among the bumps."""
     far = Hand(amplitude_m=0.1, duration_s=2.0, returns=False, sets=1)
@@ -329,10 +397,10 @@ def other_cells() -> list[Cell]:
 
 CLEAN = (
     BENCH, SUBJECT, SERVO, REFLEX, REFLEX_SUBJECT, INSPECT, INSPECT_SUBJECT, MAP, COMPARE,
-    COMPARE_MORE,
+    COMPARE_MORE, SESSION,
 )  # fmt: skip
 
 
 def cells() -> list[Cell]:
     """All of these commands'."""
-    return [*estimate_cells(), *other_cells()]
+    return [*estimate_cells(), *session_cells(), *other_cells()]

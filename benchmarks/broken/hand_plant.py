@@ -6,7 +6,7 @@ from the simulators of the toolkit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
@@ -43,6 +43,10 @@ class Hand:
         The sensor's.
     jitter_s : float
         Error of the onsets in the table (sd).
+    heavier : float
+        Times the limb's inertia.
+    in_sets : bool
+        All conditions in each set, as a session is made; else one condition after the other.
     """
 
     amplitude_m: float = 0.005
@@ -58,12 +62,14 @@ class Hand:
     sets: int = 2
     conditions: tuple[str, ...] = ("relaxed",)
     stiffer: tuple[float, ...] = field(default=(1.0,))
+    heavier: float = 1.0
+    in_sets: bool = False
 
     @property
     def truth(self) -> dict[str, float]:
         """Elements of M (without the handle), B and K."""
         names = [n for symbol in "MBK" for n in element_names(symbol, 2)]
-        values = np.concatenate([M.ravel(), B.ravel(), K.ravel()])
+        values = np.concatenate([self.heavier * M.ravel(), B.ravel(), K.ravel()])
         return dict(zip(names, map(float, values), strict=True))
 
     def record(self, index: int, stream: str = "hand") -> Made:
@@ -105,7 +111,16 @@ class Hand:
             shoulder_m=np.zeros(2),
             subject=Subject("own hand", 70.0, 1.75, 0.31, 0.35),
         )
-        return Made(record, self.truth)
+        return Made(self._in_sets(record) if self.in_sets else record, self.truth)
+
+    def _in_sets(self, record: Recording) -> Recording:
+        """The trials set by set, numbered anew."""
+        each = len(record.trials) // len(self.conditions)
+        order = np.argsort(np.arange(record.n_trials) % each // 8, kind="stable")
+        record = record.select(order)
+        count = np.arange(record.n_trials)
+        both = count // (8 * len(self.conditions)) + 1
+        return replace(record, trials=record.trials.assign(trial=count + 1, set=both))
 
     def _trial(
         self, rng: np.random.Generator, t: np.ndarray, u: np.ndarray, factor: float
@@ -115,7 +130,7 @@ class Hand:
         late = self.amplitude_m * bump(t - self.delay_s, self.duration_s, self.returns)[0]
         answer = self.answers_N * np.clip((t - self.from_s) / 0.15, 0, 1)
         along = self.cubic * x**3 + self.friction_N * np.tanh(v / 1e-3) + answer
-        limb = np.outer(a, M @ u + HANDLE_KG * u)
+        limb = np.outer(a, self.heavier * M @ u + HANDLE_KG * u)
         limb += np.outer(v, np.sqrt(factor) * B @ u)
         limb += np.outer(x + self.reflex * late, factor * K @ u)
         force = -limb - np.outer(along, u) + unsteady(rng, t)

@@ -22,6 +22,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import AXES
 from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.still.doubts.changed_gain import possible_gains, wrong_by_gains
 from armimpedance.hand.still.doubts.departures import MOST_CONDITIONS, POSITIVE, models_of
 from armimpedance.hand.still.doubts.inner import (
     FEWEST_AXES,
@@ -40,7 +41,6 @@ from armimpedance.hand.still.doubts.model import (
     rows_of,
 )
 from armimpedance.hand.still.doubts.odds import odds_of, tails
-from armimpedance.hand.still.doubts.session import possible_gains, wrong_by_gains
 from armimpedance.hand.still.estimation import BOUNDED, groups_of
 from armimpedance.numerics.regression import t_factor
 

@@ -18,8 +18,8 @@ import numpy as np
 from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
+from armimpedance.hand.still.doubts.courses import ORDER
 from armimpedance.hand.still.doubts.model import Model
-from armimpedance.hand.still.doubts.session import ORDER
 
 #: Exchanged is what lies nearer to 1 than to 0 and this many standard errors from 0.
 SIGNIFICANT: Final = 4.0

@@ -1,0 +1,249 @@
+"""Courses that a change may take over a session, and by how much M, B and K change along one.
+
+    theta_t = theta + w_t D g
+
+`theta_t` (p,) M, B, K of trial t row by row; `w_t` the course: 0 before a change and 1 from it on,
+1 in one set alone, or rising from 0 to 1; D (p, k) the parts of theta that a change scales, so that
+g (k,) are changes as parts. All conditions share g, each has its own theta.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.records import Recording
+from armimpedance.hand.still.doubts.model import Model
+
+#: Trials before and after a change that are wanted at least.
+FEWEST_BESIDE: Final = 8
+#: Places of a change that are tried at most.
+MOST_COURSES: Final = 128
+#: Columns of the trial table that tell the order of the trials, the coarsest first.
+ORDER: Final = ("day", "set", "block")
+
+
+@dataclass(frozen=True, eq=False)
+class SessionCourse:
+    """When a change holds.
+
+    `kind`: from a trial on, in one set alone, or growing over the session.
+    `first`: the trial at which it begins, counted in the session's order from 0.
+    `weight` (N,): w of every trial of the recording, in the trial table's order.
+    `where`: in words.
+    """
+
+    kind: Literal["from", "alone", "drift"]
+    first: int
+    weight: FloatArray
+    where: str
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One condition: equations of its trials, and what a change adds to them.
+
+    `rows` (T,): its trials in the recording. `scaled` D (p, 3 d).
+    `inverse` (p, p) of ``sum_t A_t``; `residual` (T, p) ``b_t - A_t theta``.
+    """
+
+    rows: IntArray
+    A: FloatArray
+    b: FloatArray
+    theta: FloatArray
+    scaled: FloatArray
+    inverse: FloatArray
+
+    @classmethod
+    def of(cls, model: Model, rows: IntArray, theta: FloatArray | None = None) -> Part:
+        """Of the trials of a model; changes are parts of `theta`, by default of the model's."""
+        A, b, d = model.equations.A, model.equations.b, model.equation.axes
+        inverse = np.linalg.inv(A.sum(axis=0))
+        # sum_t A_t (p, p) theta (p,) = sum_t b_t
+        solved = inverse @ b.sum(axis=0)
+        return cls(rows, A, b, solved, rows_scaled(solved if theta is None else theta, d), inverse)
+
+    @property
+    def residual(self) -> FloatArray:
+        """What the trials' equations leave of the common theta, (T, p)."""
+        return np.asarray(self.b - self.A @ self.theta)
+
+
+def rows_scaled(theta: FloatArray, d: int) -> FloatArray:
+    """D (3 d^2, 3 d): column X d + i is row i of matrix X of theta."""
+    scaled = np.zeros((3, d, d, 3, d))
+    for matrix, values in enumerate(theta.reshape(3, d, d)):
+        for axis in range(d):
+            scaled[matrix, axis, :, matrix, axis] = values[axis]
+    return scaled.reshape(3 * d * d, 3 * d)
+
+
+@dataclass(frozen=True, eq=False)
+class CourseFit:
+    """Numbers g (k,) of one course, their covariance and the shift of each condition's theta."""
+
+    sizes: FloatArray
+    covariance: FloatArray
+    shifts: tuple[FloatArray, ...]
+
+    @property
+    def z(self) -> FloatArray:
+        """Sizes in standard errors."""
+        return np.asarray(self.sizes / np.sqrt(np.diag(self.covariance)))
+
+
+def fit_course(parts: Sequence[Part], weight: FloatArray, pattern: FloatArray) -> CourseFit | None:
+    """g of a course, with every condition's theta free beside it; None where no trial tells it.
+
+    `pattern` (3 d, k): which of the scaled rows change together.
+    """
+    k = pattern.shape[1]
+    H, u, coupled = np.zeros((k, k)), np.zeros(k), []
+    for part in parts:
+        w, D = weight[part.rows], part.scaled @ pattern
+        S = D.T @ np.tensordot(w, part.A, axes=1)
+        R = np.tensordot(w, part.A, axes=1) @ D
+        # [sum A, sum w A D; sum w D^T A, sum w^2 D^T A D] [shift; g] = [0; sum w D^T r]
+        H += D.T @ np.tensordot(w**2, part.A, axes=1) @ D - S @ part.inverse @ R
+        u += D.T @ (w @ part.residual)
+        coupled.append(part.inverse @ R)
+    diagonal = np.abs(np.diag(H))
+    if diagonal.min() <= 1e-9 * _known(parts, pattern).min():
+        return None
+    inverse = np.linalg.inv(H)
+    g = inverse @ u
+    shifts = tuple(-each @ g for each in coupled)
+    return CourseFit(g, inverse * _excess(parts, weight, pattern, g, shifts), shifts)
+
+
+def _known(parts: Sequence[Part], pattern: FloatArray) -> FloatArray:
+    """What all trials would tell of g if theta were known: the diagonal of ``sum D^T A D``."""
+    found = np.zeros(pattern.shape[1])
+    for part in parts:
+        D = part.scaled @ pattern
+        found += np.abs(np.diag(D.T @ part.A.sum(axis=0) @ D))
+    return found
+
+
+def _excess(
+    parts: Sequence[Part],
+    weight: FloatArray,
+    pattern: FloatArray,
+    g: FloatArray,
+    shifts: Sequence[FloatArray],
+) -> FloatArray:
+    """By how much trials differ more than their noise makes them, squared: (k, k).
+
+    One measure of all trials: that of the few beside a late change is rough.
+    """
+    k = len(g)
+    found, expected = np.zeros(k), np.zeros(k)
+    for part, shift in zip(parts, shifts, strict=True):
+        w, D = weight[part.rows], part.scaled @ pattern
+        changed = part.residual - part.A @ shift - w[:, None] * (part.A @ D @ g)
+        T = len(part.rows)
+        free = T / max(T - part.scaled.shape[1], 1)
+        found += free * ((changed @ D) ** 2).sum(axis=0)
+        expected += np.einsum("pk,tpq,qk->k", D, part.A, D)
+    scale = np.sqrt(found / expected)
+    return np.outer(scale, scale)
+
+
+def in_order(recording: Recording) -> IntArray:
+    """The trials' rows in the order in which they were made, as far as the table tells it."""
+    columns = [name for name in ORDER if name in recording.trials]
+    if not columns:
+        return np.arange(recording.n_trials)
+    table = recording.trials[columns].reset_index(drop=True)
+    return table.sort_values(columns, kind="stable", na_position="last").index.to_numpy()
+
+
+def courses_of(recording: Recording) -> Iterator[SessionCourse]:
+    """Changes from each trial on, in each set alone, and one that grows."""
+    order, n = in_order(recording), recording.n_trials
+    place = np.empty(n, dtype=int)
+    place[order] = np.arange(n)
+    last = n - FEWEST_BESIDE
+    for first in range(FEWEST_BESIDE, last + 1, max(1, (last - FEWEST_BESIDE) // MOST_COURSES)):
+        name = trial_name(recording, order, first)
+        yield SessionCourse("from", first, (place >= first).astype(float), f"from trial {name} on")
+    for column in ORDER:
+        if column in recording.trials:
+            yield from _sets(recording.trials[column], column, place)
+    yield SessionCourse("drift", 0, place / max(n - 1, 1), "from the first trial to the last")
+
+
+def _sets(labels: pd.Series, column: str, place: IntArray) -> Iterator[SessionCourse]:
+    """Sets that others come before and after."""
+    for label in labels.dropna().unique():
+        alone = (labels == label).to_numpy()
+        inside = place[alone]
+        between = inside.min() > 0 and inside.max() < len(place) - 1
+        if between and min(alone.sum(), (~alone).sum()) >= FEWEST_BESIDE:
+            shown = f"{label:g}" if isinstance(label, float) else str(label)
+            yield SessionCourse(
+                "alone", int(inside.min()), alone.astype(float), f"in {column} {shown} alone"
+            )
+
+
+def trial_name(recording: Recording, order: IntArray, place: int) -> str:
+    """The trial's number; its place in the order, too, where numbers do not rise."""
+    numbers, rising = trial_numbers(recording, order)
+    return str(numbers[place]) + ("" if rising else f", the {place + 1}. of {len(order)},")
+
+
+def trial_numbers(recording: Recording, order: IntArray) -> tuple[IntArray, bool]:
+    """The trials' numbers in the order of the session, and whether they rise."""
+    table = recording.trials
+    numbers = table["trial"].to_numpy()[order] if "trial" in table else order + 1
+    return numbers, bool(np.all(np.diff(numbers) > 0))
+
+
+def together(d: int) -> FloatArray:
+    """M, B and K of all axes, each by one number, (3 d, 3)."""
+    return np.kron(np.eye(3), np.ones((d, 1))).astype(float)
+
+
+def rows_of_gain(d: int, axis: int | None) -> FloatArray:
+    """The rows of M, B and K that a gain of all axes or of one scales, (3 d, 1)."""
+    some = np.ones(d) if axis is None else (np.arange(d) == axis).astype(float)
+    return np.tile(some, 3)[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A course with the inertia of all axes in it (`axis` None), or of one.
+
+    `number`: which of the fit's numbers is that inertia.
+    """
+
+    course: SessionCourse
+    axis: int | None
+    fit: CourseFit
+
+    @property
+    def number(self) -> int:
+        """Which of the fit's numbers is the change of that inertia."""
+        return self.axis or 0
+
+    @property
+    def z(self) -> float:
+        """That change in standard errors."""
+        return float(self.fit.z[self.number])
+
+
+def tried_courses(recording: Recording, parts: Sequence[Part]) -> Iterator[Tried]:
+    """Every course that the trials can tell something of."""
+    d = parts[0].scaled.shape[1] // 3
+    single = np.eye(3 * d)
+    for course in courses_of(recording):
+        whole = fit_course(parts, course.weight, together(d))
+        apart = fit_course(parts, course.weight, single)
+        if whole is not None and apart is not None:
+            yield Tried(course, None, whole)
+            yield from (Tried(course, axis, apart) for axis in range(d if d > 1 else 0))
