@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.hand.still.doubts.allowance import _tails, allowing, in_common
+from armimpedance.hand.still.doubts.allowance import allowing, in_common
+from armimpedance.hand.still.doubts.odds import tails
 from armimpedance.hand.still.estimation import estimate
 
 BY = ("condition",)
@@ -107,6 +108,6 @@ def test_a_normal_interval_is_as_wide_as_that_of_a_mixture():
     for p in (0.1, 0.2, 0.5, 1.0):
         there = rng.random(n) < p
         drawn = np.where(there, rng.standard_normal(n), 0.0)
-        held = np.mean(np.abs(drawn) <= 1.959964 * np.sqrt(p * _tails(p)))
+        held = np.mean(np.abs(drawn) <= 1.959964 * np.sqrt(p * tails(p)))
         assert held >= 0.95 - 4 * np.sqrt(0.95 * 0.05 / n)
-    assert _tails(0.01) == 1.0
+    assert tails(0.01) == 1.0
