@@ -21,8 +21,21 @@ _GAIN: Final = (
     "little off."
 )
 
+_SESSION: Final = (
+    "Look at the trial that is named, calibrate the sensor, estimate the parts apart (`--by set`)."
+)
+_FILTER: Final = "Record force and position through the same filter, or through none."
+
 #: Violation -> what to do.
 ADVICE: Final[dict[str, str]] = {
+    "a gain changes in the middle": _SESSION,
+    "a gain drifts": _SESSION,
+    "one channel from the middle on": _SESSION,
+    "one axis in the last set": "Turn the sign back in the trials that are named.",
+    "two people under one name": "Give each person a recording of their own.",
+    "labels exchanged": "Look at the protocol of the set that is named; exchange its labels.",
+    "force filtered alone": _FILTER,
+    "position filtered alone": _FILTER,
     "reflex": "Use short disturbances (.15 s) or take the intrinsic part with its own interval.",
     "channels out of step": _LATE,
     "cubic stiffness": _LINEAR,

@@ -237,6 +237,35 @@ def session_cells() -> list[Cell]:
     return [*cells, Cell(SESSION, "labels exchanged", "in one set", ("labels",), exchanged)]
 
 
+def filter_cells() -> list[Cell]:
+    """Channels that were filtered before they were saved."""
+    force, position = ("force",), ("position",)
+    names = ("filter", "delay")
+    cells = [
+        Cell(BENCH, "force filtered alone", f"{hz:g} Hz, order {order}", names,
+             damaged(BENCH, on_record(damage.filtered(hz, order, force, zero_phase=False))))
+        for order in (1, 2, 4) for hz in (20.0, 30.0, 50.0, 100.0)
+    ]  # fmt: skip
+    cells += [
+        Cell(BENCH, f"{name[0]} filtered alone", f"{hz:g} Hz without phase", names,
+             damaged(BENCH, on_record(damage.filtered(hz, 2, name, zero_phase=True))))
+        for name, hz in ((force, 10.0), (force, 20.0), (position, 10.0), (position, 20.0))
+    ]  # fmt: skip
+    return cells
+
+
+def alike(hertz: float) -> Any:
+    """Clean records whose channels went through one filter of no phase."""
+    how = damage.filtered(hertz, 2, ("force", "position"), zero_phase=True)
+    return damaged(BENCH, on_record(how))
+
+
+ALIKE = tuple(
+    Rig("estimate", f"own hand, all filtered at {hz:g} Hz", alike(hz), ask_estimate, naive_hand)
+    for hz in (8.0, 10.0, 12.0, 15.0, 20.0)
+)
+
+
 def one_long_trial(record: Any, rng: np.random.Generator) -> Any:
     """A reach of 100 mm in 2 s among the bumps."""
     far = Hand(amplitude_m=0.1, duration_s=2.0, returns=False, sets=1)
@@ -381,7 +410,7 @@ def other_cells() -> list[Cell]:
     ]
     compared: list[tuple[str, str, tuple[str, ...], Any]] = [
         ("force's gain between the conditions", f"{100 * p:g} % more",
-         ("gain", "inertia", *UNITS), lambda r, _g, p=p: second_half(r, "force", 1 + p))
+         ("gain", "inertia", "session", *UNITS), lambda r, _g, p=p: second_half(r, "force", 1 + p))
         for p in (0.05, 0.3)
     ]  # fmt: skip
     compared += [
@@ -397,10 +426,10 @@ def other_cells() -> list[Cell]:
 
 CLEAN = (
     BENCH, SUBJECT, SERVO, REFLEX, REFLEX_SUBJECT, INSPECT, INSPECT_SUBJECT, MAP, COMPARE,
-    COMPARE_MORE, SESSION,
+    COMPARE_MORE, SESSION, *ALIKE,
 )  # fmt: skip
 
 
 def cells() -> list[Cell]:
     """All of these commands'."""
-    return [*estimate_cells(), *session_cells(), *other_cells()]
+    return [*estimate_cells(), *session_cells(), *filter_cells(), *other_cells()]

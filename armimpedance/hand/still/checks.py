@@ -23,6 +23,7 @@ from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
 from armimpedance.hand.still.doubts.departures import check_departures
+from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.estimation import DEFAULT_BY, Options, groups_of
 from armimpedance.hand.still.methods import exact
 from armimpedance.hand.still.prepared import fit_names, to_matrix_order
@@ -280,7 +281,7 @@ MOST_COHERENT: Final = 5
 
 
 def check_response(recording: Recording) -> tuple[Finding, ...]:
-    """Units, reach, sign and axes; then delay, reflex, amplitude and lack of fit.
+    """Units, reach, sign and axes; then filter, delay, reflex, amplitude and lack of fit.
 
     Parameters
     ----------
@@ -303,7 +304,12 @@ def check_response(recording: Recording) -> tuple[Finding, ...]:
     limb = check_limb(recording)
     if not limb or any(finding.verdict == "unusable" for finding in limb):
         return limb
-    return (*limb, *check_departures(recording))
+    recording, found = in_step(recording)
+    departures = check_departures(recording)
+    if found is None:
+        return (*limb, *departures)
+    # what is left of a delay beside the one that was found is in its interval
+    return (*limb, found.finding, *(o for o in departures if o.name != found.finding.name))
 
 
 def check_driven(recording: Recording) -> list[Finding]:

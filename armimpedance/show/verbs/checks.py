@@ -255,6 +255,7 @@ OF_THE_FIT: Final = (
     "axes",
     "own motion",
     "delay",
+    "filter",
     "reflex",
     "amplitude",
     "friction",

@@ -110,6 +110,11 @@ class OneOf(AnyWord):
         """The keyword's type, as a docstring names it."""
         return f"{{{', '.join(map(repr, self.values))}}}".replace("'", '"')
 
+    @property
+    def expected(self) -> str:
+        """What a value must be, in words."""
+        return f"one of {', '.join(map(str, self.values))}"
+
     def holds(self, value: Any) -> bool:
         """Whether a keyword may have this value."""
         word = isinstance(value, str | Real) and not isinstance(value, bool)
@@ -126,6 +131,11 @@ class MethodName(AnyWord):
     def typed(self) -> str:
         """The keyword's type, as a docstring names it."""
         return f"{{{', '.join(map(repr, self.table.names))}}}".replace("'", '"')
+
+    @property
+    def expected(self) -> str:
+        """What a value must be, in words."""
+        return f"one of {', '.join(self.table.names)}"
 
     def holds(self, value: Any) -> bool:
         """Whether the table has a method of this name."""

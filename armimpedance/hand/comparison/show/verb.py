@@ -29,7 +29,7 @@ from armimpedance.hand.comparison.show.text import comparison_text, subjects_tex
 from armimpedance.hand.comparison.subjects import SubjectsChange, compare_subjects
 from armimpedance.hand.show.estimates import ForceBy
 from armimpedance.hand.show.results_csv import read_results
-from armimpedance.hand.still import METHODS, Options
+from armimpedance.hand.still import METHODS, Options, in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content, WrittenResult
 from armimpedance.show.text import TABLE_WIDTH, checks_lines, html_table
@@ -357,6 +357,7 @@ class _Reading:
                 )
             marks = checked_response(recording, self.despite, by=by)
             self.marks.extend(f"{name}: {mark}" for mark in marks)
+            recording, _ = in_step(recording)
             options = Options() if self.method is None else Options(method=self.method)
             keys: dict[str, Any] = {"recording": name, "subject": recording.subject.id}
             # a column of the trial table says more than the recording does

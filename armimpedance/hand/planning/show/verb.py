@@ -19,6 +19,7 @@ from armimpedance.hand.planning.plan import Plan, make_plan, proposed_profiles
 from armimpedance.hand.planning.setting import PlannedArm, Servo, Setting
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.still import in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording
 
@@ -150,6 +151,7 @@ def _pilot(
         marks: tuple[str, ...] = ()
         if known and recording.perturbation == "returning":
             marks = checked_response(of_condition(recording, condition), despite)
+        recording, _ = in_step(recording)
         found = pilot_of(recording, condition)
         return found, (*marks, *found.warnings)
 

@@ -14,6 +14,7 @@ from armimpedance.core.described import meanings
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.show.estimates import ForceBy, opened
+from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.reflex import reflex_guard
 from armimpedance.hand.still.reflex_verdict import ReflexVerdict
 from armimpedance.hand.still.show.gate import checked_response
@@ -82,6 +83,7 @@ def reflex(
             marks = checked_response(read, despite, by=columns)
         # what this verb itself judges, group by group
         marks = tuple(mark for mark in marks if not mark.startswith("reflex"))
+        read, _ = in_step(read)
         made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)
         return ReflexVerdicts(tuple(made), marks)
 

@@ -16,6 +16,7 @@ from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
 from armimpedance.hand.show.estimates import Estimates, ForceBy, opened
 from armimpedance.hand.still.doubts.allowance import allowing
+from armimpedance.hand.still.doubts.filter import in_step, widened_by_filter
 from armimpedance.hand.still.estimation import Options, estimate as estimate_groups, groups_of
 from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.result import ClusteredKind
@@ -203,10 +204,14 @@ def estimate(
             chosen["method"] = METHODS.default if method is None else method
         marks = _marks(read, despite, columns)
         options = Options(**chosen)
+        alike, found = in_step(read)
         made = estimate_groups(
-            read, by=columns, options=options, progress=progress, workers=workers
+            alike, by=columns, options=options, progress=progress, workers=workers
         )
-        made = [one.marked(marks) for one in allowing(made, read, columns)]
+        made = allowing(made, alike, columns)
+        if found is not None:
+            made = widened_by_filter(made, read, columns, found)
+        made = [one.marked(marks) for one in made]
         made = _noting(made, whole, left_out_trials(leave_out), columns)
         return Estimates(tuple(made), read.subject, read.gravity_m_s2)
 
@@ -278,7 +283,8 @@ def estimate_all(
         read = without_trials(whole, leave_out)
         marks = _marks(read, despite, columns)
         options = Options(covariance=covariance, seed=seed)
-        sides = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
+        alike, _ = in_step(read)
+        sides = side_by_side(alike, by=columns, options=options, progress=progress, workers=workers)
         groups = [side.marked(marks) for side in sides]
         return ComparedMethods(tuple(groups), options.method, read.subject, read.gravity_m_s2)
 

@@ -199,7 +199,7 @@ def test_wrong_recordings_are_one_line(damage, options, says, studio, refusal, t
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--method", "magic"), ("'magic'", "weighted, consistent, ls, prior")),
+        (("--method", "magic"), ("--method magic", "weighted, consistent, ls, prior")),
         (("--motions", "jump"), ("'jump'", "walk, all_joints, trunk_twist")),
         (("--motions", "0"), ("0 motions",)),
         (("--rows", "all"), ("torque",)),

@@ -254,7 +254,7 @@ def active(columns):
         ({}, ("--rest-angle", "knee=0.3"), ("joint", "rest angles of knee", "q1")),
         ({}, ("--longest-gap-s", "0.1"), ("joint", "gaps", "recording of markers")),
         ({}, ("--rest-angle", "q1=0.3", "--rest-angle", "0.2"), ("one angle for all",)),
-        ({}, ("--method", "magic"), ("'magic'", "parallel", "output-error")),
+        ({}, ("--method", "magic"), ("--method magic", "parallel", "output-error")),
         ({}, ("--joint", "q1"), ("joints chosen", "all its joints")),
         ({}, ("--emg-gate", "x"), ("--emg-gate x",)),
         ({}, ("--figure", "x.tiff"), ("x.tiff", ".png")),

@@ -18,4 +18,5 @@ def test_a_gain_that_changes_between_conditions_is_told_by_the_inertia():
     gain = np.where(np.repeat(second, np.diff(recording.offsets)), 1.3, 1.0)
     changed = replace(recording, force=gain[:, None] * recording.force)
     told = compare(changed, permutations=9).warnings
-    assert [sentence.split(":")[0] for sentence in told] == ["inertia"]
+    assert [sentence.split(":")[0] for sentence in told] == ["recording 1", "inertia"]
+    assert "session: inertia" in told[0]

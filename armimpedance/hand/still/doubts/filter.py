@@ -1,0 +1,342 @@
+"""Did one channel come late, or through a filter, that the other did not come through?
+
+A force that came through L is ``L f = -(M L x'' + B L x' + K L x)``: with the position through the
+same L the law holds as it is. So each L of a few families is tried on the other channel; the one
+that leaves least is what the channel came through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.conventions import Kind
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording, Window
+from armimpedance.hand.still.doubts.departures import models_of
+from armimpedance.hand.still.doubts.model import COLUMNS, pooled
+from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
+from armimpedance.hand.still.modal import (
+    ModalEquation,
+    expected_motion,
+    modal_equation,
+    weighted_equations,
+)
+from armimpedance.hand.still.weighing import weighted_fit
+from armimpedance.numerics.regression import solve_equations
+from armimpedance.numerics.signals import cut_windows, delayed, disturbance_times
+
+Channel = Literal["force", "position"]
+Way = Literal["late", "low-pass", "zero-phase"]
+
+#: Orders of the Butterworth low-passes that are tried.
+ORDERS: Final = (1, 2, 4)
+#: Delays (s) and corners (Hz) that are tried first, from the mildest to the strongest.
+DELAYS_S: Final = (5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3)
+CORNERS_HZ: Final = (200.0, 120.0, 75.0, 45.0, 28.0, 18.0, 12.0, 8.0)
+#: The few of them that tell whether to look at all.
+FIRST_LOOK: Final = (("late", 0, 1e-3), ("late", 0, 5e-3), ("low-pass", 2, 30.0),
+                     ("zero-phase", 2, 20.0), ("zero-phase", 2, 10.0))  # fmt: skip
+#: A filter is told where it explains so much more than none, in squared standard errors.
+LEAST_EXPLAINED: Final = 40.0
+#: Other filters that explain less than the best by less than this stay possible.
+POSSIBLE: Final = 9.0
+#: Steps of the search for a delay or corner, and the part of it that tells its standard error.
+SEARCHED: Final = 14
+STEP: Final = 0.05
+#: A delay or a low-pass resembles a reflex and dry friction: it must explain so many times more.
+BEYOND_OTHERS: Final = 1.5
+#: Conditions with most trials that are looked at, and the fewest and most trials of one.
+MOST_CONDITIONS: Final = 2
+FEWEST_TRIALS: Final = 8
+MOST_TRIALS: Final = 128
+
+
+@dataclass(frozen=True)
+class Passed:
+    """What one channel came through and the other did not.
+
+    `value`: the delay (s) of "late", else the corner (Hz). `order`: of the low-pass; 0 of a delay.
+    """
+
+    channel: Channel
+    way: Way
+    order: int
+    value: float
+
+    def of(self, signal: FloatArray, rate_hz: float) -> FloatArray:
+        """A signal (..., S, d) that begins at rest, through the same."""
+        if self.way == "late":
+            turned = np.moveaxis(signal, -1, -2)
+            return np.moveaxis(delayed(turned, self.value * rate_hz), -1, -2)
+        from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
+        sos = butter(self.order, self.value, fs=rate_hz, output="sos")
+        if self.way == "zero-phase":
+            return np.asarray(sosfiltfilt(sos, signal, axis=-2))
+        first = np.expand_dims(signal[..., 0, :], -2)
+        state = sosfilt_zi(sos).reshape(len(sos), *(1,) * (signal.ndim - 2), 2, 1) * first
+        return np.asarray(sosfilt(sos, signal, axis=-2, zi=state)[0])
+
+    def alike(self, recording: Recording) -> Recording:
+        """The recording with its other channel through the same, trial by trial."""
+        values = np.array(getattr(recording, self.other))
+        for row in range(recording.n_trials):
+            at = recording.samples_of(row)
+            values[at] = self.of(values[at], recording.sample_rate_hz)
+        if self.other == "position":
+            return replace(recording, position=values)
+        return replace(recording, force=values)
+
+    @property
+    def other(self) -> Channel:
+        """The channel that did not come through it."""
+        return "position" if self.channel == "force" else "force"
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        if self.way == "late":
+            return f"{1e3 * self.value:.3g} ms late"
+        phase = " without phase" if self.way == "zero-phase" else ""
+        return f"through a low-pass{phase} of order {self.order} at {self.value:.3g} Hz"
+
+
+@dataclass(frozen=True, eq=False)
+class Filter:
+    """What was found: the likeliest, its standard error (a part of its value) and the others.
+
+    `possible`: others that explain nearly as much, with their probabilities beside the likeliest.
+    `explained`: how much more than none, in squared standard errors.
+    """
+
+    likeliest: Passed
+    error: float
+    possible: tuple[tuple[Passed, float], ...]
+    explained: float
+
+    @property
+    def finding(self) -> Finding:
+        """The finding "delay" or "filter"."""
+        one = self.likeliest
+        text = (
+            f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %) and the "
+            f"{one.other} does not; the {one.other} is taken through the same before the fit: "
+            "record both alike"
+        )
+        return Finding("delay" if one.way == "late" else "filter", "warning", text)
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """A condition's window and the weight V (d n, d n) of its rows."""
+
+    window: Window
+    kind: Kind
+    weight: FloatArray
+
+    @classmethod
+    def of(cls, window: Window, kind: Kind, passed: Passed | None) -> _Group:
+        found = weighted_fit(_through(window, passed), kind)
+        V = np.linalg.inv(found.noise.covariance(found.parameters))
+        return cls(window, kind, (V + V.T) / 2)
+
+    def left(self, passed: Passed | None) -> tuple[float, FloatArray, int]:
+        """Weighted squares that a filter leaves, M, B and K with it, and the rows' number."""
+        equation = modal_equation(_through(self.window, passed))
+        Z, V = expected_motion(equation), self.weight
+        if passed is not None and passed.other == "force":
+            # a force that is filtered here has filtered noise: V of L y is L^-T V L^-1
+            back = np.linalg.inv(_in_modes(equation, passed, self.window.sample_rate_hz))
+            back = np.kron(np.eye(equation.axes), back)
+            V = back.T @ V @ back
+        solved = solve_equations(weighted_equations(equation, V, self.kind, instruments=Z))
+        # the motion's own noise, which a filter takes away, is no matter of the filter's
+        free = equation if Z is None else replace(equation, motion=Z.reshape(equation.motion.shape))
+        r = free.residual(solved.parameters)
+        return float(((r @ V) * r).sum()), solved.parameters, r.size
+
+
+def _in_modes(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:
+    """What a filter does to the modes, (n, n)."""
+    smooth = equation.modes.smooth
+    # (n, S) times the filtered modes (S, n)
+    return np.asarray(smooth @ passed.of(smooth.T, rate_hz))
+
+
+def _through(window: Window, passed: Passed | None) -> Window:
+    """The window with its other channel through the same."""
+    if passed is None:
+        return window
+    values = passed.of(getattr(window, passed.other), window.sample_rate_hz)
+    if passed.other == "position":
+        return replace(window, position=values)
+    return replace(window, force=values)
+
+
+def find_filter(recording: Recording) -> Filter | None:
+    """What one of the two channels came through; None where nothing explains much more than none.
+
+    Nothing is said of a filter where another departure from the law explains nearly as much.
+    """
+    if recording.perturbation != "returning":
+        return None
+    timing = disturbance_times(recording)
+    chosen = sorted((rows for _, rows in groups_of(recording, DEFAULT_BY)), key=len, reverse=True)
+    windows = []
+    for rows in chosen[:MOST_CONDITIONS]:
+        try:
+            window = cut_windows(recording, rows[:MOST_TRIALS], timing)
+            if window.usable.sum() >= FEWEST_TRIALS:
+                windows.append(_Group.of(window, recording.kind, None))
+        except ArmImpedanceError:
+            continue
+    if not windows:
+        return None
+    first = [Passed(c, w, o, v) for c in ("force", "position") for w, o, v in FIRST_LOOK]  # type: ignore[arg-type]
+    none = _left(windows, None)
+    if min(_left(windows, one) for one in first) > none / (1 + LEAST_EXPLAINED / _rows(windows)):
+        return None
+    best = min((_searched(windows, *family) for family in _families()), key=lambda one: one[0])[1]
+    again = [_Group.of(one.window, one.kind, best) for one in windows]
+    tried = sorted((_searched(again, *family) for family in _families()), key=lambda one: one[0])
+    least, likeliest = tried[0]
+    each = least / _rows(again)
+    explained = (_left(again, None) - least) / each
+    others = BEYOND_OTHERS * _other_departures(recording, chosen)
+    if explained < max(LEAST_EXPLAINED, others):
+        return None
+    odds = np.exp([(least - left) / each / 2 for left, _ in tried])
+    near = [
+        (one, float(p / odds.sum()))
+        for (left, one), p in zip(tried, odds, strict=True)
+        if one is not likeliest and left < least + POSSIBLE * each
+    ]
+    return Filter(likeliest, _error(again, likeliest, each), tuple(near), explained)
+
+
+def _families() -> list[tuple[Channel, Way, int]]:
+    """Channel, way and order of every family that is tried."""
+    ways: list[tuple[Way, int]] = [("late", 0)]
+    ways += [("low-pass", order) for order in ORDERS] + [("zero-phase", order) for order in ORDERS]
+    channels: tuple[Channel, ...] = ("force", "position")
+    return [(channel, way, order) for channel in channels for way, order in ways]
+
+
+def _left(groups: Sequence[_Group], passed: Passed | None) -> float:
+    """Weighted squares that a filter leaves of all groups; infinite where it cannot be fitted."""
+    try:
+        return sum(group.left(passed)[0] for group in groups)
+    except (ArmImpedanceError, np.linalg.LinAlgError):
+        return np.inf
+
+
+def _rows(groups: Sequence[_Group]) -> int:
+    """Rows of all groups beyond their parameters."""
+    left = [group.left(None) for group in groups]
+    return sum(rows - len(theta) for _, theta, rows in left)
+
+
+def _searched(
+    groups: Sequence[_Group], channel: Channel, way: Way, order: int
+) -> tuple[float, Passed]:
+    """The delay or corner of a family that leaves least: the grid, then golden sections."""
+    grid = np.log(DELAYS_S if way == "late" else CORNERS_HZ)
+    left: dict[float, float] = {}
+
+    def left_by(value: float) -> float:
+        if value not in left:
+            left[value] = _left(groups, Passed(channel, way, order, float(np.exp(value))))
+        return left[value]
+
+    best = min(map(float, grid), key=left_by)
+    step = abs(float(grid[1] - grid[0]))
+    low, high = max(best - step, float(grid.min())), min(best + step, float(grid.max()))
+    ratio = (np.sqrt(5) - 1) / 2
+    for _ in range(SEARCHED):
+        a, b = high - ratio * (high - low), low + ratio * (high - low)
+        low, high = (low, b) if left_by(a) < left_by(b) else (a, high)
+    best = min(left, key=left_by)
+    return left[best], Passed(channel, way, order, float(np.exp(best)))
+
+
+def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:
+    """Standard error of the logarithm of its value, from the curvature of what it leaves.
+
+    `each`: what is left of a row.
+    """
+    around = [_left(groups, replace(passed, value=passed.value * np.exp(s))) for s in (-STEP, STEP)]
+    # left(v + s) = left(v) + each s^2 / sd^2
+    curved = (sum(around) - 2 * _left(groups, passed)) / (2 * each)
+    return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
+
+
+def _other_departures(recording: Recording, groups: Sequence[IntArray]) -> float:
+    """What the best of the other departures explains, in squared standard errors."""
+    models = [one for one in models_of(recording, groups[:MOST_CONDITIONS]) if one is not None]
+    others = [c for name, columns in COLUMNS.items() if name != "delay" for c in columns]
+    return max((pooled(models, column).z ** 2 for column in others), default=0.0)
+
+
+def in_step(recording: Recording) -> tuple[Recording, Filter | None]:
+    """The recording with both channels through the same, and what one had come through alone.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    recording : Recording
+        As it is where nothing was found.
+    found : Filter or None
+    """
+    found = find_filter(recording)
+    return (recording if found is None else found.likeliest.alike(recording)), found
+
+
+def widened_by_filter(
+    estimates: Sequence[ImpedanceEstimate],
+    recording: Recording,
+    by: Sequence[str],
+    found: Filter,
+) -> list[ImpedanceEstimate]:
+    """The estimates with what is not known of the filter in their intervals.
+
+    `recording`: as it was measured.
+    """
+    timing = disturbance_times(recording)
+    wider = []
+    for one, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):
+        errors = _errors(cut_windows(recording, rows, timing), recording.kind, found)
+        more = errors.T @ errors
+        bound = None if one.bound is None else one.bound + more
+        shared = {**one.shared_errors, "filter": errors[0]}
+        note = f"the {found.likeliest.other} was taken {found.likeliest.words}, as the other was"
+        wider.append(
+            replace(
+                one,
+                covariance=one.covariance + more,
+                bound=bound,
+                shared_errors=shared,
+                provenance=(*one.provenance, note),
+            )
+        )
+    return wider
+
+
+def _errors(window: Window, kind: Kind, found: Filter) -> FloatArray:
+    """What is not known of the filter makes wrong, (1 + others, 3 d^2): its value, then others."""
+    likeliest = found.likeliest
+    group = _Group.of(window, kind, likeliest)
+    here = group.left(likeliest)[1]
+    moved = group.left(replace(likeliest, value=likeliest.value * np.exp(STEP)))[1]
+    errors = [(moved - here) / STEP * found.error]
+    errors += [np.sqrt(p) * (group.left(one)[1] - here) for one, p in found.possible]
+    return np.array(errors)
