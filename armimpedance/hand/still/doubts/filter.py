@@ -209,8 +209,7 @@ def find_filter(recording: Recording) -> Filter | None:
     least, likeliest = tried[0]
     each = least / _rows(again)
     explained = (_left(again, None) - least) / each
-    others = BEYOND_OTHERS * _other_departures(recording, chosen)
-    if explained < max(LEAST_EXPLAINED, others):
+    if not _stands_out(recording, chosen, likeliest, explained):
         return None
     odds = np.exp([(least - left) / each / 2 for left, _ in tried])
     near = [
@@ -277,11 +276,21 @@ def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:
     return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
 
 
-def _other_departures(recording: Recording, groups: Sequence[IntArray]) -> float:
-    """What the best of the other departures explains, in squared standard errors."""
+def _stands_out(
+    recording: Recording, groups: Sequence[IntArray], passed: Passed, explained: float
+) -> bool:
+    """Whether a filter explains more than chance and other departures do.
+
+    What shifts the force shows as a delay between trials as well, whatever their noise is.
+    """
     models = [one for one in models_of(recording, groups[:MOST_CONDITIONS]) if one is not None]
-    others = [c for name, columns in COLUMNS.items() if name != "delay" for c in columns]
-    return max((pooled(models, column).z ** 2 for column in others), default=0.0)
+    if explained < LEAST_EXPLAINED or not models:
+        return False
+    others = (c for name, columns in COLUMNS.items() if name != "delay" for c in columns)
+    if explained < BEYOND_OTHERS * max(pooled(models, column).z ** 2 for column in others):
+        return False
+    delay = pooled(models, "delay")
+    return passed.way == "zero-phase" or abs(delay.size) > delay.limit
 
 
 def in_step(recording: Recording) -> tuple[Recording, Filter | None]:
