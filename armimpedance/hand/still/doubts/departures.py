@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from scipy.special import fdtrc
 
-from armimpedance.core.arrays import IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
@@ -123,16 +123,32 @@ def _unexplained(model: Model) -> tuple[float, float, float] | None:
     np.add.at(sums, labels, white)
     mean = (sums / np.maximum(counts, 1)[:, None])[labels]
     groups, rows = int((counts > 1).sum()), white.shape[1]
-    between, within = (mean[chosen] ** 2).sum(), ((white - mean)[chosen] ** 2).sum()
-    free = groups * rows - len(model.parameters), (int(chosen.sum()) - groups) * rows
+    apart = (white - mean)[chosen]
+    between, within = (mean[chosen] ** 2).sum(), (apart**2).sum()
+    free = groups * rows - len(model.parameters), (len(apart) - groups) * rows
     if free[0] <= 0:
         return None
     noise = within / free[1]
+    known = _independent(apart, len(apart) - groups) / rows
     response = float(((model.equation.force.reshape(len(white), -1) @ root)[chosen] ** 2).sum())
     part = float(np.sqrt(max(between - free[0] * noise, 0.0) / response))
-    p_value = float(fdtrc(free[0], free[1], between / free[0] / noise))
-    least = float(np.sqrt(3 * np.sqrt(2 * free[0]) * noise / response))
+    # rows that depend on each other are as good as fewer that do not (Satterthwaite)
+    p_value = float(fdtrc(known * free[0], known * free[1], between / free[0] / noise))
+    least = float(np.sqrt(3 * np.sqrt(2 * free[0] / known) * noise / response))
     return part, p_value, least
+
+
+def _independent(apart: FloatArray, free: int) -> float:
+    """How many independent rows residuals (T, n) are worth: filtered records have few.
+
+    ``(tr C)^2 / tr C^2`` of their covariance C (n, n), free of what C has of chance.
+    """
+    n = apart.shape[1]
+    C = apart.T @ apart / free
+    square = float(np.trace(C)) ** 2
+    # E[tr C^2] = (1 + 1/f) tr C_true^2 + (tr C_true)^2 / f
+    found = (float((C**2).sum()) - square / free) / (1 + 1 / free)
+    return float(np.clip(square / max(found, square / n), 1.0, n))
 
 
 #: The columns for which the smallest visible departure is said.

@@ -47,9 +47,12 @@ FIRST_LOOK: Final = (("late", 0, 1e-3), ("late", 0, 5e-3), ("low-pass", 2, 30.0)
 LEAST_EXPLAINED: Final = 40.0
 #: Other filters that explain less than the best by less than this stay possible.
 POSSIBLE: Final = 9.0
-#: Steps of the search for a delay or corner, and the part of it that tells its standard error.
-SEARCHED: Final = 14
+#: Where the search for a delay or corner ends, how far about a rough one it goes, and the step that
+#: tells its standard error: parts of it. Families that leave more than this at first are dropped.
+SHARP: Final = 0.004
+AROUND: Final = 0.1
 STEP: Final = 0.05
+NEAR: Final = 1.2
 #: A delay or a low-pass resembles a reflex and dry friction: it must explain so many times more.
 BEYOND_OTHERS: Final = 1.5
 #: Conditions with most trials that are looked at, and the fewest and most trials of one.
@@ -203,29 +206,31 @@ def find_filter(recording: Recording) -> Filter | None:
     none = _left(windows, None)
     if min(_left(windows, one) for one in first) > none / (1 + LEAST_EXPLAINED / _rows(windows)):
         return None
-    best = min((_searched(windows, *family) for family in _families()), key=lambda one: one[0])[1]
-    again = [_Group.of(one.window, one.kind, best) for one in windows]
-    tried = sorted((_searched(again, *family) for family in _families()), key=lambda one: one[0])
+    rough = sorted((_searched(windows, one) for one in _families()), key=lambda one: one[0])
+    again = [_Group.of(one.window, one.kind, rough[0][1]) for one in windows]
+    # the noise that the best of them leaves weighs the rows of all that come near it
+    near = [one for left, one in rough if left < NEAR * rough[0][0]]
+    tried = sorted((_searched(again, one, around=True) for one in near), key=lambda one: one[0])
     least, likeliest = tried[0]
     each = least / _rows(again)
     explained = (_left(again, None) - least) / each
     if not _stands_out(recording, chosen, likeliest, explained):
         return None
     odds = np.exp([(least - left) / each / 2 for left, _ in tried])
-    near = [
+    possible = [
         (one, float(p / odds.sum()))
         for (left, one), p in zip(tried, odds, strict=True)
         if one is not likeliest and left < least + POSSIBLE * each
     ]
-    return Filter(likeliest, _error(again, likeliest, each), tuple(near), explained)
+    return Filter(likeliest, _error(again, likeliest, each), tuple(possible), explained)
 
 
-def _families() -> list[tuple[Channel, Way, int]]:
-    """Channel, way and order of every family that is tried."""
+def _families() -> list[Passed]:
+    """One of every family that is tried."""
     ways: list[tuple[Way, int]] = [("late", 0)]
     ways += [("low-pass", order) for order in ORDERS] + [("zero-phase", order) for order in ORDERS]
     channels: tuple[Channel, ...] = ("force", "position")
-    return [(channel, way, order) for channel in channels for way, order in ways]
+    return [Passed(channel, way, order, np.nan) for channel in channels for way, order in ways]
 
 
 def _left(groups: Sequence[_Group], passed: Passed | None) -> float:
@@ -243,26 +248,34 @@ def _rows(groups: Sequence[_Group]) -> int:
 
 
 def _searched(
-    groups: Sequence[_Group], channel: Channel, way: Way, order: int
+    groups: Sequence[_Group], family: Passed, *, around: bool = False
 ) -> tuple[float, Passed]:
-    """The delay or corner of a family that leaves least: the grid, then golden sections."""
-    grid = np.log(DELAYS_S if way == "late" else CORNERS_HZ)
+    """The delay or corner of a family that leaves least: a grid, then golden sections.
+
+    `around`: near the family's own value instead.
+    """
     left: dict[float, float] = {}
+
+    def of(value: float) -> Passed:
+        return replace(family, value=float(np.exp(value)))
 
     def left_by(value: float) -> float:
         if value not in left:
-            left[value] = _left(groups, Passed(channel, way, order, float(np.exp(value))))
+            left[value] = _left(groups, of(value))
         return left[value]
 
-    best = min(map(float, grid), key=left_by)
-    step = abs(float(grid[1] - grid[0]))
-    low, high = max(best - step, float(grid.min())), min(best + step, float(grid.max()))
+    if around:
+        low, high = np.log(family.value) - AROUND, np.log(family.value) + AROUND
+    else:
+        grid = np.log(DELAYS_S if family.way == "late" else CORNERS_HZ)
+        best, step = min(map(float, grid), key=left_by), abs(float(grid[1] - grid[0]))
+        low, high = max(best - step, float(grid.min())), min(best + step, float(grid.max()))
     ratio = (np.sqrt(5) - 1) / 2
-    for _ in range(SEARCHED):
+    while high - low > SHARP:
         a, b = high - ratio * (high - low), low + ratio * (high - low)
         low, high = (low, b) if left_by(a) < left_by(b) else (a, high)
     best = min(left, key=left_by)
-    return left[best], Passed(channel, way, order, float(np.exp(best)))
+    return left[best], of(best)
 
 
 def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:

@@ -1,0 +1,139 @@
+"""What one channel came through alone is found, and both are taken through it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+
+from armimpedance.hand.still import check_response
+from armimpedance.hand.still.doubts.filter import Passed, find_filter
+from armimpedance.hand.still.show import estimate
+
+
+@pytest.fixture(scope="module")
+def sound(limb):
+    return limb.record(sets=4, force_noise=0.05, duration=0.3, seed=21)
+
+
+def by_trial(recording, name, change):
+    values = np.array(getattr(recording, name))
+    for row in range(recording.n_trials):
+        at = recording.samples_of(row)
+        values[at] = change(values[at])
+    return replace(recording, **{name: values})
+
+
+def low_passed(recording, name, hz, order, *, zero_phase=False):
+    """A Butterworth low-pass, as scripts apply it."""
+    sos = butter(order, hz, fs=recording.sample_rate_hz, output="sos")
+    if zero_phase:
+        return by_trial(recording, name, lambda x: sosfiltfilt(sos, x, axis=0))
+    start = sosfilt_zi(sos)[:, :, None]
+    return by_trial(recording, name, lambda x: sosfilt(sos, x, axis=0, zi=start * x[0])[0])
+
+
+def late(recording, name, delay_s):
+    def change(x):
+        clock = np.arange(len(x)) / recording.sample_rate_hz
+        return np.column_stack([np.interp(clock - delay_s, clock, axis) for axis in x.T])
+
+    return by_trial(recording, name, change)
+
+
+def holds(recording, limb):
+    """Whether 99.7 % intervals of all elements hold the truth."""
+    (one,) = estimate(recording)
+    truth = np.concatenate([limb.M.ravel(), limb.B.ravel(), limb.K.ravel()])
+    measured = np.array(one.parameters)
+    if one.inertia_with_handle is not None:
+        measured[:4] = np.asarray(one.inertia_with_handle).ravel()
+    return bool((np.abs(measured - truth) < 3 * one.sd.ravel()).all())
+
+
+@pytest.mark.parametrize(("order", "hz"), [(1, 50.0), (2, 20.0), (2, 50.0), (4, 30.0)])
+def test_a_low_pass_of_the_force_is_found_and_taken_off(sound, limb, order, hz):
+    filtered = low_passed(sound, "force", hz, order)
+    found = find_filter(filtered)
+    likely = {(one.way, one.order): one.value for one in (found.likeliest, *dict(found.possible))}
+    assert likely["low-pass", order] == pytest.approx(hz, rel=0.05)
+    assert found.likeliest.channel == "force"
+    assert holds(filtered, limb)
+    names = {one.name for one in check_response(filtered) if one.verdict == "warning"}
+    assert names <= {"filter", "delay"}
+    assert names
+
+
+def test_a_filter_without_phase_is_found(sound, limb):
+    filtered = low_passed(sound, "force", 15.0, 2, zero_phase=True)
+    found = find_filter(filtered)
+    assert (found.likeliest.way, found.likeliest.order) == ("zero-phase", 2)
+    assert found.likeliest.value == pytest.approx(15.0, rel=0.05)
+    assert holds(filtered, limb)
+
+
+@pytest.mark.parametrize("channel", ["force", "position"])
+def test_a_delay_is_found_with_its_channel(sound, limb, channel):
+    shifted = late(sound, channel, 0.003)
+    found = find_filter(shifted)
+    assert found.likeliest.channel == channel
+    delays = [one.value for one in (found.likeliest, *dict(found.possible)) if one.way == "late"]
+    assert delays
+    assert delays[0] == pytest.approx(0.003, abs=3e-4)
+    assert holds(shifted, limb)
+
+
+def test_a_filtered_position_is_found_too(sound):
+    found = find_filter(low_passed(sound, "position", 20.0, 2, zero_phase=True))
+    assert found.likeliest.channel == "position"
+    assert found.likeliest.way == "zero-phase"
+
+
+def test_a_sound_record_is_left_alone(limb):
+    for seed in range(8):
+        recording = limb.record(sets=2, force_noise=0.1, drift=0.002, seed=seed)
+        assert find_filter(recording) is None
+
+
+@pytest.mark.parametrize("hz", [8.0, 15.0])
+def test_records_that_were_filtered_alike_are_left_alone(sound, limb, hz):
+    both = sound
+    for name in ("force", "position"):
+        both = low_passed(both, name, hz, 2, zero_phase=True)
+    assert find_filter(both) is None
+    assert holds(both, limb)
+    assert not [one for one in check_response(both) if one.verdict in ("warning", "unusable")]
+
+
+def test_a_reflex_is_no_filter(sound, limb):
+    def change(force, moved, clock):
+        before = np.column_stack([np.interp(clock - 0.055, clock, axis) for axis in moved.T])
+        return force - 0.4 * before @ limb.K.T
+
+    force = sound.force.copy()
+    for row in range(sound.n_trials):
+        at = sound.samples_of(row)
+        moved = sound.position[at] - sound.position[at.start]
+        force[at] = change(force[at], moved, sound.time_s[at])
+    assert find_filter(replace(sound, force=force)) is None
+
+
+@pytest.mark.parametrize(
+    "passed",
+    [
+        Passed("force", "late", 0, 0.0025),
+        Passed("force", "low-pass", 2, 30.0),
+        Passed("force", "zero-phase", 2, 30.0),
+    ],
+)
+def test_each_trial_goes_through_it_for_itself(sound, passed):
+    """What rests stays, trials do not touch, and both channels through one filter are alike."""
+    alike = passed.alike(sound)
+    np.testing.assert_array_equal(alike.force, sound.force)
+    at = sound.samples_of(5)
+    alone = passed.alike(sound.select([5]))
+    np.testing.assert_allclose(alike.position[at], alone.position, atol=1e-12)
+    still = np.full((3, 200, 2), 0.7)
+    np.testing.assert_allclose(passed.of(still, 1000.0), still, atol=1e-9)
