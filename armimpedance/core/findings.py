@@ -93,6 +93,29 @@ def checked_sentence(findings: Iterable[Finding]) -> str:
     return f"These assumptions were held against the data: {names}; {ending}."
 
 
+#: Checks in the order of what they may make wrong, the gravest first; others follow as they come.
+GRAVEST: Final = (
+    *("units", "force sign", "axes", "imposed", "own motion", "session", "labels", "filter"),
+    *("delay", "gain", "clipping", "held", "plausible", "inner mode", "reflex", "voluntary"),
+    *("amplitude", "friction", "lack of fit", "reach"),
+)
+
+
+def by_gravity(sentences: Iterable[str]) -> list[str]:
+    """Warnings without repeats, those first that may make most wrong.
+
+    `sentences`: such as `Finding.sentence`: a name, a colon, a message.
+
+    Examples
+    --------
+    >>> by_gravity(["friction: makes B wrong", "units: kgf?"])[0]
+    'units: kgf?'
+    """
+    rank = {name: place for place, name in enumerate(GRAVEST)}
+    said = dict.fromkeys(sentences)
+    return sorted(said, key=lambda text: rank.get(text.split(":")[0], len(rank)))
+
+
 # What a file holds and a recording of it does not: said in its provenance, listed by `inspect`.
 
 _BEGINNING: Final = "Not taken: "

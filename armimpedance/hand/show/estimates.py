@@ -13,7 +13,8 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import AXES, MATRICES, UNITS
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, shortened
+from armimpedance.core.findings import by_gravity
 from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
 from armimpedance.hand.ellipses import Ellipse, Which, ellipse_of
 from armimpedance.hand.show.quantities import check_group_columns, condition_of
@@ -196,6 +197,8 @@ def axes_of(estimate: ImpedanceEstimate) -> tuple[str, ...]:
 
 #: Estimates that a short text shows.
 _MOST_SHOWN: Final = 10
+#: Letters of the gravest warning in the same place.
+_LONGEST_WARNING: Final = 160
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -321,10 +324,18 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[ImpedanceEstimate]):
 
     def __repr__(self) -> str:
         lines = [f"{name}: {method}, {n} trials, {K}" for name, method, n, K in self._table()[1:]]
-        return "\n".join([self._head(), *lines])
+        return "\n".join([self._head(), *lines, *self._warned()])
+
+    def _warned(self) -> list[str]:
+        """One line on the warnings: how many there are, and the gravest; none where none is."""
+        said = by_gravity(text for one in self.estimates for text in one.warnings)
+        if not said:
+            return []
+        return [f"{counted(len(said), 'warning')}: {shortened(said[0], _LONGEST_WARNING)}"]
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(self._head())}</p>{html_table(self._table())}"
+        warned = "".join(f"<p><b>{escape(line)}</b></p>" for line in self._warned())
+        return f"<p>{escape(self._head())}</p>{html_table(self._table())}{warned}"
 
 
 def _stiffness(estimate: ImpedanceEstimate) -> str:

@@ -20,7 +20,7 @@ from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
 from armimpedance.hand.still.doubts.departures import models_of
-from armimpedance.hand.still.doubts.model import COLUMNS, pooled
+from armimpedance.hand.still.doubts.model import pooled
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import (
     ModalEquation,
@@ -47,6 +47,8 @@ FIRST_LOOK: Final = (("late", 0, 1e-3), ("late", 0, 5e-3), ("low-pass", 2, 30.0)
 LEAST_EXPLAINED: Final = 40.0
 #: Other filters that explain less than the best by less than this stay possible.
 POSSIBLE: Final = 9.0
+#: A delay is taken for it where it explains less than the best by less than this.
+SIMPLER: Final = 4.0
 #: Where the search for a delay or corner ends, how far about a rough one it goes, and the step that
 #: tells its standard error: parts of it. Families that leave more than this at first are dropped.
 SHARP: Final = 0.004
@@ -213,6 +215,9 @@ def find_filter(recording: Recording) -> Filter | None:
     tried = sorted((_searched(again, one, around=True) for one in near), key=lambda one: one[0])
     least, likeliest = tried[0]
     each = least / _rows(again)
+    # a clock that is late is simpler than a filter that does nearly the same
+    simple = (one for left, one in tried if one.way == "late" and left < least + SIMPLER * each)
+    likeliest = next(simple, likeliest)
     explained = (_left(again, None) - least) / each
     if not _stands_out(recording, chosen, likeliest, explained):
         return None
@@ -299,7 +304,7 @@ def _stands_out(
     models = [one for one in models_of(recording, groups[:MOST_CONDITIONS]) if one is not None]
     if explained < LEAST_EXPLAINED or not models:
         return False
-    others = (c for name, columns in COLUMNS.items() if name != "delay" for c in columns)
+    others = (column for column in models[0].columns if column != "delay")
     if explained < BEYOND_OTHERS * max(pooled(models, column).z ** 2 for column in others):
         return False
     delay = pooled(models, "delay")

@@ -170,10 +170,10 @@ def late_by(recording, samples):
 
 @pytest.mark.parametrize("samples", [-15, -2, 2, 15])
 def test_delays_of_either_sign_are_told(noisy, samples):
-    """To first order in the delay: a long one is told, if not to the millisecond."""
+    """The channel that is late is named."""
     check = {c.name: c for c in check_response(late_by(noisy, samples))}["delay"]
     assert check.verdict == "warning"
-    assert ("late" if samples > 0 else "early") in check.message
+    assert f"{'force' if samples > 0 else 'position'} comes" in check.message
 
 
 def test_too_few_trials_to_judge_by_are_no_warning(limb):
