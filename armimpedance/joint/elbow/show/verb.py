@@ -9,11 +9,14 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.numerics.criticism import change_over_trials
+from armimpedance.numerics.criticism.course import LEAST, SIGNIFICANT
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
@@ -113,7 +116,13 @@ def elbow(
             except _NO_FIT:
                 continue
         tell(1 + len(selections), 1 + len(selections))
-    return replace(whole, parts=parts, warnings=(*marks, *whole.warnings, *_pooled_though(parts)))
+    session = _session(parts)
+    return replace(
+        whole,
+        parts=parts,
+        checks=(*whole.checks, *session),
+        warnings=(*marks, *whole.warnings, *warnings_of(session), *_pooled_though(parts)),
+    )
 
 
 def _parts(recording: Recording) -> dict[str, np.ndarray]:
@@ -124,6 +133,36 @@ def _parts(recording: Recording) -> dict[str, np.ndarray]:
         label = _TRIAL + trials["trial"].astype(str)
     names = label.unique() if label.nunique() > 1 else ()
     return {name: (label == name).to_numpy() for name in names}
+
+
+def _session(parts: Mapping[str, ElbowFit]) -> tuple[Finding, ...]:
+    """The finding "session": a limb's inertia does not change from trial to trial.
+
+    Empty where the parts are no trials, or too few.
+    """
+    if not parts or not all(label.startswith(_TRIAL) for label in parts):
+        return ()
+    fits = [part.parameters for part in parts.values()]
+    change = change_over_trials(
+        np.array([one.values for one in fits]), np.array([one.sd for one in fits])
+    )
+    if change is None:
+        return ()
+    least = f"{100 * max(SIGNIFICANT * change.error, LEAST):.2g} % of I"
+    if not change.seen:
+        text = "inertia is the same from the first trial to the last"
+        return (Finding("session", "ok", text, least),)
+    where = "from the first trial to the last"
+    if change.first is not None:
+        where = f"from {list(parts)[change.first]} on"
+    cause = "another limb, or another strap or posture"
+    if change.alike:
+        cause = "B and K alike: a gain of the torque or the angle, or another person"
+    text = (
+        f"I changes by {100 * change.size:+.0f} % (sd {100 * change.error:.0f}) {where}, {cause}; "
+        "fit the trials apart"
+    )
+    return (Finding("session", "warning", text, least),)
 
 
 def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:
