@@ -92,13 +92,18 @@ LEVEL_OF_REPEATS: Final = 0.003
 LEAST_UNEXPLAINED: Final = 0.03
 
 
-def lack_of_fit(models: Sequence[Model], *, explained: bool) -> tuple[Finding, ...]:
-    """The finding "lack of fit", ok where a departure explains it; empty without repeats."""
+def lack_of_fit(models: Sequence[Model], *, explained: str) -> tuple[Finding, ...]:
+    """The finding "lack of fit", not judged where a departure explains it; empty without repeats.
+
+    `explained`: the departure that is told; "" where there is none.
+    """
     found = [one for model in models if (one := _unexplained(model)) is not None]
     if not found:
         return ()
     part, p_value, least = (float(np.median(column)) for column in np.transpose(found))
-    told = part > LEAST_UNEXPLAINED and p_value < LEVEL_OF_REPEATS and not explained
+    told = part > LEAST_UNEXPLAINED and p_value < LEVEL_OF_REPEATS
+    if told and explained:
+        return (Finding("lack of fit", "cannot tell", f"not judged: after {explained}"),)
     text = (
         f"{100 * part:.1f} % of the response repeats in each direction and is not explained by "
         "M, B and K" + ("; look at it (`--method all`, `reflex`)" if told else "")
@@ -217,14 +222,14 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
             names[name], single[name] = usual, pooled(models, usual)
     what = _meanings(recording, models, names)
     wrist = any(CARRIED in column for column in models[0].columns)
-    found = [_finding(name, one, name in told, what, wrist) for name, one in single.items()]
+    found = [_finding(name, one, told, what, wrist) for name, one in single.items()]
     inner = _check_inner(recording, models)
     told = (*told, *(one.name for one in inner if one.verdict == "warning"))
     return (
         *own,
         *found,
         *inner,
-        *lack_of_fit(models, explained=bool(told)),
+        *lack_of_fit(models, explained=told[0] if told else ""),
         *check_symmetry(models),
         *check_session(recording, fitted),
         *check_labels(recording, fitted),
@@ -232,11 +237,14 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
 
 
 def _finding(
-    name: str, one: Departure, told: bool, what: Mapping[str, str], wrist: bool
+    name: str, one: Departure, told: Sequence[str], what: Mapping[str, str], wrist: bool
 ) -> Finding:
-    """What is said of one departure, told or not."""
+    """What is said of one departure, where these are told."""
     text, smallest = _delay_text(one) if name == "delay" else _share_text(what[name], one)
-    if not told:
+    if name not in told and told and _matters(name, one):
+        # it resembles what is told, and is not needed beside it
+        return Finding(name, "cannot tell", f"not judged: after {told[0]}")
+    if name not in told:
         if name in POSITIVE and one.size < 0:
             text = f"{text}, a sign that no {name} has"
         return Finding(name, "ok", text, smallest)
