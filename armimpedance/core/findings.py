@@ -111,9 +111,12 @@ def by_gravity(sentences: Iterable[str]) -> list[str]:
     >>> by_gravity(["friction: makes B wrong", "units: kgf?"])[0]
     'units: kgf?'
     """
-    rank = {name: place for place, name in enumerate(GRAVEST)}
-    said = dict.fromkeys(sentences)
-    return sorted(said, key=lambda text: rank.get(text.split(":")[0], len(rank)))
+    return sorted(dict.fromkeys(sentences), key=lambda text: gravity(text.split(":")[0]))
+
+
+def gravity(name: str) -> int:
+    """A check's place among those that may make most wrong, the gravest 0."""
+    return GRAVEST.index(name) if name in GRAVEST else len(GRAVEST)
 
 
 # What a file holds and a recording of it does not: said in its provenance, listed by `inspect`.

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
-from armimpedance.core.findings import Finding
+from armimpedance.core.findings import Finding, gravity
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
@@ -139,6 +139,10 @@ ADVICE: Final = {
     "axes": "Push the handle by hand along each axis and see which column answers.",
     "force axes": "Push the handle by hand along each axis and see which column answers.",
     "delay": "Record force and motion on one clock, or say how much later one of them is.",
+    "filter": "Record force and position through one filter, or through none.",
+    "session": "Look at the trial that is named, calibrate the sensor, and analyse the parts apart "
+    "(--by set).",
+    "labels": "Look at the protocol of the set that is named, and at its labels.",
     "skew": "Record all channels on one clock, or say how much later one of them is.",
     "reflex": "Use shorter disturbances, or take the limb's own part that `reflex` gives.",
     "own motion": "Take --method instruments or frequency, repeat each direction more often, or a "
@@ -179,7 +183,8 @@ def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdi
     `count`: what is judged, such as "7 conditions".
     """
     bad = sorted(
-        (f for f in findings if f.verdict in _ORDER), key=lambda f: _ORDER.index(f.verdict)
+        (f for f in findings if f.verdict in _ORDER),
+        key=lambda f: (_ORDER.index(f.verdict), gravity(f.name)),
     )
     held = sum(f.verdict == "ok" for f in findings)
     if not bad:
