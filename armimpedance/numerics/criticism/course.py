@@ -36,9 +36,14 @@ class TrialsChange:
     others_sd: FloatArray
 
     @property
+    def least(self) -> float:
+        """The smallest part that is more than chance, and matters."""
+        return max(SIGNIFICANT * self.error, LEAST)
+
+    @property
     def seen(self) -> bool:
         """Whether it is more than chance, and matters."""
-        return abs(self.size) > max(SIGNIFICANT * self.error, LEAST)
+        return abs(self.size) > self.least
 
     @property
     def alike(self) -> bool:
@@ -63,6 +68,7 @@ def change_over_trials(values: FloatArray, sd: FloatArray) -> TrialsChange | Non
     Examples
     --------
     >>> import numpy as np
+    >>> from armimpedance.numerics.criticism import change_over_trials
     >>> found = change_over_trials(np.array([[1.0], [1.0], [2.0], [2.0]]), np.full((4, 1), 0.01))
     >>> found.first, round(found.size, 2)
     (2, 1.0)

@@ -150,6 +150,7 @@ def to_hand(
     >>> to_hand(to_joint(estimate(recording)))
     1 estimate
     cocontraction_10: weighted, 8 trials, K 417.9, 155.4 N/m
+    1 warning: only 8 clusters ...
     """
     who = _who(estimates, recording)
 

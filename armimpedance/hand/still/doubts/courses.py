@@ -155,7 +155,7 @@ def _excess(
 
 
 def in_order(recording: Recording) -> IntArray:
-    """The trials' rows in the order in which they were made, as far as the table tells it."""
+    """The trials' rows in the order in which they were made, as far as the table shows it."""
     columns = [name for name in ORDER if name in recording.trials]
     if not columns:
         return np.arange(recording.n_trials)

@@ -34,15 +34,15 @@ from armimpedance.numerics.signals import cut_windows, delayed, disturbance_time
 
 Channel = Literal["force", "position"]
 Way = Literal["late", "low-pass", "zero-phase"]
+CHANNELS: Final[tuple[Channel, ...]] = ("force", "position")
 
 #: Orders of the Butterworth low-passes that are tried.
 ORDERS: Final = (1, 2, 4)
 #: Delays (s) and corners (Hz) that are tried first, from the mildest to the strongest.
 DELAYS_S: Final = (5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3)
 CORNERS_HZ: Final = (200.0, 120.0, 75.0, 45.0, 28.0, 18.0, 12.0, 8.0)
-#: The few of them that tell whether to look at all.
-FIRST_LOOK: Final = (("late", 0, 1e-3), ("late", 0, 5e-3), ("low-pass", 2, 30.0),
-                     ("zero-phase", 2, 20.0), ("zero-phase", 2, 10.0))  # fmt: skip
+#: The highest corner that is tried, a part of the sampling rate.
+HIGHEST: Final = 0.4
 #: A filter is told where it explains so much more than none, in squared standard errors.
 LEAST_EXPLAINED: Final = 40.0
 #: Other filters that explain less than the best by less than this stay possible.
@@ -111,6 +111,16 @@ class Passed:
             return f"{1e3 * self.value:.3g} ms late"
         phase = " without phase" if self.way == "zero-phase" else ""
         return f"through a low-pass{phase} of order {self.order} at {self.value:.3g} Hz"
+
+
+#: The few filters that tell whether to look at all.
+FIRST_LOOK: Final = (
+    Passed("force", "late", 0, 1e-3),
+    Passed("force", "late", 0, 5e-3),
+    Passed("force", "low-pass", 2, 30.0),
+    Passed("force", "zero-phase", 2, 20.0),
+    Passed("force", "zero-phase", 2, 10.0),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,54 +202,68 @@ def find_filter(recording: Recording) -> Filter | None:
     """
     if recording.perturbation != "returning":
         return None
-    timing = disturbance_times(recording)
     chosen = sorted((rows for _, rows in groups_of(recording, DEFAULT_BY)), key=len, reverse=True)
-    windows = []
-    for rows in chosen[:MOST_CONDITIONS]:
-        try:
-            window = cut_windows(recording, rows[:MOST_TRIALS], timing)
-            if window.usable.sum() >= FEWEST_TRIALS:
-                windows.append(_Group.of(window, recording.kind, None))
-        except ArmImpedanceError:
-            continue
-    if not windows:
+    groups = _looked_at(recording, chosen[:MOST_CONDITIONS])
+    if not groups or not _worth_looking(groups):
         return None
-    first = [Passed(c, w, o, v) for c in ("force", "position") for w, o, v in FIRST_LOOK]  # type: ignore[arg-type]
-    none = _left(windows, None)
-    if min(_left(windows, one) for one in first) > none / (1 + LEAST_EXPLAINED / _rows(windows)):
-        return None
-    rough = sorted((_searched(windows, one) for one in _families()), key=lambda one: one[0])
-    again = [_Group.of(one.window, one.kind, rough[0][1]) for one in windows]
+    rough = sorted((_searched(groups, one) for one in _families()), key=lambda one: one[0])
+    again = [_Group.of(one.window, one.kind, rough[0][1]) for one in groups]
     # the noise that the best of them leaves weighs the rows of all that come near it
     near = [one for left, one in rough if left < NEAR * rough[0][0]]
     tried = sorted((_searched(again, one, around=True) for one in near), key=lambda one: one[0])
+    found = _judged(again, tried)
+    return found if _stands_out(recording, chosen, found) else None
+
+
+def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[_Group]:
+    """The conditions that can be fitted."""
+    timing, groups = disturbance_times(recording), []
+    for rows in chosen:
+        try:
+            window = cut_windows(recording, rows[:MOST_TRIALS], timing)
+            if window.usable.sum() >= FEWEST_TRIALS:
+                groups.append(_Group.of(window, recording.kind, None))
+        except ArmImpedanceError:
+            continue
+    return groups
+
+
+def _worth_looking(groups: Sequence[_Group]) -> bool:
+    """Whether one of a few filters leaves clearly less than none."""
+    first = [replace(one, channel=c) for c in CHANNELS for one in FIRST_LOOK]
+    least = min(_left(groups, one) for one in first)
+    return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _left(groups, None)
+
+
+def _judged(groups: Sequence[_Group], tried: Sequence[tuple[float, Passed]]) -> Filter:
+    """The likeliest of the filters, what they leave before them, and those that stay possible."""
     least, likeliest = tried[0]
-    each = least / _rows(again)
+    each = least / _rows(groups)
     # a clock that is late is simpler than a filter that does nearly the same
     simple = (one for left, one in tried if one.way == "late" and left < least + SIMPLER * each)
     likeliest = next(simple, likeliest)
-    explained = (_left(again, None) - least) / each
-    if not _stands_out(recording, chosen, likeliest, explained):
-        return None
     odds = np.exp([(least - left) / each / 2 for left, _ in tried])
     possible = [
         (one, float(p / odds.sum()))
         for (left, one), p in zip(tried, odds, strict=True)
         if one is not likeliest and left < least + POSSIBLE * each
     ]
-    return Filter(likeliest, _error(again, likeliest, each), tuple(possible), explained)
+    explained = (_left(groups, None) - least) / each
+    return Filter(likeliest, _error(groups, likeliest, each), tuple(possible), explained)
 
 
 def _families() -> list[Passed]:
     """One of every family that is tried."""
     ways: list[tuple[Way, int]] = [("late", 0)]
     ways += [("low-pass", order) for order in ORDERS] + [("zero-phase", order) for order in ORDERS]
-    channels: tuple[Channel, ...] = ("force", "position")
-    return [Passed(channel, way, order, np.nan) for channel in channels for way, order in ways]
+    return [Passed(channel, way, order, np.nan) for channel in CHANNELS for way, order in ways]
 
 
 def _left(groups: Sequence[_Group], passed: Passed | None) -> float:
     """Weighted squares that a filter leaves of all groups; infinite where it cannot be fitted."""
+    highest = HIGHEST * min(group.window.sample_rate_hz for group in groups)
+    if passed is not None and passed.way != "late" and passed.value > highest:
+        return np.inf
     try:
         return sum(group.left(passed)[0] for group in groups)
     except (ArmImpedanceError, np.linalg.LinAlgError):
@@ -294,21 +318,19 @@ def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:
     return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
 
 
-def _stands_out(
-    recording: Recording, groups: Sequence[IntArray], passed: Passed, explained: float
-) -> bool:
+def _stands_out(recording: Recording, groups: Sequence[IntArray], found: Filter) -> bool:
     """Whether a filter explains more than chance and other departures do.
 
     What shifts the force shows as a delay between trials as well, whatever their noise is.
     """
     models = [one for one in models_of(recording, groups[:MOST_CONDITIONS]) if one is not None]
-    if explained < LEAST_EXPLAINED or not models:
+    if found.explained < LEAST_EXPLAINED or not models:
         return False
     others = (column for column in models[0].columns if column != "delay")
-    if explained < BEYOND_OTHERS * max(pooled(models, column).z ** 2 for column in others):
+    if found.explained < BEYOND_OTHERS * max(pooled(models, column).z ** 2 for column in others):
         return False
     delay = pooled(models, "delay")
-    return passed.way == "zero-phase" or abs(delay.size) > delay.limit
+    return found.likeliest.way == "zero-phase" or abs(delay.size) > delay.limit
 
 
 def in_step(recording: Recording) -> tuple[Recording, Filter | None]:

@@ -177,6 +177,7 @@ def estimate(
     >>> hand
     1 estimate
     cocontraction_10: weighted, 8 trials, K 417.9, 155.4 N/m
+    1 warning: only 8 clusters ...
     >>> hand["cocontraction_10"].stiffness.unit
     'N/m'
     """

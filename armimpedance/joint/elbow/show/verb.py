@@ -16,7 +16,6 @@ from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.numerics.criticism import change_over_trials
-from armimpedance.numerics.criticism.course import LEAST, SIGNIFICANT
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
@@ -148,7 +147,7 @@ def _session(parts: Mapping[str, ElbowFit]) -> tuple[Finding, ...]:
     )
     if change is None:
         return ()
-    least = f"{100 * max(SIGNIFICANT * change.error, LEAST):.2g} % of I"
+    least = f"{100 * change.least:.2g} % of I"
     if not change.seen:
         text = "inertia is the same from the first trial to the last"
         return (Finding("session", "ok", text, least),)

@@ -137,3 +137,25 @@ def test_each_trial_goes_through_it_for_itself(sound, passed):
     np.testing.assert_allclose(alike.position[at], alone.position, atol=1e-12)
     still = np.full((3, 200, 2), 0.7)
     np.testing.assert_allclose(passed.of(still, 1000.0), still, atol=1e-9)
+
+
+@pytest.mark.parametrize("every", [5, 10])
+def test_a_slow_clock_has_fewer_corners_to_try(sound, every):
+    """Recorded at 200 and 100 Hz: corners beyond that are not asked, and delays are found."""
+    keep = np.concatenate(
+        [np.arange(at.start, at.stop, every) for at in map(sound.samples_of, range(sound.n_trials))]
+    )
+    counts = [
+        len(range(at.start, at.stop, every)) for at in map(sound.samples_of, range(sound.n_trials))
+    ]
+    shifted = late(sound, "force", 0.01)
+    slow = replace(
+        shifted,
+        sample_rate_hz=sound.sample_rate_hz / every,
+        offsets=np.concatenate([[0], np.cumsum(counts)]),
+        time_s=sound.time_s[keep],
+        position=sound.position[keep],
+        force=shifted.force[keep],
+    )
+    found = find_filter(slow)
+    assert found.likeliest.channel == "force"
