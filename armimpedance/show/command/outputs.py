@@ -131,11 +131,17 @@ def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
         if place in taken:
             options = f"{taken[place]} and to {output.option}"
             raise InputError(f"given to {options}", file=output.path, expected="two files")
-        if any(place == path or path in place.parents for path in inputs):
+        if place in inputs:
             raise InputError(
                 f"{output.option} would replace what is read",
                 file=output.path,
                 expected="another file",
+            )
+        if any(path in place.parents for path in inputs):
+            raise InputError(
+                f"{output.option} lies in a folder that is read",
+                file=output.path,
+                expected="another folder",
             )
         taken[place] = output.option
         if output.endings == FIGURE and place.with_suffix(".txt") in inputs:

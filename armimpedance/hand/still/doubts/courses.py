@@ -22,6 +22,8 @@ from armimpedance.hand.still.doubts.model import Model
 
 #: Trials before and after a change that are wanted at least.
 FEWEST_BESIDE: Final = 8
+#: Part of what the trials would tell with theta known, below which they tell nothing.
+LEAST_TOLD: Final = 1e-5
 #: Places of a change that are tried at most.
 MOST_COURSES: Final = 128
 #: Columns of the trial table that tell the order of the trials, the coarsest first.
@@ -112,13 +114,24 @@ def fit_course(parts: Sequence[Part], weight: FloatArray, pattern: FloatArray) -
         H += D.T @ np.tensordot(w**2, part.A, axes=1) @ D - S @ part.inverse @ R
         u += D.T @ (w @ part.residual)
         coupled.append(part.inverse @ R)
-    diagonal = np.abs(np.diag(H))
-    if diagonal.min() <= 1e-9 * _known(parts, pattern).min():
+    if not _is_told(H, _known(parts, pattern)):
         return None
     inverse = np.linalg.inv(H)
     g = inverse @ u
     shifts = tuple(-each @ g for each in coupled)
     return CourseFit(g, inverse * _excess(parts, weight, pattern, g, shifts), shifts)
+
+
+def _is_told(H: FloatArray, known: FloatArray) -> bool:
+    """Whether the trials tell all numbers of a course: H (k, k) beside what they would with theta.
+
+    Instruments leave H not quite symmetric; its inverse has positive variances where its symmetric
+    part is positive.
+    """
+    if not (known > 0).all():
+        return False
+    scaled = H / np.sqrt(np.outer(known, known))
+    return float(np.linalg.eigvalsh((scaled + scaled.T) / 2)[0]) > LEAST_TOLD
 
 
 def _known(parts: Sequence[Part], pattern: FloatArray) -> FloatArray:

@@ -361,21 +361,21 @@ def widened_by_filter(
     `recording`: as it was measured.
     """
     timing = disturbance_times(recording)
+    note = f"the {found.likeliest.other} was taken {found.likeliest.words}, as the other was"
     wider = []
     for one, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):
-        errors = _errors(cut_windows(recording, rows, timing), recording.kind, found)
+        one = replace(one, provenance=(*one.provenance, note))
+        try:
+            errors = _errors(cut_windows(recording, rows, timing), recording.kind, found)
+        except (ArmImpedanceError, np.linalg.LinAlgError):
+            # too few trials to be asked, as of the other doubts
+            wider.append(one)
+            continue
         more = errors.T @ errors
         bound = None if one.bound is None else one.bound + more
         shared = {**one.shared_errors, "filter": errors[0]}
-        note = f"the {found.likeliest.other} was taken {found.likeliest.words}, as the other was"
         wider.append(
-            replace(
-                one,
-                covariance=one.covariance + more,
-                bound=bound,
-                shared_errors=shared,
-                provenance=(*one.provenance, note),
-            )
+            replace(one, covariance=one.covariance + more, bound=bound, shared_errors=shared)
         )
     return wider
 

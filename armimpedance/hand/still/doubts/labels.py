@@ -104,11 +104,14 @@ class _Apart:
 
     @classmethod
     def of(cls, model: Model, inside: BoolArray) -> _Apart | None:
-        """None where the set holds none of its trials, or most of them."""
+        """None where the set holds none of its trials, or more than the others tell M, B and K."""
         A, b = model.equations.A, model.equations.b
         if not inside.any() or inside.mean() > HALF:
             return None
-        inverse = np.linalg.inv(A[~inside].sum(axis=0))
+        try:
+            inverse = np.linalg.inv(A[~inside].sum(axis=0))
+        except np.linalg.LinAlgError:
+            return None
         # sum_others A_t (p, p) theta (p,) = sum_others b_t
         theta = inverse @ b[~inside].sum(axis=0)
         left = b[~inside] - A[~inside] @ theta
@@ -128,4 +131,6 @@ def _exchange(one: _Apart, other: _Apart) -> tuple[float, float]:
         + float(step @ each.A @ each.covariance @ each.A.T @ step)
         for each in (one, other)
     )
-    return score / known, float(np.sqrt(variance)) / abs(known)
+    if known <= 0 or variance <= 0:
+        return 0.0, np.inf
+    return score / known, float(np.sqrt(variance)) / known

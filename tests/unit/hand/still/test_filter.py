@@ -159,3 +159,12 @@ def test_a_slow_clock_has_fewer_corners_to_try(sound, every):
     )
     found = find_filter(slow)
     assert found.likeliest.channel == "force"
+
+
+def test_groups_of_few_trials_are_taken_in_step_too(sound):
+    """Three trials each: too few to ask the filter again, not too few to estimate."""
+    shifted = late(sound, "force", 0.004)
+    few = replace(shifted, trials=shifted.trials.assign(pair=np.arange(sound.n_trials) // 4))
+    found = estimate(few, by="pair")
+    assert len(found) == sound.n_trials // 4
+    assert all("was taken" in one.provenance[-1] for one in found)
