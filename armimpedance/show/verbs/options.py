@@ -11,7 +11,7 @@ import argparse
 import inspect
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sized
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import wraps
 from math import inf, isfinite
 from numbers import Real
@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any, Final, ParamSpec, TypeVar
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.method_table import EntryTable
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -122,24 +121,13 @@ class OneOf(AnyWord):
 
 
 @dataclass(frozen=True)
-class MethodName(AnyWord):
-    """The name of a method; its table refuses names that it does not hold."""
-
-    table: EntryTable[Any] = field(default_factory=lambda: EntryTable("method"))
+class MethodName(OneOf):
+    """One of the methods of a table, whose names the help lists in words of its own."""
 
     @property
-    def typed(self) -> str:
-        """The keyword's type, as a docstring names it."""
-        return f"{{{', '.join(map(repr, self.table.names))}}}".replace("'", '"')
-
-    @property
-    def expected(self) -> str:
-        """What a value must be, in words."""
-        return f"one of {', '.join(self.table.names)}"
-
-    def holds(self, value: Any) -> bool:
-        """Whether the table has a method of this name."""
-        return isinstance(value, str) and value in self.table.names
+    def argparse(self) -> dict[str, Any]:
+        """What `add_argument` is told of it."""
+        return {"metavar": self.metavar}
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ MOVEMENT: Final = Verb(
     (
         Option(
             "method",
-            MethodName(table=METHODS),
+            MethodName(values=METHODS.names),
             METHODS.listed(),
             doc='"latent" (the default), or one of the sources\'',
         ),

@@ -52,7 +52,7 @@ BODY: Final = Verb(
     (
         Option(
             "method",
-            MethodName(table=METHODS),
+            MethodName(values=METHODS.names),
             METHODS.listed(),
             doc="rows weighted by their "
             "residuals (the default), every segment physically possible, plain least squares, or "

@@ -79,7 +79,7 @@ PASSIVE: Final = Verb(
         ),
         Option(
             "method",
-            MethodName(table=METHODS),
+            MethodName(values=METHODS.names),
             f"{METHODS.listed()}; output-error fits the measured swing itself, parallel takes "
             "every term through the filter, ls is the source's with its unfiltered sign",
             doc="a fit to the measured swing itself (the default), every term through the filter, "
