@@ -108,8 +108,8 @@ def fit_course(parts: Sequence[Part], weight: FloatArray, pattern: FloatArray) -
     H, u, coupled = np.zeros((k, k)), np.zeros(k), []
     for part in parts:
         w, D = weight[part.rows], part.scaled @ pattern
-        S = D.T @ np.tensordot(w, part.A, axes=1)
-        R = np.tensordot(w, part.A, axes=1) @ D
+        changed = np.tensordot(w, part.A, axes=1)
+        S, R = D.T @ changed, changed @ D
         # [sum A, sum w A D; sum w D^T A, sum w^2 D^T A D] [shift; g] = [0; sum w D^T r]
         H += D.T @ np.tensordot(w**2, part.A, axes=1) @ D - S @ part.inverse @ R
         u += D.T @ (w @ part.residual)
@@ -207,7 +207,7 @@ def _sets(labels: pd.Series, column: str, place: IntArray) -> Iterator[SessionCo
 def trial_name(recording: Recording, order: IntArray, place: int) -> str:
     """The trial's number; its place in the order, too, where numbers do not rise."""
     numbers, rising = trial_numbers(recording, order)
-    return str(numbers[place]) + ("" if rising else f", the {place + 1}. of {len(order)},")
+    return str(numbers[place]) + ("" if rising else f" (number {place + 1} of {len(order)})")
 
 
 def trial_numbers(recording: Recording, order: IntArray) -> tuple[IntArray, bool]:

@@ -58,7 +58,6 @@ class SessionChange:
     `sizes` (3 d,): parts by which M, then B, then K of each axis of force change.
     `covariance` (3 d, 3 d): of these.
     `z`: the largest statistic, of M of all axes or of one.
-    `axis`: that axis; None: of all.
     `limit`: what chance alone does not reach.
     `least`: the smallest change in the middle of the session that would have been named.
     `fading`: statistic of K of all axes, the largest over the courses, and its part.
@@ -69,7 +68,6 @@ class SessionChange:
     sizes: FloatArray
     covariance: FloatArray
     z: float
-    axis: int | None
     limit: float
     least: float
     fading: tuple[float, float]
@@ -110,7 +108,6 @@ def change_of(
         sizes=exact.sizes,
         covariance=exact.covariance,
         z=best.z,
-        axis=best.axis,
         limit=limit,
         least=limit * float(np.sqrt(usual.fit.covariance[0, 0])),
         fading=(float(fading.z[2]), float(fading.sizes[2])),
@@ -286,8 +283,8 @@ def _changed(recording: Recording, change: SessionChange) -> str:
     where, along = change.course.where, "" if axis is None else f" along {AXES[axis]}"
     if change.course.kind == "from" and change.between[0] < change.between[1]:
         numbers, rising = trial_numbers(recording, in_order(recording))
-        early, late = (numbers[p] if rising else f"{p + 1}." for p in change.between)
-        where += f" ({early} to {late})"
+        early, late = (numbers[p] if rising else p + 1 for p in change.between)
+        where += f" ({'' if rising else 'number '}{early} to {late})"
     if cause == "sign":
         return (
             f"the force{along} has the other sign {where}: turn it back in those trials, or leave "
