@@ -20,7 +20,7 @@ from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
 from armimpedance.hand.still.doubts.departures import models_of
-from armimpedance.hand.still.doubts.model import pooled
+from armimpedance.hand.still.doubts.model import Model, pooled
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import (
     ModalEquation,
@@ -55,8 +55,8 @@ SHARP: Final = 0.004
 AROUND: Final = 0.1
 STEP: Final = 0.05
 NEAR: Final = 1.2
-#: A delay or a low-pass resembles a reflex and dry friction: it must explain so many times more.
-BEYOND_OTHERS: Final = 1.5
+#: A delay or a low-pass resembles dry friction or a reflex: so much more than these it explains.
+BEYOND_OTHERS: Final = 20.0
 #: Conditions with most trials that are looked at, and the fewest and most trials of one.
 MOST_CONDITIONS: Final = 2
 FEWEST_TRIALS: Final = 8
@@ -129,12 +129,14 @@ class Filter:
 
     `possible`: others that explain nearly as much, with their probabilities beside the likeliest.
     `explained`: how much more than none, in squared standard errors.
+    `each`: weighted square that is left of a row.
     """
 
     likeliest: Passed
     error: float
     possible: tuple[tuple[Passed, float], ...]
     explained: float
+    each: float
 
     @property
     def finding(self) -> Finding:
@@ -150,7 +152,7 @@ class Filter:
 
 @dataclass(frozen=True, eq=False)
 class _Group:
-    """A condition's window and the weight V (d n, d n) of its rows."""
+    """A condition's window, and the weight V (d n, d n) of its rows as they were measured."""
 
     window: Window
     kind: Kind
@@ -160,6 +162,10 @@ class _Group:
     def of(cls, window: Window, kind: Kind, passed: Passed | None) -> _Group:
         found = weighted_fit(_through(window, passed), kind)
         V = np.linalg.inv(found.noise.covariance(found.parameters))
+        if passed is not None and passed.other == "force":
+            # V of L y is L^-T V L^-1
+            L = _of_rows(found.equation, passed, window.sample_rate_hz)
+            V = L.T @ V @ L
         return cls(window, kind, (V + V.T) / 2)
 
     def left(self, passed: Passed | None) -> tuple[float, FloatArray, int]:
@@ -168,8 +174,7 @@ class _Group:
         Z, V = expected_motion(equation), self.weight
         if passed is not None and passed.other == "force":
             # a force that is filtered here has filtered noise: V of L y is L^-T V L^-1
-            back = np.linalg.inv(_in_modes(equation, passed, self.window.sample_rate_hz))
-            back = np.kron(np.eye(equation.axes), back)
+            back = np.linalg.inv(_of_rows(equation, passed, self.window.sample_rate_hz))
             V = back.T @ V @ back
         solved = solve_equations(weighted_equations(equation, V, self.kind, instruments=Z))
         # the motion's own noise, which a filter takes away, is no matter of the filter's
@@ -178,11 +183,11 @@ class _Group:
         return float(((r @ V) * r).sum()), solved.parameters, r.size
 
 
-def _in_modes(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:
-    """What a filter does to the modes, (n, n)."""
+def _of_rows(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:
+    """What a filter does to the rows of the force, L (d n, d n)."""
     smooth = equation.modes.smooth
-    # (n, S) times the filtered modes (S, n)
-    return np.asarray(smooth @ passed.of(smooth.T, rate_hz))
+    # (n, S) times the filtered modes (S, n), for each axis
+    return np.asarray(np.kron(np.eye(equation.axes), smooth @ passed.of(smooth.T, rate_hz)))
 
 
 def _through(window: Window, passed: Passed | None) -> Window:
@@ -212,7 +217,7 @@ def find_filter(recording: Recording) -> Filter | None:
     near = [one for left, one in rough if left < NEAR * rough[0][0]]
     tried = sorted((_searched(again, one, around=True) for one in near), key=lambda one: one[0])
     found = _judged(again, tried)
-    return found if _stands_out(recording, chosen, found) else None
+    return found if _stands_out(recording, chosen, again, found) else None
 
 
 def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[_Group]:
@@ -249,7 +254,7 @@ def _judged(groups: Sequence[_Group], tried: Sequence[tuple[float, Passed]]) -> 
         if one is not likeliest and left < least + POSSIBLE * each
     ]
     explained = (_left(groups, None) - least) / each
-    return Filter(likeliest, _error(groups, likeliest, each), tuple(possible), explained)
+    return Filter(likeliest, _error(groups, likeliest, each), tuple(possible), explained, each)
 
 
 def _families() -> list[Passed]:
@@ -318,19 +323,29 @@ def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:
     return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
 
 
-def _stands_out(recording: Recording, groups: Sequence[IntArray], found: Filter) -> bool:
+def _stands_out(
+    recording: Recording, chosen: Sequence[IntArray], groups: Sequence[_Group], found: Filter
+) -> bool:
     """Whether a filter explains more than chance and other departures do.
 
     What shifts the force shows as a delay between trials as well, whatever their noise is.
     """
-    models = [one for one in models_of(recording, groups[:MOST_CONDITIONS]) if one is not None]
-    if found.explained < LEAST_EXPLAINED or not models:
+    if found.explained < LEAST_EXPLAINED:
         return False
-    others = (column for column in models[0].columns if column != "delay")
-    if found.explained < BEYOND_OTHERS * max(pooled(models, column).z ** 2 for column in others):
+    if _left(groups, found.likeliest) + BEYOND_OTHERS * found.each > _left_by_others(groups):
+        return False
+    models = [one for one in models_of(recording, chosen[:MOST_CONDITIONS]) if one is not None]
+    if not models:
         return False
     delay = pooled(models, "delay")
     return found.likeliest.way == "zero-phase" or abs(delay.size) > delay.limit
+
+
+def _left_by_others(groups: Sequence[_Group]) -> float:
+    """Weighted squares that the best of the other departures leaves, by the same weights."""
+    models = [Model.weighted(group.window, group.kind, group.weight) for group in groups]
+    others = (column for column in models[0].columns if column != "delay")
+    return min(sum(model.left(column) for model in models) for column in others)
 
 
 def in_step(recording: Recording) -> tuple[Recording, Filter | None]:

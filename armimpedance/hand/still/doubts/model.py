@@ -18,7 +18,12 @@ from armimpedance.core.conventions import AXES, Kind
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Window
 from armimpedance.hand.still.doubts.inner import inner_columns
-from armimpedance.hand.still.modal import ModalEquation, expected_motion, weighted_equations
+from armimpedance.hand.still.modal import (
+    ModalEquation,
+    expected_motion,
+    modal_equation,
+    weighted_equations,
+)
 from armimpedance.hand.still.weighing import compensated_equations, weighted_fit
 from armimpedance.numerics.regression import TrialEquations, solve_equations
 from armimpedance.numerics.signals import delayed
@@ -212,12 +217,45 @@ class Model:
         V = (V + V.T) / 2
         Z = expected_motion(found.equation)
         plain = compensated_equations(found.equation, found.noise, V, Z, kind)
+        return cls._of(window, found.equation, V, Z, plain, free_wrist)
+
+    @classmethod
+    def weighted(cls, window: Window, kind: Kind, V: FloatArray) -> Model:
+        """The same with the weight V (d n, d n) of the rows instead of the window's own."""
+        equation = modal_equation(window)
+        Z = expected_motion(equation)
+        plain = weighted_equations(equation, V, kind, instruments=Z)
+        return cls._of(window, equation, V, Z, plain, False)
+
+    @classmethod
+    def _of(
+        cls,
+        window: Window,
+        equation: ModalEquation,
+        V: FloatArray,
+        Z: FloatArray | None,
+        plain: TrialEquations,
+        free_wrist: bool,
+    ) -> Model:
         solved = solve_equations(plain)
-        columns, way = columns_of(window, found.equation, Z, solved.parameters)
-        columns |= inner_columns(window, found.equation, solved.parameters, free_wrist)
+        columns, way = columns_of(window, equation, Z, solved.parameters)
+        columns |= inner_columns(window, equation, solved.parameters, free_wrist)
         theta, covariance = solved.parameters, solved.covariance
         used = np.asarray(window.usable)
-        return cls(found.equation, V, Z, plain, theta, covariance, columns, way, used)
+        return cls(equation, V, Z, plain, theta, covariance, columns, way, used)
+
+    def left(self, column: str | None = None) -> float:
+        """Weighted squares that the fit leaves, with the number of one departure in it or without.
+
+        Of the motion that is expected where it is: its own noise is no matter of a departure's.
+        """
+        theta = self.parameters if column is None else self._solved(column)[0]
+        p, Z = len(self.parameters), self.instruments
+        motion = self.equation.motion if Z is None else Z.reshape(self.equation.motion.shape)
+        r = replace(self.equation, motion=motion).residual(theta[:p])
+        if column is not None:
+            r = r - theta[p] * self.columns[column].reshape(len(r), -1)
+        return float(((r @ self.weight) * r).sum())
 
     def departure(self, column: str, beside: str | None = None) -> Departure:
         """The number k of one departure, with another one in the model beside it or without."""

@@ -88,7 +88,8 @@ def test_a_delay_is_found_with_its_channel(sound, limb, channel):
 def test_a_filtered_position_is_found_too(sound):
     found = find_filter(low_passed(sound, "position", 20.0, 2, zero_phase=True))
     assert found.likeliest.channel == "position"
-    assert found.likeliest.way == "zero-phase"
+    assert (found.likeliest.way, found.likeliest.order) == ("zero-phase", 2)
+    assert found.likeliest.value == pytest.approx(20.0, rel=0.05)
 
 
 def test_a_sound_record_is_left_alone(limb):
@@ -105,6 +106,20 @@ def test_records_that_were_filtered_alike_are_left_alone(sound, limb, hz):
     assert find_filter(both) is None
     assert holds(both, limb)
     assert not [one for one in check_response(both) if one.verdict in ("warning", "unusable")]
+
+
+@pytest.mark.parametrize("friction_N", [0.3, 1.0])
+def test_dry_friction_is_no_filter(sound, friction_N):
+    """It resembles a position that is late, and is more than that."""
+    force = sound.force.copy()
+    for row in range(sound.n_trials):
+        at = sound.samples_of(row)
+        speed = np.gradient(sound.position[at], axis=0) * sound.sample_rate_hz
+        size = np.linalg.norm(speed, axis=1, keepdims=True)
+        force[at] -= friction_N * speed / np.sqrt(size**2 + 1e-6)
+    rubbed = replace(sound, force=force)
+    assert find_filter(rubbed) is None
+    assert {one.name for one in check_response(rubbed) if one.verdict == "warning"} >= {"friction"}
 
 
 def test_a_reflex_is_no_filter(sound, limb):
