@@ -57,6 +57,10 @@ STEP: Final = 0.05
 NEAR: Final = 1.2
 #: A delay or a low-pass resembles dry friction or a reflex: so much more than these it explains.
 BEYOND_OTHERS: Final = 20.0
+#: A position that came through more than this cannot be helped (s, Hz): the motion is lost that
+#: would tell what it was. Measured: 15 Hz without phase is taken off, 12 Hz is not; a low-pass with
+#: phase at 50 Hz is, at 20 Hz it looks like a delay of 9 ms.
+LOST: Final = {"late": 6e-3, "low-pass": 40.0, "zero-phase": 14.0}
 #: Conditions with most trials that are looked at, and the fewest and most trials of one.
 MOST_CONDITIONS: Final = 2
 FEWEST_TRIALS: Final = 8
@@ -105,6 +109,12 @@ class Passed:
         return "position" if self.channel == "force" else "force"
 
     @property
+    def is_lost(self) -> bool:
+        """Whether too little of the motion is left to take it off."""
+        beyond = LOST[self.way] < self.value if self.way == "late" else self.value < LOST[self.way]
+        return self.channel == "position" and beyond
+
+    @property
     def words(self) -> str:
         """What it is."""
         if self.way == "late":
@@ -142,12 +152,19 @@ class Filter:
     def finding(self) -> Finding:
         """The finding "delay" or "filter"."""
         one = self.likeliest
+        name = "delay" if one.way == "late" else "filter"
+        seen = f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %)"
+        if one.is_lost:
+            text = (
+                f"{seen} or through a filter like it, and the {one.other} does not: too much of "
+                "the motion is lost; record both alike"
+            )
+            return Finding(name, "unusable", text)
         text = (
-            f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %) and the "
-            f"{one.other} does not; the {one.other} is taken through the same before the fit: "
-            "record both alike"
+            f"{seen} and the {one.other} does not; the {one.other} is taken through the same "
+            "before the fit: record both alike"
         )
-        return Finding("delay" if one.way == "late" else "filter", "warning", text)
+        return Finding(name, "warning", text)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
+from armimpedance.core.errors import InputError
 from armimpedance.hand.still import check_response
 from armimpedance.hand.still.doubts.filter import Passed, find_filter
 from armimpedance.hand.still.show import estimate
@@ -90,6 +91,14 @@ def test_a_filtered_position_is_found_too(sound):
     assert found.likeliest.channel == "position"
     assert (found.likeliest.way, found.likeliest.order) == ("zero-phase", 2)
     assert found.likeliest.value == pytest.approx(20.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("hz", "zero_phase"), [(10.0, True), (20.0, False)])
+def test_a_position_that_lost_its_motion_is_refused(sound, hz, zero_phase):
+    """What its filter was the rest does not tell: no number is printed."""
+    lost = low_passed(sound, "position", hz, 2, zero_phase=zero_phase)
+    with pytest.raises(InputError, match=r"position comes .*motion is lost"):
+        estimate(lost)
 
 
 def test_a_sound_record_is_left_alone(limb):
