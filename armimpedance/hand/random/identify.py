@@ -12,6 +12,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.estimates import ImpedanceEstimate, Quality
+from armimpedance.core.findings import warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.random.commands import (
@@ -41,9 +42,11 @@ from armimpedance.hand.random.lines import (
     Explained,
     Lines,
     explained_by,
+    itself,
     lines_of,
     share_explained,
 )
+from armimpedance.hand.random.pieces import check_pieces
 from armimpedance.hand.random.random_fit import RandomFit, ReflexPart, response_matrix
 from armimpedance.hand.still import elbow_told, groups_of, is_wrist_free
 
@@ -130,17 +133,12 @@ def _of_group(
     every = lines_of(recording, rows, commands.values)
     band = every.excited_band() if band_hz is None else band_hz
     lines = every.within(band)
-    explained = explained_by(lines) if commands.told else _itself(lines)
+    explained = explained_by(lines) if commands.told else itself(lines)
     if commands.told:
         check_follows(*_shares(lines, explained))
     solved = _in_turns(lines, explained)
     refuse_impossible(solved.answer, lines.axes)
     return _fit(recording, commands, keys, rows, band, explained, solved)
-
-
-def _itself(lines: Lines) -> Explained:
-    """Without commands: all motion is the robot's doing."""
-    return Explained(lines.motion[0], lines.force, 1)
 
 
 def _shares(lines: Lines, explained: Explained) -> tuple[FloatArray, FloatArray]:
@@ -229,6 +227,7 @@ def _fit(
     seen = reflex.probability > 0.5
     if elbow != "held" and not seen:
         one = allow_for_inner(one, lines, explained, solved.weight, elbow)
+    session = check_pieces(recording, rows, commands, band, lag_s)
     fit = RandomFit(
         one,
         reflex,
@@ -241,6 +240,7 @@ def _fit(
     warnings = (
         *told,
         *doubts_of(fit, misfit),
+        *warnings_of(session),
         *fit.estimate.not_definite(),
         *(of_elbow(elbow) if seen else ()),
         *of_wrist(free=in_space and is_wrist_free(recording, rows)),

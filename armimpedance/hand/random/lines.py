@@ -10,7 +10,7 @@ divided by the root of the number of samples: pieces of any length have the same
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final
 
@@ -124,13 +124,23 @@ def lines_of(recording: Recording, rows: IntArray, command: FloatArray) -> Lines
     InputError
         No trial holds a piece of 4 s without a gap.
     """
-    rate, slices = recording.sample_rate_hz, trial_slices(recording.offsets)
+    slices, numbers = trial_slices(recording.offsets), recording.trials["trial"]
+    return lines_in(recording, [(int(numbers.iloc[row]), slices[row]) for row in rows], command)
+
+
+def lines_in(
+    recording: Recording, stretches: Sequence[tuple[int, slice]], command: FloatArray
+) -> Lines:
+    """The lines of stretches of samples, each with the number that its lines bear as `trial`.
+
+    Raises InputError: none holds a piece of 4 s without a gap.
+    """
+    rate = recording.sample_rate_hz
     parts, total, squares, fourths = [], 0, 0.0, 0.0
-    for row in rows:
-        for piece in _pieces(recording.time_s, slices[row], rate):
+    for number, stretch in stretches:
+        for piece in _pieces(recording.time_s, stretch, rate):
             taper = _taper(piece.stop - piece.start, rate)
             channels = recording.position[piece], recording.force[piece], command[piece]
-            number = int(recording.trials["trial"].iloc[row])
             parts.append((number, *_transformed(taper, channels, rate)))
             total += piece.stop - piece.start
             squares += float((taper[0] ** 2).sum())
@@ -249,6 +259,11 @@ def explained_by(lines: Lines) -> Explained:
     left_out = y - (y - U @ (U.conj().T @ y)) / (1 - leverage)
     d = lines.axes
     return Explained(left_out[:, :d], left_out[:, d:], U.shape[1] // c)
+
+
+def itself(lines: Lines) -> Explained:
+    """Without commands: all motion is the robot's doing."""
+    return Explained(lines.motion[0], lines.force, 1)
 
 
 def _basis(lines: Lines) -> FloatArray:

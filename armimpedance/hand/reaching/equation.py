@@ -80,15 +80,8 @@ class ReachEquations(FrozenRecord):
 
 def equations_of(windows: PhaseWindows) -> ReachEquations:
     """The equations of one phase, with means and history taken out of every term."""
-    lag, Y = windows.lag_s, windows.part("inertial")
-    X = regressors(
-        lag,
-        Y.reshape(*Y.shape[:2], 2, N_INERTIAL),
-        windows.part("angle"),
-        windows.part("rate"),
-        windows.late("angle", round(REFLEX_S / SPACING_S)),
-    )
-    X, y = projected(lag, X), projected(lag, windows.part("torque"))
+    lag = windows.lag_s
+    X, y = projected(lag, terms_of(windows)), projected(lag, windows.part("torque"))
     n = len(X)
     nuisance = _nuisance(windows)
 
@@ -99,10 +92,22 @@ def equations_of(windows: PhaseWindows) -> ReachEquations:
     return ReachEquations(
         X=without(X).reshape(X.shape),
         y=without(y),
-        instruments=_orthonormal(without(windows.instruments)),
+        instruments=orthonormal(without(windows.instruments)),
         pushed=windows.pushed,
         nuisance=nuisance,
         moving=min(1.0, windows.travel_m / MOVING_M),
+    )
+
+
+def terms_of(windows: PhaseWindows) -> FloatArray:
+    """What the unknowns multiply over a window, (n, S, 2, 31)."""
+    Y = windows.part("inertial")
+    return regressors(
+        windows.lag_s,
+        Y.reshape(*Y.shape[:2], 2, N_INERTIAL),
+        windows.part("angle"),
+        windows.part("rate"),
+        windows.late("angle", round(REFLEX_S / SPACING_S)),
     )
 
 
@@ -151,7 +156,7 @@ def _by_rows(vector: FloatArray) -> FloatArray:
     return out
 
 
-def _orthonormal(columns: FloatArray) -> FloatArray:
+def orthonormal(columns: FloatArray) -> FloatArray:
     """Orthonormal columns (n, d) that span these; none for what is next to nothing."""
     U, size, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(U[:, size > 1e-6 * size[0]])

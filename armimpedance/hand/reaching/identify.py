@@ -13,6 +13,7 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.core.findings import warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.course import Courses, channel
@@ -31,6 +32,7 @@ from armimpedance.hand.reaching.fitted import (
 )
 from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.reaching.methods.latent import explained_by
+from armimpedance.hand.reaching.one_limb import check_one_limb
 from armimpedance.hand.reaching.over_reach import course_over
 from armimpedance.hand.reaching.session import Session, session_of
 from armimpedance.hand.reaching.solve import Known, PhaseEvidence, evidence_of, solve
@@ -83,14 +85,16 @@ def identify_movement(
     _check_level(method or METHODS.default, chosen, level)
     session = session_of(recording, inertia, phases)
     _check_throughout(method or METHODS.default, chosen, session)
-    made = []
+    made, cut = [], []
     for phase in session.phases(window_s, progress):
         for name, windows in phase.windows:
+            cut.append(windows)
             fit = chosen.fit(windows, level, session.known)
             check_inertia(fit, phase.name)
             keys = {"condition": phase.condition, "phase": name}
             made.append(to_estimate(fit, windows, method or METHODS.default, keys))
-    return made
+    said = warnings_of(check_one_limb(cut))
+    return [one.with_warning(*said) for one in made]
 
 
 def _check_level(name: str, method: ReachMethod, level: Level) -> None:
@@ -182,7 +186,8 @@ def identify_course(
     made: list[ImpedanceEstimate] = []
     for condition, parts in solved.items():
         made += _course(session.courses, condition, parts, level, session.known)
-    return made
+    said = warnings_of(check_one_limb([p.windows for parts in solved.values() for p in parts]))
+    return [one.with_warning(*said) for one in made]
 
 
 def _middles(parts: list[_Phase], rate_hz: float) -> tuple[IntArray, FloatArray]:

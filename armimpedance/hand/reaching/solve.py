@@ -137,6 +137,26 @@ def evidence_of(equations: ReachEquations, known: Known | None = None) -> PhaseE
     return _evidence(equations, ZW, P, known)[0]
 
 
+def further(
+    equations: ReachEquations, solution: PhaseSolution
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The unknowns (31,), those beyond them (k,) and the covariance of these, by given weights.
+
+    `equations`: with 31 + k columns.
+    Raises NotIdentifiableError: the pushes do not tell them.
+    """
+    k = equations.X.shape[-1] - N_UNKNOWN
+    P = np.pad(precision_of(equations, solution.theta, None), (0, k))
+    ZW = _times(_instruments(equations, solution.weight, P), solution.weight)
+    # A (31 + k, 31 + k) theta = -Z^T W y
+    A = _summed(ZW, equations.X) + P
+    _condition(A)
+    theta = -np.linalg.solve(A, np.einsum("nps,ns->p", ZW, equations.y))
+    residual = equations.y + np.einsum("nrp,p->nr", equations.X, theta)
+    covariance = _jackknife(equations, ZW, residual, A)[0]
+    return theta[:N_UNKNOWN], theta[N_UNKNOWN:], covariance[N_UNKNOWN:, N_UNKNOWN:]
+
+
 def _weighted(
     equations: ReachEquations, known: Known | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -15,12 +15,18 @@ from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
-from armimpedance.numerics.criticism import change_over_trials
+from armimpedance.numerics.criticism import SessionWords, check_inertia_over
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 #: How a part of a recording that is one trial is called.
 _TRIAL: Final = "trial "
+_WORDS: Final = SessionWords(
+    "trial",
+    "I",
+    "a gain of the torque or the angle, or another person",
+    "another limb, or another strap or posture",
+)
 #: What a part of a recording that allows no fit of its own fails with.
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
@@ -142,26 +148,8 @@ def _session(parts: Mapping[str, ElbowFit]) -> tuple[Finding, ...]:
     if not parts or not all(label.startswith(_TRIAL) for label in parts):
         return ()
     fits = [part.parameters for part in parts.values()]
-    change = change_over_trials(
-        np.array([one.values for one in fits]), np.array([one.sd for one in fits])
-    )
-    if change is None:
-        return ()
-    least = f"{100 * change.least:.2g} % of I"
-    if not change.seen:
-        text = "inertia is the same from the first trial to the last"
-        return (Finding("session", "ok", text, least),)
-    where = "from the first trial to the last"
-    if change.first is not None:
-        where = f"from {list(parts)[change.first]} on"
-    cause = "another limb, or another strap or posture"
-    if change.alike:
-        cause = "B and K alike: a gain of the torque or the angle, or another person"
-    text = (
-        f"I changes by {100 * change.size:+.0f} % (sd {100 * change.error:.0f}) {where}, {cause}; "
-        "fit the trials apart"
-    )
-    return (Finding("session", "warning", text, least),)
+    numbers = np.array([one.values for one in fits]), np.array([one.sd for one in fits])
+    return check_inertia_over(list(parts), {"": numbers}, _WORDS)
 
 
 def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:

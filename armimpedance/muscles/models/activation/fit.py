@@ -24,6 +24,7 @@ from armimpedance.muscles.models.activation.misfit import misfit_of
 from armimpedance.muscles.models.activation.model import ActivationModel, activation_result
 from armimpedance.muscles.models.activation.models import ACTIVATION_MODELS, ActivationMethod
 from armimpedance.muscles.models.activation.quality import activation_quality
+from armimpedance.muscles.models.changed_gain import WhiteRows, gain_change
 from armimpedance.muscles.models.fitted_model import ElementQuality
 from armimpedance.muscles.models.rows import JointRows, spread_of
 
@@ -176,6 +177,10 @@ def fit_activation_model(
     spreads = [
         _shared_spread(one, rows.shared(symbol)) for symbol, one in zip("KB", solved, strict=True)
     ]
+    changed = gain_change(_white(of_K, K))
+    session = () if changed is None else (changed.finding(arm.paths.muscles, rows.labels),)
+    if changed is not None and changed.seen:
+        spreads[0] = spreads[0] + changed.spread
     # a bounded solution stays where it is: its intervals alone become wider
     K, B = (
         misfit.allowed_for(one, moved=not kind.bounded)
@@ -186,7 +191,9 @@ def fit_activation_model(
         for one, more in zip((K, B), spreads, strict=True)
     )
     misfits = misfits[0].widened(spreads[0]), misfits[1].widened(spreads[1])
-    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality), misfits)
+    return activation_result(
+        kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality), misfits, session
+    )
 
 
 def _shared_spread(solved: SolvedEquations, shared: FloatArray) -> FloatArray:
@@ -195,6 +202,22 @@ def _shared_spread(solved: SolvedEquations, shared: FloatArray) -> FloatArray:
     beside_torque = np.pad(shared, ((0, 0), (0, 0), (0, outputs - shared.shape[-1])))
     design = solved.weight @ solved.design
     return spread_of(solved.covariance, design, solved.weight, beside_torque)
+
+
+def _white(equations: ActivationEquations, solved: SolvedEquations) -> WhiteRows:
+    """The solved equations as rows that are asked for a change of an EMG channel's gain."""
+    design = solved.weight @ solved.design
+    left = solved.target - solved.design @ solved.theta
+    slopes = equations.slopes(solved.activation, solved.theta) * solved.activation[:, None, :]
+    m, order = len(equations.patterns), equations.order
+    return WhiteRows(
+        design,
+        np.einsum("pij,pj->pi", solved.weight, left),
+        solved.theta,
+        solved.covariance,
+        solved.weight @ slopes,
+        3 + np.arange(m * order).reshape(m, order),
+    )
 
 
 def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:

@@ -237,6 +237,7 @@ def activation_result(
     rank: ActivationRank,
     quality: tuple[ElementQuality, ...],
     misfits: tuple[ActivationMisfit, ActivationMisfit],
+    session: tuple[Finding, ...],
 ) -> ActivationModel:
     """The model of solved equations of K and B at the posture q (2,)."""
     of_K, of_B = equations
@@ -251,7 +252,7 @@ def activation_result(
         misfit.finding(symbol, _doubt(one.theta[3:n], one.covariance[3:n, 3:n]))
         for symbol, misfit, one in zip("KB", misfits, solved, strict=True)
     )
-    checks = (*fits, plausible_size(of_K.outputs[:, :3]))
+    checks = (*fits, *session, plausible_size(of_K.outputs[:, :3]))
     warnings = (*rank.warnings, *falling, *unpredicted(quality), *warnings_of(checks))
     alone = tuple(m.muscle_covariance() for m in misfits)
     return ActivationModel(

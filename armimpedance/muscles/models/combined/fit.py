@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.findings import Finding
 from armimpedance.core.progress import Progress, Steps
 from armimpedance.limb.arm import MuscularArm, arm_named
 from armimpedance.muscles.models.activation.checks import check_activation, unpredicted
+from armimpedance.muscles.models.changed_gain import WhiteRows, gain_change
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.models.combined.lengths import corrected_lengths
 from armimpedance.muscles.models.combined.model import MuscleModel
@@ -134,9 +136,37 @@ def fit_muscle_model(
     found = solve_posterior(form, measured, prior, start_of(equations, prior))
     steps.step()
     quality = muscle_quality(form, measured, prior, found, seed, steps)
+    changed = gain_change(_white(form, measured, found, alpha))
     found = _with_shared(found, rows)
-    summary = muscle_summary(form, measured, prior, found)
+    session: tuple[Finding, ...] = ()
+    if changed is not None:
+        session = (changed.finding(arm.paths.muscles, rows.labels),)
+        if changed.seen:
+            found = replace(found, covariance=found.covariance + changed.spread)
+    summary = muscle_summary(form, measured, prior, found, session)
     return _model(arm.name, rows, form, found, quality, summary)
+
+
+def _white(
+    form: EvaluatedEquations, measured: Measured, found: MusclePosterior, alpha: FloatArray
+) -> WhiteRows:
+    """The rows of K and B, to be asked for a change of an EMG channel's gain."""
+    layout, n = form.equations.layout, len(found.x)
+    design, error, slopes = [], [], []
+    for symbol, block, weight in zip("KB", found.blocks, found.weights, strict=False):
+        P = len(weight)
+        by_activation = form.by_activation(found.x, symbol) * alpha[:, None]
+        slopes.append(weight @ measured.as_seen(form, found.x, symbol, by_activation))
+        design.append(found.jacobian[block].reshape(P, -1, n))
+        error.append(-found.error[block].reshape(P, -1))
+    return WhiteRows(
+        np.concatenate(design, axis=1),
+        np.concatenate(error, axis=1),
+        found.x,
+        found.covariance,
+        np.concatenate(slopes, axis=1),
+        np.arange(n)[layout.f].reshape(layout.muscles, -1)[:, 1:],
+    )
 
 
 def _with_shared(found: MusclePosterior, rows: JointRows | HandRows) -> MusclePosterior:

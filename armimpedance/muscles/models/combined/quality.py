@@ -8,6 +8,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError
+from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Steps
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.models.combined.solver import Measured, MusclePosterior, Prior, minimised
@@ -148,7 +149,11 @@ def _as_scattered(measured: Measured, found: MusclePosterior) -> tuple[FloatArra
 
 
 def muscle_summary(
-    form: EvaluatedEquations, measured: Measured, prior: Prior, found: MusclePosterior
+    form: EvaluatedEquations,
+    measured: Measured,
+    prior: Prior,
+    found: MusclePosterior,
+    checks: tuple[Finding, ...],
 ) -> FitSummary:
     """Parameters with their standard errors, and warnings of those that the data do not tell."""
     names, units = parameter_names(form.equations)
@@ -173,7 +178,8 @@ def muscle_summary(
         r2=r2,
         vaf=vaf,
         parameters=parameters,
-        warnings=_warnings(names, sd / prior.sd, found),
+        warnings=(*_warnings(names, sd / prior.sd, found), *warnings_of(checks)),
+        checks=checks,
     )
 
 

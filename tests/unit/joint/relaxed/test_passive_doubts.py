@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.records import Subject
+from armimpedance.core.records import Recording, Subject
 from armimpedance.joint.relaxed.identify import identify_passive
 from armimpedance.joint.relaxed.samples import as_still_as_shown, from_motion
 from armimpedance.joint.relaxed.show.verb import passive
@@ -128,3 +129,37 @@ def test_what_is_held_is_still_and_what_moves_is_only_smoothed():
     assert np.ptp(smooth[:, 0]) == 0.0
     # three fifths of white noise pass an 8 Hz low-pass at 30 frames/s
     assert np.std(smooth[30:-30, 1] - motion[30:-30, 1]) < 0.9e-3
+
+
+def turned_by_a_motor(gain):
+    """Six swings of a relaxed elbow by a motor that measures its torque, times a gain each."""
+    rng, n, rate = np.random.default_rng(5), 1000, 100.0
+    t = np.arange(n) / rate
+    angle, torque = [], []
+    for row in range(6):
+        w, phase = 2 * np.pi * rng.uniform(0.15, 0.7, 2), rng.uniform(0, 2 * np.pi, 2)
+        q = 1.5 + np.array([0.5, 0.15]) @ np.sin(w[:, None] * t + phase[:, None])
+        v = (np.array([0.5, 0.15]) * w) @ np.cos(w[:, None] * t + phase[:, None])
+        tau = 3.0 * (q - 1.4) + 0.2 * v + 0.15 * np.sign(v)
+        angle.append(q + 2e-4 * rng.standard_normal(n))
+        torque.append(gain(row) * tau + 0.03 * rng.standard_normal(n))
+    return Recording(
+        kind="joint",
+        sample_rate_hz=rate,
+        trials=pd.DataFrame({"trial": range(1, 7), "condition": "swing"}),
+        offsets=n * np.arange(7),
+        time_s=np.tile(t, 6),
+        position=np.concatenate(angle)[:, None],
+        force=np.concatenate(torque)[:, None],
+    )
+
+
+def test_a_gain_of_the_torque_that_changes_is_named_with_its_trial():
+    def said(gain):
+        (one,) = (c for c in passive(turned_by_a_motor(gain)).summary.checks if c.name == "trials")
+        return one
+
+    assert said(lambda _: 1.0).verdict == "ok"
+    halved = said(lambda row: 0.5 if row >= 3 else 1.0)
+    assert halved.verdict == "warning"
+    assert "alike from trial 4 on by -50 %" in halved.message

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.numerics.criticism import change_over_trials
+from armimpedance.numerics.criticism import HAND_WORDS, change_over_trials, check_inertia_over
 
 
 def trials(rng, factor, n=6, sd=0.01):
@@ -53,11 +53,29 @@ def test_units_and_the_order_of_the_courses_do_not_matter():
     assert one.first == other.first
     back = change_over_trials(values[::-1], sd[::-1])
     assert back.first == 4
-    assert np.log1p(back.size) == pytest.approx(-np.log1p(one.size))
+    assert (1 + back.size) * (1 + one.size) == pytest.approx(1)
 
 
-@pytest.mark.parametrize(
-    "values", [np.ones((2, 3)), np.array([[1.0], [-1.0], [1.0]]), np.full((4, 1), np.nan)]
-)
+def test_a_sign_that_turns_is_a_change():
+    rng = np.random.default_rng(6)
+    one = change_over_trials(*trials(rng, lambda i: np.where(i >= 4, -1.0, 1.0)))
+    assert one.seen
+    assert one.first == 4
+    assert abs(one.size + 2) < 5 * one.error
+
+
+def test_a_change_of_all_axes_is_told_of_all():
+    rng = np.random.default_rng(7)
+    series = {axis: trials(rng, lambda i: np.where(i >= 3, 1.1, 1.0)) for axis in ("", "x", "y")}
+    (told,) = check_inertia_over("abcdef", series, HAND_WORDS)
+    assert told.verdict == "warning"
+    assert " along " not in told.message
+    series[""], series["y"] = trials(rng, np.ones_like), trials(rng, np.ones_like)
+    (told,) = check_inertia_over("abcdef", series, HAND_WORDS)
+    assert "along x" in told.message
+    assert "from d on" in told.message
+
+
+@pytest.mark.parametrize("values", [np.ones((2, 3)), np.full((4, 1), np.nan)])
 def test_what_cannot_be_asked_is_not(values):
     assert change_over_trials(values, np.full(values.shape, 0.1)) is None

@@ -1,0 +1,128 @@
+"""The pieces of a session under random perturbations, held against each other.
+
+Each piece's M, B and K follow from the equations of its own lines, with the weights of the whole;
+a reflex is left out of them, which moves all pieces alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.core.conventions import AXES
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording
+from armimpedance.core.trials import trial_slices
+from armimpedance.hand.random.commands import Commands
+from armimpedance.hand.random.equations import equations_at, noise_weight, residual
+from armimpedance.hand.random.lines import (
+    Complex,
+    Explained,
+    Lines,
+    explained_by,
+    itself,
+    lines_in,
+)
+from armimpedance.numerics.criticism import HAND_WORDS, check_inertia_over, sizes_beside
+
+#: A trial is cut into pieces of at least this length (s), and so many in all.
+SHORTEST_S: Final = 10.0
+MOST: Final = 12
+#: Fewer pieces say nothing of a session.
+FEWEST: Final = 3
+#: A piece has so many lines to each unknown of a row.
+LINES_EACH: Final = 8
+
+
+def check_pieces(
+    recording: Recording,
+    rows: IntArray,
+    commands: Commands,
+    band_hz: tuple[float, float],
+    lag_s: float,
+) -> tuple[Finding, ...]:
+    """The finding "session" of one group of trials; none where there are too few pieces.
+
+    `lag_s`: by how much the force is recorded later than the motion.
+    """
+    names, stretches = _pieces(recording, rows)
+    try:
+        lines = lines_in(recording, list(enumerate(stretches)), commands.values).within(band_hz)
+    except InputError:
+        return ()
+    lines, d = replace(lines, force=lines.force * np.exp(lines.s * lag_s)), lines.axes
+    explained = explained_by(lines) if commands.told else itself(lines)
+    kept = [n for n in range(len(names)) if (lines.trial == n).sum() >= LINES_EACH * 3 * d]
+    if len(kept) < FEWEST:
+        return ()
+    alike: Complex = np.broadcast_to(np.eye(d, dtype=complex), (len(lines.trial), d, d))
+    first = _rows(lines, explained, alike)[0]
+    weight = noise_weight(lines, residual(lines, np.append(first, 0.0), None))
+    whole = _rows(lines, explained, weight)[0].reshape(d, 3, d)
+    parts = [_part(lines, explained, weight, lines.trial == n) for n in kept]
+    return check_inertia_over([names[n] for n in kept], _series(parts, whole), HAND_WORDS)
+
+
+def _pieces(recording: Recording, rows: IntArray) -> tuple[list[str], list[slice]]:
+    """Names and samples of the pieces into which the trials are cut."""
+    slices = [trial_slices(recording.offsets)[row] for row in rows]
+    whole = sum(one.stop - one.start for one in slices)
+    shortest = max(SHORTEST_S * recording.sample_rate_hz, whole / MOST)
+    names, stretches = [], []
+    for row, trial in zip(rows, slices, strict=True):
+        size = trial.stop - trial.start
+        count = max(int(size / shortest), 1)
+        ends = trial.start + np.linspace(0, size, count + 1).astype(np.int64)
+        number = recording.trials["trial"].iloc[row]
+        for first, last in zip(ends[:-1], ends[1:], strict=True):
+            stretches.append(slice(int(first), int(last)))
+            start = (first - trial.start) / recording.sample_rate_hz
+            names.append(f"trial {number}" + (f" at {start:.0f} s" if count > 1 else ""))
+    return names, stretches
+
+
+def _part(
+    lines: Lines, explained: Explained, weight: Complex, of: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rows of [M B K] of one piece, and their covariance."""
+    some = replace(
+        lines,
+        frequency_hz=lines.frequency_hz[of],
+        trial=lines.trial[of],
+        motion=lines.motion[:, of],
+        force=lines.force[of],
+        command=lines.command[of],
+    )
+    told = Explained(explained.motion[of], explained.force[of], explained.coefficients)
+    return _rows(some, told, weight[of])
+
+
+def _rows(lines: Lines, explained: Explained, weight: Complex) -> tuple[FloatArray, FloatArray]:
+    equations = equations_at(lines, explained, weight, None)
+    # A (3 d^2, 3 d^2) theta = b, C = A^-1 meat A^-T
+    inverse = np.linalg.inv(equations.A[:-1, :-1])
+    return inverse @ equations.b[:-1], inverse @ equations.meat[:-1, :-1] @ inverse.T
+
+
+def _series(
+    parts: list[tuple[FloatArray, FloatArray]], whole: FloatArray
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """M, B and K of the pieces as parts of the whole's (d, 3, d): of all axes, and of each."""
+    d = len(whole)
+    at = np.arange(3 * d * d).reshape(d, 3, d)
+    axes = {"": at} | {AXES[i]: at[i : i + 1] for i in range(d if d > 1 else 0)}
+    series = {}
+    for axis, places in axes.items():
+        found = np.array([
+            [
+                sizes_beside(theta[own], C[np.ix_(own, own)], whole.ravel()[own])
+                for own in (places[:, k].ravel() for k in range(3))
+            ]
+            for theta, C in parts
+        ])  # fmt: skip
+        series[axis] = found[..., 0], found[..., 1]
+    return series
