@@ -40,6 +40,7 @@ from broken import (
     hand_cells,
     model_cells,
     passive_cells,
+    random_cells,
     therapy_cells,
 )
 from broken.advice import ADVICE
@@ -61,6 +62,7 @@ TOPICS = (
     therapy_cells,
     model_cells,
     exam_cells,
+    random_cells,
 )
 COLUMNS = (
     "command", "rig", "violation", "size", "n", "effect_in_se", "silently_wrong", "named",

@@ -32,6 +32,7 @@ ADVICE: Final[dict[str, str]] = {
     "a gain drifts": _SESSION,
     "one channel from the middle on": _SESSION,
     "one axis in the last set": "Turn the sign back in the trials that are named.",
+    "one electrode from the middle on": "Fit the conditions before and after it apart.",
     "two people under one name": "Give each person a recording of their own.",
     "labels exchanged": "Look at the protocol of the set that is named; exchange its labels.",
     "force filtered alone": _FILTER,

@@ -46,6 +46,10 @@ TOPICS: Final = {
         "The hand: looking, mapping, comparing",
         (("inspect", ALL), ("map", ALL), ("compare", ALL)),
     ),
+    "hand_moving": Topic(
+        "The hand under random perturbations, and while it reaches",
+        (("random", ALL), ("movement", ALL)),
+    ),
     "relaxed": Topic("Relaxed joints", (("passive", ALL),)),
     "bodies_and_therapy": Topic(
         "Bodies and therapy robots",

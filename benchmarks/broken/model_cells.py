@@ -205,6 +205,13 @@ def scaled(factor: float) -> Callable[[Any, Any], Any]:
     )
 
 
+def weaker_electrode(rows: JointRows, _rng: np.random.Generator) -> JointRows:
+    """The first muscle's activation halves in the second half of the conditions."""
+    alpha = np.array(rows.activation)
+    alpha[len(alpha) // 2 :, 0] *= 0.5
+    return replace(rows, activation=alpha)
+
+
 ACTIVATION = Rig("fit activation", "own muscles", muscles(), ask_activation)
 OVER_POSTURE = Rig("fit moment-arms", "own arm", postures(), ask_posture)
 
@@ -227,6 +234,8 @@ def cells() -> list[Cell]:
          muscles(Muscles(alpha_off=0.2))),
         ("one condition is wrong", "K three times", ("outlier", *LACK),
          muscles(Muscles(outlier=3.0))),
+        ("one electrode from the middle on", "half its gain", ("session",),
+         damaged(ACTIVATION, on_record(weaker_electrode))),
         ("K in mNm", "x 1000", UNITS, damaged(ACTIVATION, on_record(scaled(1000.0)))),
     ]  # fmt: skip
     of_postures: list[tuple[str, str, tuple[str, ...], Any]] = [

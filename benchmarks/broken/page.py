@@ -25,7 +25,7 @@ SHARES: Final = {
 #: Drawing -> its commands and what is said of it.
 DRAWINGS: Final = {
     "joint": ("elbow", "elbow --time-varying", "elbow --emg-law"),
-    "hand": ("estimate", "reflex", "inspect", "map", "compare"),
+    "hand": ("estimate", "reflex", "inspect", "map", "compare", "random", "movement"),
     "others": (
         "passive", "body", "therapy robot", "therapy arm", "therapy contribution",
         "fit activation", "fit moment-arms", "convert",

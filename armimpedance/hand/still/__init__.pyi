@@ -1,6 +1,7 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
+from .doubts.departures import session_blocks as session_blocks
 from .doubts.filter import in_step as in_step
 from .doubts.inner import (
     INNER_DAMPING as INNER_DAMPING,

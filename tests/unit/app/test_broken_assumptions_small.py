@@ -21,7 +21,7 @@ from armimpedance.core.findings import Finding  # noqa: E402
 COMMANDS = {
     "elbow", "elbow --time-varying", "elbow --emg-law", "estimate", "reflex", "inspect", "map",
     "compare", "passive", "body", "therapy robot", "therapy arm", "therapy contribution",
-    "fit activation", "fit moment-arms", "convert",
+    "fit activation", "fit moment-arms", "convert", "random", "movement",
 }  # fmt: skip
 
 

@@ -26,7 +26,7 @@ from armimpedance.hand.still.doubts.model import (
     late_s,
     pooled,
 )
-from armimpedance.hand.still.doubts.session import check_session
+from armimpedance.hand.still.doubts.session import SessionBlocks, blocks_of, check_session
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import mean_of_others
 from armimpedance.numerics.signals import cut_windows, disturbance_times
@@ -350,6 +350,12 @@ def _models(recording: Recording) -> list[tuple[IntArray, Model]]:
         if found := [(rows[model.usable], model) for rows, model in fitted if model is not None]:
             return found
     return []
+
+
+def session_blocks(recording: Recording) -> SessionBlocks | None:
+    """M, B and K over a session, block by block; None where no condition can be fitted."""
+    models = _models(recording)
+    return blocks_of(recording, models) if models else None
 
 
 def models_of(recording: Recording, groups: Sequence[IntArray]) -> Iterator[Model | None]:

@@ -300,3 +300,55 @@ def _changed(recording: Recording, change: SessionChange) -> str:
         f"the force{along} changes {how} {where}, M, B and K alike: {what}; find out which is "
         "right, and estimate the parts apart (`--by`)"
     )
+
+
+# How M, B and K go over the session, to be drawn.
+
+#: A block holds so many trials at least, and there are so many blocks at most.
+FEWEST_IN_BLOCK: Final = 6
+MOST_BLOCKS: Final = 12
+
+
+@dataclass(frozen=True, eq=False)
+class SessionBlocks:
+    """M, B and K of n blocks of trials in the order of the session, as parts of the session's.
+
+    `first`, `last` (n,): places of each block's first and last trial, from 1.
+    `sizes`, `sd` (n, 3): M, B and K, each as one number of all axes; NaN where a block has no trial
+    that could be fitted.
+    """
+
+    first: IntArray
+    last: IntArray
+    sizes: FloatArray
+    sd: FloatArray
+
+
+def blocks_of(recording: Recording, models: Sequence[tuple[IntArray, Model]]) -> SessionBlocks:
+    """The blocks of a session; `models`: each condition's trials as rows, and its fit."""
+    order, parts = in_order(recording), [Part.of(model, rows) for rows, model in models]
+    count = int(np.clip(len(order) // FEWEST_IN_BLOCK, 1, MOST_BLOCKS))
+    places = np.array_split(np.arange(1, len(order) + 1), count)
+    found = np.array([_sizes(parts, order[block - 1]) for block in places])
+    first, last = (np.array([block[i] for block in places]) for i in (0, -1))
+    return SessionBlocks(first, last, found[..., 0], found[..., 1])
+
+
+def _sizes(parts: Sequence[Part], rows: IntArray) -> FloatArray:
+    """M, B and K of some trials as parts of their conditions', and standard errors, (3, 2)."""
+    H, u = np.zeros((3, 3)), np.zeros(3)
+    left = free = 0.0
+    for part in parts:
+        d = part.scaled.shape[1] // 3
+        inside, D = np.isin(part.rows, rows), part.scaled @ together(d)
+        # H x = u: sum D^T A_t D x = sum D^T b_t
+        H += D.T @ part.A[inside].sum(axis=0) @ D
+        u += D.T @ part.b[inside].sum(axis=0)
+        expected = np.einsum("pk,tpq,qk->k", D, part.A, D)
+        left += float((((part.residual @ D) ** 2).sum(axis=0) / expected).sum())
+        T = len(part.rows)
+        free += 3 * max(T - 3 * d, 1) / T
+    if np.linalg.matrix_rank(H) != 3:
+        return np.full((3, 2), np.nan)
+    inverse = np.linalg.inv(H)
+    return np.stack([inverse @ u, np.sqrt(np.diag(inverse) * max(left / max(free, 1.0), 1.0))], 1)

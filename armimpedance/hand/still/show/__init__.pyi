@@ -6,6 +6,7 @@ from .plot import plot_estimates as plot_estimates, plot_motion_and_force as plo
 from .quality_plot import plot_quality as plot_quality
 from .reflex_plot import plot_reflex as plot_reflex
 from .reflex_verb import ReflexVerdicts as ReflexVerdicts, reflex as reflex
+from .session_plot import plot_session as plot_session
 from .trials_plot import (
     plot_fit as plot_fit,
     plot_residuals as plot_residuals,

@@ -8,6 +8,7 @@ from typing import Any, Final
 import pandas as pd
 
 from armimpedance.core.conventions import MATRICES, UNITS, group_name
+from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.program import software
 from armimpedance.core.records import ImpedanceEstimate, Recording
@@ -20,6 +21,7 @@ from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.show.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.hand.still.show.linked_trials import linked_trials, trial_data
 from armimpedance.hand.still.show.quality_plot import plot_quality
+from armimpedance.hand.still.show.session_plot import plot_session
 from armimpedance.hand.still.show.trials_plot import plot_fit, plot_residuals
 from armimpedance.hand.still.show.verb import estimate, estimate_all
 from armimpedance.show.files import read_left_out, shared_steps
@@ -44,6 +46,8 @@ from armimpedance.show.verbs.results import read_recording
 
 #: Columns of a file of results that no reader of a page wants.
 _LEFT_OUT: Final = ("covariance", "shared_errors", "provenance")
+#: The course over a session is drawn from this number of trials on.
+_COURSE: Final = 24
 _CHECKED: Final = "Each check says the smallest violation that it would have seen."
 
 
@@ -234,7 +238,26 @@ def _drawn(recording: Recording, estimates: Estimates, told: pd.DataFrame) -> li
         plot_residuals(recording, worst), "residuals", f"Residuals of {name} and their spectrum."
     )
     trials = linked_trials(recording, told, "trials", "courses")
-    return [Section("Trials", (trials, quality)), Section("Fit and residuals", (fit, left))]
+    return [
+        Section("Trials", (trials, quality, *_over_session(recording))),
+        Section("Fit and residuals", (fit, left)),
+    ]
+
+
+def _over_session(recording: Recording) -> tuple[Block, ...]:
+    """M and K over the session, where there are trials enough."""
+    if recording.perturbation != "returning" or recording.n_trials < _COURSE:
+        return ()
+    try:
+        drawn = plot_session(recording)
+    except InputError:
+        return ()
+    caption = (
+        "Inertia M and stiffness K of blocks of trials in the order of the session, as parts of "
+        "the whole session's, with 95 % intervals. M does not change while one person is measured "
+        "with one rig."
+    )
+    return (picture(drawn, "session", caption),)
 
 
 def _left(asked: Asked, estimates: Estimates) -> list[Section]:

@@ -8,9 +8,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from armimpedance.hand.still import check_response
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still import check_response, session_blocks
 from armimpedance.hand.still.doubts.courses import Part, fit_course, rows_scaled
-from armimpedance.hand.still.show import estimate
+from armimpedance.hand.still.show import estimate, plot_session
+from armimpedance.show.plots import new_figure
 from manipulandum_sim.hand import simulate
 
 CONDITIONS = ("cocontraction_10", "cocontraction_30")
@@ -189,3 +191,26 @@ def test_twelve_trials_are_asked_for_a_drift_alone():
     few = session().select(range(12))
     assert "from trial" not in found(scaled(few, 1.1, range(6, 12))).message
     assert found(few).verdict in ("ok", "cannot tell")
+
+
+def test_blocks_are_parts_of_the_whole_and_show_a_gain():
+    blocks = session_blocks(session())
+    assert blocks.first[0] == 1
+    assert blocks.last[-1] == session().n_trials
+    assert np.array_equal(blocks.first[1:], blocks.last[:-1] + 1)
+    apart = np.abs(blocks.sizes - 1) / blocks.sd
+    assert (apart[:, 0] < 4).all()
+    # a block's standard error is that of the whole, of a part of the trials
+    assert np.sqrt((apart**2).mean()) < 1.5
+    late = session_blocks(scaled(session(), 1.2, range(MIDDLE, 64)))
+    step = late.sizes[late.first > MIDDLE, 0].mean() / late.sizes[late.last <= MIDDLE, 0].mean()
+    assert step == pytest.approx(1.2, abs=0.04)
+
+
+def test_the_course_is_drawn_where_it_is_asked_for():
+    ax = new_figure(3.5, 2.0).subplots()
+    assert plot_session(session(), ax=ax) is ax
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["M", "K"]
+    few = session().select(np.arange(2))
+    with pytest.raises(InputError):
+        plot_session(few)
