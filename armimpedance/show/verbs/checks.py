@@ -195,7 +195,7 @@ def check_handle(recording: Recording) -> list[Finding]:
     """Whether M can be freed of what is held: no record shows its mass beside the hand's."""
     if recording.kind != "hand" or recording.handle_mass_kg > 0:
         return []
-    text = "its mass is not known (handle_mass_kg): M includes whatever is held"
+    text = "its mass counts as 0 kg (handle_mass_kg): M includes whatever is held, if anything is"
     return [Finding("handle", "missing", text)]
 
 
