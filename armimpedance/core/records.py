@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -25,6 +25,9 @@ from armimpedance.core.errors import RecordError
 from armimpedance.core.estimates import ImpedanceEstimate as ImpedanceEstimate, Quality as Quality
 from armimpedance.core.findings import Finding
 from armimpedance.core.trials import InTrials, expect_shape, trial_slices as trial_slices
+
+#: The highest order of a low-pass that is stated.
+HIGHEST_LOWPASS: Final = 8
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,11 @@ class Recording(InTrials):
         impedance. None: not told, and analyses that need to know ask the data.
     handle_mass_kg : float
         Mass between the force sensor and the hand.
+    force_lowpass_hz : float or None
+        Corner of the low-pass (Butterworth, with its phase) that the force went through before it
+        was recorded, and the position did not; None: not stated.
+    force_lowpass_order : int
+        Its order.
     shoulder_m : (d,) or None
         Place of the shoulder in the frame of `position` (kind "hand").
     gravity_m_s2 : (d,) tuple or None
@@ -123,6 +131,8 @@ class Recording(InTrials):
     torque: Literal["interaction", "commanded"] | None = None
     imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
+    force_lowpass_hz: float | None = None
+    force_lowpass_order: int = 2
     shoulder_m: Annotated[FloatArray, "d"] | None = None
     gravity_m_s2: tuple[float, ...] | None = None
     subject: Subject = field(default_factory=Subject)
@@ -141,10 +151,21 @@ class Recording(InTrials):
             expect_shape("emg", self.emg, (samples, len(self.muscles)))
         if not (np.isfinite(self.handle_mass_kg) and self.handle_mass_kg >= 0):
             raise RecordError(f"handle_mass_kg is {self.handle_mass_kg}", expected=">= 0 kg")
+        self._check_lowpass()
         if self.gravity_m_s2 is not None and self.kind == "hand":
             expect_shape("gravity_m_s2", np.array(self.gravity_m_s2), (self.axes,))
         extra = {k: frozen_array(v, k, (samples,)) for k, v in self.extra.items()}
         object.__setattr__(self, "extra", MappingProxyType(extra))
+
+    def _check_lowpass(self) -> None:
+        hz, order = self.force_lowpass_hz, self.force_lowpass_order
+        if hz is not None and not 0 < hz < self.sample_rate_hz / 2:
+            raise RecordError(
+                f"force_lowpass_hz is {hz}",
+                expected=f"more than 0, less than half the rate, {self.sample_rate_hz / 2:g} Hz",
+            )
+        if isinstance(order, bool) or order not in range(1, HIGHEST_LOWPASS + 1):
+            raise RecordError(f"force_lowpass_order is {order}", expected=f"1 to {HIGHEST_LOWPASS}")
 
     def __getstate__(self) -> dict[str, Any]:
         # for another process; a read-only view of a mapping cannot go there

@@ -35,6 +35,7 @@ _LARGEST_BYTES: Final = 1_000_000
 
 _OF_THE_RECORDING: Final = {
     *("kind", "sample_rate_hz", "perturbation", "torque", "imposed", "handle_mass_kg"),
+    *("force_lowpass_hz", "force_lowpass_order"),
     *("shoulder_m", "gravity", "subject", "provenance"),
 }
 _SECTIONS: Final = {

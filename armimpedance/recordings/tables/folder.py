@@ -175,6 +175,8 @@ def recording_of_tables(
         torque=metadata.torque,
         imposed=metadata.imposed,
         handle_mass_kg=metadata.handle_mass_kg,
+        force_lowpass_hz=metadata.force_lowpass_hz,
+        force_lowpass_order=metadata.force_lowpass_order,
         shoulder_m=None if metadata.shoulder_m is None else np.array(metadata.shoulder_m),
         gravity_m_s2=metadata.gravity_m_s2,
         subject=metadata.subject,

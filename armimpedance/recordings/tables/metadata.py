@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, cast
 from armimpedance.core.conventions import IMPOSED, Imposed, Kind
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import Fields, is_number, json_text, read_json
-from armimpedance.core.records import Recording, Subject
+from armimpedance.core.records import HIGHEST_LOWPASS, Recording, Subject
 
 FORMAT: Final = "armimpedance-recording"
 VERSION: Final = 1
@@ -44,6 +44,8 @@ class Metadata:
     torque: Literal["interaction", "commanded"] | None = None
     imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
+    force_lowpass_hz: float | None = None
+    force_lowpass_order: int = 2
     shoulder_m: tuple[float, ...] | None = None
     gravity_m_s2: tuple[float, ...] | None = None
     subject: Subject = Subject()
@@ -98,6 +100,7 @@ def metadata_of(given: Fields) -> Metadata:
         torque=cast(Any, given.choice("torque", ("interaction", "commanded"))),
         imposed=cast(Any, given.choice("imposed", IMPOSED)),
         handle_mass_kg=handle_mass,
+        **_lowpass(given, rate),
         shoulder_m=_shoulder(given),
         gravity_m_s2=_gravity(given),
         subject=subject_of(given),
@@ -132,6 +135,9 @@ def metadata_text(recording: Recording) -> str:
         "emg_unit": recording.emg_unit,
         "provenance": list(recording.provenance),
     }
+    if recording.force_lowpass_hz is not None:
+        content["force_lowpass_hz"] = float(recording.force_lowpass_hz)
+        content["force_lowpass_order"] = recording.force_lowpass_order
     if recording.torque is not None:
         content["torque"] = recording.torque
     if recording.imposed is not None:
@@ -141,6 +147,21 @@ def metadata_text(recording: Recording) -> str:
     if recording.gravity_m_s2 is not None:
         content["gravity"] = list(recording.gravity_m_s2)
     return json_text(content)
+
+
+def _lowpass(fields: Fields, rate_hz: float) -> dict[str, Any]:
+    """The low-pass that the force went through, where it is stated."""
+    hz, order = fields.number("force_lowpass_hz"), fields.number("force_lowpass_order")
+    if hz is None:
+        if order is not None:
+            raise fields.wrong("force_lowpass_order", "force_lowpass_hz beside it")
+        return {}
+    if not 0 < hz < rate_hz / 2:
+        raise fields.wrong("force_lowpass_hz", f"more than 0, less than {rate_hz / 2:g} Hz")
+    order = 2 if order is None else order
+    if order not in range(1, HIGHEST_LOWPASS + 1):
+        raise fields.wrong("force_lowpass_order", f"a whole number, 1 to {HIGHEST_LOWPASS}")
+    return {"force_lowpass_hz": hz, "force_lowpass_order": int(order)}
 
 
 def _shoulder(fields: Fields) -> tuple[float, ...] | None:

@@ -61,6 +61,8 @@ BEYOND_OTHERS: Final = 20.0
 #: would tell what it was. Measured: 15 Hz without phase is taken off, 12 Hz is not; a low-pass with
 #: phase at 50 Hz is, at 20 Hz it looks like a delay of 9 ms.
 LOST: Final = {"late": 6e-3, "low-pass": 40.0, "zero-phase": 14.0}
+#: How well the corner of a low-pass is known that is stated: a part of it.
+STATED_ERROR: Final = 0.02
 #: Conditions with most trials that are looked at, and the fewest and most trials of one.
 MOST_CONDITIONS: Final = 2
 FEWEST_TRIALS: Final = 8
@@ -81,6 +83,8 @@ class Passed:
 
     def of(self, signal: FloatArray, rate_hz: float) -> FloatArray:
         """A signal (..., S, d) that begins at rest, through the same."""
+        if self.is_nothing:
+            return signal
         if self.way == "late":
             turned = np.moveaxis(signal, -1, -2)
             return np.moveaxis(delayed(turned, self.value * rate_hz), -1, -2)
@@ -99,9 +103,8 @@ class Passed:
         for row in range(recording.n_trials):
             at = recording.samples_of(row)
             values[at] = self.of(values[at], recording.sample_rate_hz)
-        if self.other == "position":
-            return replace(recording, position=values)
-        return replace(recording, force=values)
+        changed = {self.other: values, "force_lowpass_hz": None}
+        return replace(recording, **changed)  # type: ignore[arg-type]
 
     @property
     def other(self) -> Channel:
@@ -113,6 +116,11 @@ class Passed:
         """Whether too little of the motion is left to take it off."""
         beyond = LOST[self.way] < self.value if self.way == "late" else self.value < LOST[self.way]
         return self.channel == "position" and beyond
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether it leaves a signal as it is."""
+        return self.way == "late" and self.value == 0
 
     @property
     def words(self) -> str:
@@ -140,6 +148,7 @@ class Filter:
     `possible`: others that explain nearly as much, with their probabilities beside the likeliest.
     `explained`: how much more than none, in squared standard errors.
     `each`: weighted square that is left of a row.
+    `stated`: what the recording says of it.
     """
 
     likeliest: Passed
@@ -147,13 +156,22 @@ class Filter:
     possible: tuple[tuple[Passed, float], ...]
     explained: float
     each: float
+    stated: Passed | None = None
 
     @property
     def finding(self) -> Finding:
         """The finding "delay" or "filter"."""
-        one = self.likeliest
+        one, other = self.likeliest, ""
+        if self.stated == one:
+            text = f"the {one.channel} comes {one.words}, as stated; the {one.other} is taken alike"
+            return Finding("filter", "ok", text)
+        if self.stated is not None:
+            other = f" (stated: {self.stated.words})"
+        if one.is_nothing:
+            text = f"the {one.channel} comes through no filter{other}: nothing is taken through it"
+            return Finding("filter", "warning", text)
         name = "delay" if one.way == "late" else "filter"
-        seen = f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %)"
+        seen = f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %){other}"
         if one.is_lost:
             text = (
                 f"{seen} or through a filter like it, and the {one.other} does not: too much of "
@@ -379,7 +397,20 @@ def in_step(recording: Recording) -> tuple[Recording, Filter | None]:
     found : Filter or None
     """
     found = find_filter(recording)
+    if recording.force_lowpass_hz is not None and recording.perturbation == "returning":
+        found = _as_stated(recording, found)
     return (recording if found is None else found.likeliest.alike(recording)), found
+
+
+def _as_stated(recording: Recording, found: Filter | None) -> Filter:
+    """The stated low-pass where the data do not contradict it, else what they show."""
+    hz, order = recording.force_lowpass_hz, recording.force_lowpass_order
+    stated = Passed("force", "low-pass", order, float(hz or 0.0))
+    if find_filter(stated.alike(recording)) is None:
+        return Filter(stated, STATED_ERROR, (), np.inf, np.nan, stated)
+    if found is None:
+        return Filter(Passed("force", "late", 0, 0.0), 0.0, (), 0.0, np.nan, stated)
+    return replace(found, stated=stated)
 
 
 def widened_by_filter(
@@ -393,6 +424,8 @@ def widened_by_filter(
     `recording`: as it was measured.
     """
     timing = disturbance_times(recording)
+    if found.likeliest.is_nothing:
+        return list(estimates)
     note = f"the {found.likeliest.other} was taken {found.likeliest.words}, as the other was"
     wider = []
     for one, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.hand.still import check_response
 from armimpedance.hand.still.doubts.filter import Passed, find_filter
 from armimpedance.hand.still.show import estimate
+from armimpedance.recordings import open_recording, write_recording
 
 
 @pytest.fixture(scope="module")
@@ -192,3 +194,41 @@ def test_groups_of_few_trials_are_taken_in_step_too(sound):
     found = estimate(few, by="pair")
     assert len(found) == sound.n_trials // 4
     assert all("was taken" in one.provenance[-1] for one in found)
+
+
+def test_a_stated_low_pass_is_taken_off_without_a_warning(sound, limb):
+    filtered = replace(low_passed(sound, "force", 40.0, 4), force_lowpass_hz=40.0)
+    filtered = replace(filtered, force_lowpass_order=4)
+    (told,) = (one for one in check_response(filtered) if one.name == "filter")
+    assert told.verdict == "ok"
+    assert "as stated" in told.message
+    assert holds(filtered, limb)
+    assert any("order 4 at 40 Hz" in step for step in estimate(filtered)[0].provenance)
+
+
+@pytest.mark.parametrize(("true_hz", "stated_hz"), [(25.0, 60.0), (None, 25.0)])
+def test_a_statement_that_the_data_contradict_is_told_and_not_followed(
+    sound, limb, true_hz, stated_hz
+):
+    recorded = sound if true_hz is None else low_passed(sound, "force", true_hz, 2)
+    recorded = replace(recorded, force_lowpass_hz=stated_hz)
+    (told,) = (one for one in check_response(recorded) if one.name == "filter")
+    assert told.verdict == "warning"
+    assert f"stated: through a low-pass of order 2 at {stated_hz:g} Hz" in told.message
+    assert holds(recorded, limb)
+
+
+def test_the_statement_survives_a_folder_and_a_wrong_one_is_refused(sound, tmp_path):
+    stated = replace(sound, force_lowpass_hz=40.0, force_lowpass_order=4)
+    write_recording(stated, tmp_path / "session")
+    again = open_recording(tmp_path / "session")
+    assert (again.force_lowpass_hz, again.force_lowpass_order) == (40.0, 4)
+    for wrong in ({"force_lowpass_hz": -1.0}, {"force_lowpass_order": 0}):
+        with pytest.raises(ArmImpedanceError):
+            replace(stated, **wrong)
+        file = tmp_path / "session" / "recording.json"
+        content = json.loads(file.read_text())
+        file.write_text(json.dumps(content | wrong))
+        with pytest.raises(InputError, match=next(iter(wrong))):
+            open_recording(tmp_path / "session")
+        file.write_text(json.dumps(content))
