@@ -54,19 +54,29 @@ FAR: Final = 1.3
 LARGEST_ERROR: Final = 0.25
 #: Standard errors beyond which a difference is no chance.
 SIGNIFICANT: Final = 4.5
+#: Force before a disturbance, as a part of that in it, from which on it may be what moves the hand.
+OWN_FORCE: Final = 0.4
+#: Samples before the onset that tell it.
+FEWEST_AT_REST: Final = 20
 #: Force and position axes turned against each other by this much are told, by more are refused.
 TURNED_DEG: Final = (1.5, 20.0)
 
 
 @dataclass(frozen=True)
 class _Inertia:
-    """M (d, d) with the handle, its covariance, and what the motion was like."""
+    """M (d, d) with the handle, its covariance, and what motion and force were like.
+
+    `way`: of the disturbances. `at_rest`: force before them, as a part of that in them, and `hz`:
+    where most of it lies.
+    """
 
     keys: Mapping[str, Any]
     matrix: FloatArray
     covariance: FloatArray
     dof: float
     way: float
+    at_rest: float
+    hz: float
 
     @property
     def mean(self) -> float:
@@ -143,7 +153,21 @@ def _inertia(window: Window, recording: Recording, keys: Mapping[str, Any]) -> _
     way = float(np.median(moved.max(axis=1)))
     size = d * d
     matrix, covariance = ordered[0, :size].reshape(d, d), ordered[1 : 1 + size, :size]
-    return _Inertia(keys, matrix, covariance, solved.dof, way)
+    return _Inertia(keys, matrix, covariance, solved.dof, way, *_own_force(window))
+
+
+def _own_force(window: Window) -> tuple[float, float]:
+    """Rms of the force before the onset over that after it, and the frequency of most of it, Hz."""
+    force, rest = window.force[window.usable], window.lag_s <= 0
+    if rest.sum() < FEWEST_AT_REST:
+        return 0.0, 0.0
+    before = force[:, rest] - force[:, rest].mean(axis=1, keepdims=True)
+    after = force[:, ~rest] - force[:, rest].mean(axis=1, keepdims=True)
+    share = float(np.sqrt((before**2).mean() / max((after**2).mean(), 1e-300)))
+    n = before.shape[1]
+    lines = np.fft.rfft(before, 8 * n, axis=1)
+    power = (np.abs(lines) ** 2).sum(axis=(0, 2))
+    return share, float(np.argmax(power)) * window.sample_rate_hz / (8 * n)
 
 
 def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
@@ -206,6 +230,14 @@ def _exchanged(one: _Inertia) -> Finding | None:
     where = group_name(one.keys)
     if (nearest == np.eye(len(Q))).all():
         return None
+    if one.at_rest > OWN_FORCE:
+        text = (
+            f"{where}: force at rest is {100 * one.at_rest:.0f} % of that in the disturbance, most "
+            f"at some {one.hz:.0f} Hz, and inertia is not positive: a tremor that moves the robot, "
+            "not the robot the hand; push more strongly, or with a robot that yields less (or the "
+            "force has another sign, `force_by`)"
+        )
+        return Finding("tremor", "unusable", text)
     if (nearest == -np.eye(len(Q))).all():
         text = (
             f"{where}: inertia is negative: the force has the other sign; is it that of the "

@@ -68,6 +68,22 @@ def test_the_other_sign(sound):
     assert verdicts(replace(sound, force=-sound.force))["force sign"] == "unusable"
 
 
+def test_a_tremor_that_moves_a_robot_of_two_kilograms_is_no_wrong_sign(sound):
+    rng, w = np.random.default_rng(8), 2 * np.pi * 8.0
+    position, force = sound.position.copy(), sound.force.copy()
+    for row in range(sound.n_trials):
+        at = sound.samples_of(row)
+        t = sound.time_s[at]
+        x = 1.5e-3 * np.sin(w * t[:, None] + rng.uniform(0, 2 * np.pi, 2))
+        position[at] += x
+        # the robot follows the person's force: f = 2 kg x''
+        force[at] += -2.0 * w**2 * x
+    shaken = replace(sound, position=position, force=force)
+    assert verdicts(shaken)["tremor"] == "unusable"
+    assert "force sign" not in verdicts(shaken)
+    assert "some 8 Hz" in message(shaken, "tremor")
+
+
 @pytest.mark.parametrize(
     ("damage", "named"),
     [
