@@ -116,9 +116,27 @@ def _along(
 def sizes_beside(
     values: FloatArray, covariance: FloatArray, whole: FloatArray
 ) -> tuple[float, float]:
-    """By which factor x the whole's numbers become a part's, ``values = x whole``; its error.
+    """By which factor x the whole's numbers become a part's, ``values = x whole``.
 
-    `values`, `whole` (k,), `covariance` (k, k): of `values`.
+    Parameters
+    ----------
+    values : (k,)
+        Of the part.
+    covariance : (k, k)
+        Of `values`.
+    whole : (k,)
+
+    Returns
+    -------
+    tuple of float
+        x by weighted least squares, and its standard error.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from armimpedance.numerics.criticism import sizes_beside
+    >>> sizes_beside(np.array([2.0, 4.0]), 0.05 * np.eye(2), np.array([1.0, 2.0]))[0]
+    2.0
     """
     weight = np.linalg.inv(covariance)
     known = float(whole @ weight @ whole)
@@ -159,6 +177,19 @@ def check_inertia_over(
         Inertia, viscosity and stiffness of every part with their errors: of all axes (""), and of
         single axes of force by their names.
     words : SessionWords
+
+    Returns
+    -------
+    tuple of Finding
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from armimpedance.numerics.criticism import HAND_WORDS, check_inertia_over
+    >>> halved = np.array([[1.0], [1.0], [1.0], [0.5], [0.5]]) * np.ones(3)
+    >>> (one,) = check_inertia_over("abcde", {"": (halved, np.full((5, 3), 0.01))}, HAND_WORDS)
+    >>> one.message.split(",")[0]
+    'M changes by -50 % (sd 1) from d on'
     """
     asked = ((axis, change_over_trials(*numbers)) for axis, numbers in series.items())
     found = {axis: change for axis, change in asked if change is not None}
@@ -170,9 +201,20 @@ def check_inertia_over(
 def clearest_finding(
     found: Mapping[str, TrialsChange], labels: Sequence[str], words: SessionWords
 ) -> tuple[Finding, ...]:
-    """The finding "session" of the changes that explain most: of all axes (""), and of each.
+    """The finding "session" of the changes that explain most.
 
-    `labels`: of the parts that a change may begin with.
+    Parameters
+    ----------
+    found : mapping of str to TrialsChange
+        Of all axes (""), and of single axes by their names.
+    labels : sequence of str
+        Of the parts that a change may begin with.
+    words : SessionWords
+
+    Returns
+    -------
+    tuple of Finding
+        One.
     """
     axis = _whose(found)
     change = found[axis]

@@ -353,7 +353,18 @@ def _models(recording: Recording) -> list[tuple[IntArray, Model]]:
 
 
 def session_blocks(recording: Recording) -> SessionBlocks | None:
-    """M, B and K over a session, block by block; None where no condition can be fitted."""
+    """M, B and K over a session, block by block of its trials.
+
+    Parameters
+    ----------
+    recording : Recording
+        With disturbances that return.
+
+    Returns
+    -------
+    SessionBlocks or None
+        None where no condition can be fitted.
+    """
     models = _models(recording)
     return blocks_of(recording, models) if models else None
 
