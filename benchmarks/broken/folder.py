@@ -22,6 +22,12 @@ FIRST: Final = (
     "A message of a command bears a name (`reflex: ...`). Look it up here: the table says which",
     "faults made that message come, and the pages say what else you will see and what to do.",
     "",
+    "## Filtered, drifting, exchanged",
+    "",
+    "What changes in the course of a session (a gain, a channel, the person, labels) and channels that were",
+    "filtered before they were saved have pages of their own: [sessions](../estimate/sessions.md),",
+    "[filters](../estimate/filters.md).",
+    "",
 )
 PERSON, SENSORS, ALL = "person and rig", "sensors and units", "all"
 
