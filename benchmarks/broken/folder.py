@@ -24,8 +24,8 @@ FIRST: Final = (
     "",
     "## Filtered, drifting, exchanged",
     "",
-    "What changes in the course of a session (a gain, a channel, the person, labels) and channels that were",
-    "filtered before they were saved have pages of their own: [sessions](../estimate/sessions.md),",
+    "What changes in a session (a gain, a channel, the person, labels) and what was filtered",
+    "before it was saved have pages of their own: [sessions](../estimate/sessions.md),",
     "[filters](../estimate/filters.md).",
     "",
 )
