@@ -263,6 +263,7 @@ OF_THE_FIT: Final = (
     "lack of fit",
     "gain",
     "session",
+    "single trials",
     "labels",
     "reach",
 )

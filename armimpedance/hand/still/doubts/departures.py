@@ -27,6 +27,7 @@ from armimpedance.hand.still.doubts.model import (
     pooled,
 )
 from armimpedance.hand.still.doubts.session import SessionBlocks, blocks_of, check_session
+from armimpedance.hand.still.doubts.single_trials import check_single_trials
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import mean_of_others
 from armimpedance.numerics.signals import cut_windows, disturbance_times
@@ -233,6 +234,7 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         *check_symmetry(models),
         *check_session(recording, fitted),
         *check_labels(recording, fitted),
+        *check_single_trials(recording, fitted),
     )
 
 

@@ -63,7 +63,7 @@ def sound(limb):
 def test_a_limb_of_second_order_is_told_nothing(sound):
     checks = check_departures(sound)
     names = ["own motion", "delay", "reflex", "amplitude", "friction", "voluntary"]
-    names += ["lack of fit", "gain", "session"]
+    names += ["lack of fit", "gain", "session", "single trials"]
     assert [check.name for check in checks] == names
     assert {check.verdict for check in checks} == {"ok"}
     assert all(check.smallest for check in checks)

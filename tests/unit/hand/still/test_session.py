@@ -214,3 +214,26 @@ def test_the_course_is_drawn_where_it_is_asked_for():
     few = session().select(np.arange(2))
     with pytest.raises(InputError):
         plot_session(few)
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.5, 1.5, -1.0, np.array([1.0, -1.0])])
+def test_a_single_trial_that_answers_otherwise_is_named_by_its_number(gain):
+    off = scaled(session(), gain, [20])
+    said = found(off, "single trials")
+    number = session().trials["trial"].iloc[20]
+    assert said.verdict == "warning"
+    assert said.message.startswith(f"trial {number} answers by ")
+    assert said.sentence in estimate(off)[0].warnings or said.sentence in estimate(off)[1].warnings
+
+
+def test_clean_trials_are_alike():
+    for subject in "ABC":
+        said = found(session(subject), "single trials")
+        assert said.verdict == "ok"
+
+
+def test_several_single_trials_are_listed_the_worst_first():
+    off = scaled(scaled(session(), 1.5, [5]), -1.0, [40])
+    said = found(off, "single trials")
+    assert "trial 41 answers" in said.message.split(",")[0]
+    assert "trial 6 answers by 1" in said.message
