@@ -120,3 +120,8 @@ def element_names(symbol: str, k: int) -> tuple[str, ...]:
 def parameter_names(k: int) -> tuple[str, ...]:
     """Names of all 3 k^2 impedance parameters in the order of the covariance: M, then B, then K."""
     return tuple(name for symbol in "MBK" for name in element_names(symbol, k))
+
+
+def axis_name(kind: Kind, i: int) -> str:
+    """x, y, z of the hand; joint 1, joint 2."""
+    return AXES[i] if kind == "hand" else f"joint {i + 1}"

@@ -96,18 +96,8 @@ def checked_sentence(findings: Iterable[Finding]) -> str:
 #: Checks in the order of what they may make wrong, the gravest first; others follow as they come.
 GRAVEST: Final = (
     *("units", "force sign", "tremor", "axes", "imposed", "own motion", "session", "labels"),
-    *(
-        "filter",
-        "single trials",
-        "delay",
-        "gain",
-        "clipping",
-        "held",
-        "plausible",
-        "inner mode",
-        "reflex",
-        "voluntary",
-    ),
+    *("filter", "single trials", "delay", "gain", "clipping", "held", "plausible"),
+    *("inner mode", "reflex", "voluntary"),
     *("amplitude", "friction", "lack of fit", "reach"),
 )
 

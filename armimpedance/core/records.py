@@ -30,6 +30,15 @@ from armimpedance.core.trials import InTrials, expect_shape, trial_slices as tri
 HIGHEST_LOWPASS: Final = 8
 
 
+def wrong_lowpass(hz: float | None, order: float, rate_hz: float) -> tuple[str, str] | None:
+    """Which field of a stated low-pass is wrong, and what was expected; None: both are right."""
+    if hz is not None and not 0 < hz < rate_hz / 2:
+        return "force_lowpass_hz", f"more than 0, less than half the rate, {rate_hz / 2:g} Hz"
+    if isinstance(order, bool) or order not in range(1, HIGHEST_LOWPASS + 1):
+        return "force_lowpass_order", f"a whole number, 1 to {HIGHEST_LOWPASS}"
+    return None
+
+
 @dataclass(frozen=True)
 class Subject:
     """The person who was measured; a fact that is not stated is None. Lengths: see `conventions`.
@@ -151,21 +160,14 @@ class Recording(InTrials):
             expect_shape("emg", self.emg, (samples, len(self.muscles)))
         if not (np.isfinite(self.handle_mass_kg) and self.handle_mass_kg >= 0):
             raise RecordError(f"handle_mass_kg is {self.handle_mass_kg}", expected=">= 0 kg")
-        self._check_lowpass()
+        wrong = wrong_lowpass(self.force_lowpass_hz, self.force_lowpass_order, self.sample_rate_hz)
+        if wrong is not None:
+            name, expected = wrong
+            raise RecordError(f"{name} is {getattr(self, name)}", expected=expected)
         if self.gravity_m_s2 is not None and self.kind == "hand":
             expect_shape("gravity_m_s2", np.array(self.gravity_m_s2), (self.axes,))
         extra = {k: frozen_array(v, k, (samples,)) for k, v in self.extra.items()}
         object.__setattr__(self, "extra", MappingProxyType(extra))
-
-    def _check_lowpass(self) -> None:
-        hz, order = self.force_lowpass_hz, self.force_lowpass_order
-        if hz is not None and not 0 < hz < self.sample_rate_hz / 2:
-            raise RecordError(
-                f"force_lowpass_hz is {hz}",
-                expected=f"more than 0, less than half the rate, {self.sample_rate_hz / 2:g} Hz",
-            )
-        if isinstance(order, bool) or order not in range(1, HIGHEST_LOWPASS + 1):
-            raise RecordError(f"force_lowpass_order is {order}", expected=f"1 to {HIGHEST_LOWPASS}")
 
     def __getstate__(self) -> dict[str, Any]:
         # for another process; a read-only view of a mapping cannot go there

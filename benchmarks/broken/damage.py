@@ -104,6 +104,16 @@ def gain_from(name: str, factor: float | tuple[float, ...], part: float) -> Dama
     return channel(name, change)
 
 
+def gain_from_the_middle(name: str, factor: float | tuple[float, ...]) -> Damage:
+    """A gain that holds in the second half of the samples, of one long trial too."""
+
+    def change(x: np.ndarray, _rng: Any, _record: Record) -> np.ndarray:
+        x[len(x) // 2 :] *= np.asarray(factor)
+        return x
+
+    return channel(name, change)
+
+
 def labels_exchanged(number: int) -> Damage:
     """The two conditions' names change places in one set."""
 

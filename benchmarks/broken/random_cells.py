@@ -65,22 +65,13 @@ RANDOM = Rig("random", "linear hand", linear_hands, ask_random)
 REACHES = Rig("movement", "reaches", reaches, ask_movement)
 
 
-def from_the_middle(factor: Any) -> damage.Damage:
-    """A gain that holds in the second half of the samples."""
-
-    def change(x: np.ndarray, _rng: Any, _record: Any) -> np.ndarray:
-        x[len(x) // 2 :] *= np.asarray(factor)
-        return x
-
-    return damage.channel("force", change)
-
-
 def cells() -> list[Cell]:
     """Sessions that change."""
+    half = damage.gain_from_the_middle("force", (0.5, 1.0))
     changed: list[tuple[str, str, Any]] = [
-        ("a gain changes in the middle", "10 %", from_the_middle(1.1)),
+        ("a gain changes in the middle", "10 %", damage.gain_from_the_middle("force", 1.1)),
         ("a gain drifts", "10 %", damage.growing_gain("force", 0.1)),
-        ("one channel from the middle on", "half its gain", from_the_middle((0.5, 1.0))),
+        ("one channel from the middle on", "half its gain", half),
     ]
     return [
         Cell(rig, violation, size, ("session",), damaged(rig, on_record(how)))

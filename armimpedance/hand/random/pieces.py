@@ -63,8 +63,20 @@ def check_pieces(
     first = _rows(lines, explained, alike)[0]
     weight = noise_weight(lines, residual(lines, np.append(first, 0.0), None))
     whole = _rows(lines, explained, weight)[0].reshape(d, 3, d)
-    parts = [_part(lines, explained, weight, lines.trial == n) for n in kept]
-    return check_inertia_over([names[n] for n in kept], _series(parts, whole), HAND_WORDS)
+    sizes = {}
+    for n in kept:
+        try:
+            sizes[names[n]] = _sizes(*_part(lines, explained, weight, lines.trial == n), whole)
+        except np.linalg.LinAlgError:
+            # nothing moved in it
+            continue
+    if not sizes:
+        return ()
+    # (axes, pieces, 3, 2)
+    every = np.stack(list(sizes.values()), axis=1)
+    axes = ("", *AXES[:d])
+    series = {axis: (one[..., 0], one[..., 1]) for axis, one in zip(axes, every, strict=True)}
+    return check_inertia_over(list(sizes), series, HAND_WORDS)
 
 
 def _pieces(recording: Recording, rows: IntArray) -> tuple[list[str], list[slice]]:
@@ -108,21 +120,19 @@ def _rows(lines: Lines, explained: Explained, weight: Complex) -> tuple[FloatArr
     return inverse @ equations.b[:-1], inverse @ equations.meat[:-1, :-1] @ inverse.T
 
 
-def _series(
-    parts: list[tuple[FloatArray, FloatArray]], whole: FloatArray
-) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """M, B and K of the pieces as parts of the whole's (d, 3, d): of all axes, and of each."""
+def _sizes(theta: FloatArray, C: FloatArray, whole: FloatArray) -> FloatArray:
+    """M, B and K of a piece as parts of the whole's (d, 3, d), with errors, (1 + d, 3, 2).
+
+    Of all axes, then of each. Raises LinAlgError: the piece does not tell them.
+    """
     d = len(whole)
     at = np.arange(3 * d * d).reshape(d, 3, d)
-    axes = {"": at} | {AXES[i]: at[i : i + 1] for i in range(d if d > 1 else 0)}
-    series = {}
-    for axis, places in axes.items():
-        found = np.array([
+    return np.array(
+        [
             [
                 sizes_beside(theta[own], C[np.ix_(own, own)], whole.ravel()[own])
                 for own in (places[:, k].ravel() for k in range(3))
             ]
-            for theta, C in parts
-        ])  # fmt: skip
-        series[axis] = found[..., 0], found[..., 1]
-    return series
+            for places in (at, *at[:, None])
+        ]
+    )

@@ -91,7 +91,7 @@ def check_one_limb(phases: Sequence[PhaseWindows]) -> tuple[Finding, ...]:
     numbers = np.unique(np.concatenate([windows.trial for windows in phases]))
     try:
         asked = [_Phase.of(windows) for windows in phases]
-    except NotIdentifiableError:
+    except (NotIdentifiableError, np.linalg.LinAlgError):
         return ()
     found: dict[str, list[TrialsChange]] = {"": [], "x": [], "y": []}
     for first, course in _courses(len(numbers)):
@@ -119,9 +119,9 @@ def _along(
             continue
         try:
             g, C = _changes(phase, phase.of_all if k == 3 else phase.of_axes, w)
-        except NotIdentifiableError:
+            known, right = known + np.linalg.inv(C), right + np.linalg.solve(C, g)
+        except (NotIdentifiableError, np.linalg.LinAlgError):
             continue
-        known, right = known + np.linalg.inv(C), right + np.linalg.solve(C, g)
     if known.any():
         covariance = np.linalg.inv(known)
         g, sd = covariance @ right, np.sqrt(np.diag(covariance))

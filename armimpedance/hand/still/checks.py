@@ -29,7 +29,13 @@ from armimpedance.hand.still.methods import exact
 from armimpedance.hand.still.prepared import fit_names, to_matrix_order
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.regression import fit, t_factor
-from armimpedance.numerics.signals import cut_windows, disturbance_times, multiple_coherence
+from armimpedance.numerics.signals import (
+    FEWEST_AT_REST,
+    cut_windows,
+    disturbance_times,
+    multiple_coherence,
+    rms_at_rest,
+)
 
 # Can this be a limb? Units, sign and axes of force and position, judged by the inertia.
 #
@@ -56,8 +62,6 @@ LARGEST_ERROR: Final = 0.25
 SIGNIFICANT: Final = 4.5
 #: Force before a disturbance, as a part of that in it, from which on it may be what moves the hand.
 OWN_FORCE: Final = 0.4
-#: Samples before the onset that tell it.
-FEWEST_AT_REST: Final = 20
 #: Force and position axes turned against each other by this much are told, by more are refused.
 TURNED_DEG: Final = (1.5, 20.0)
 
@@ -158,16 +162,15 @@ def _inertia(window: Window, recording: Recording, keys: Mapping[str, Any]) -> _
 
 def _own_force(window: Window) -> tuple[float, float]:
     """Rms of the force before the onset over that after it, and the frequency of most of it, Hz."""
-    force, rest = window.force[window.usable], window.lag_s <= 0
+    rest = window.lag_s <= 0
     if rest.sum() < FEWEST_AT_REST:
         return 0.0, 0.0
-    before = force[:, rest] - force[:, rest].mean(axis=1, keepdims=True)
-    after = force[:, ~rest] - force[:, rest].mean(axis=1, keepdims=True)
-    share = float(np.sqrt((before**2).mean() / max((after**2).mean(), 1e-300)))
-    n = before.shape[1]
-    lines = np.fft.rfft(before, 8 * n, axis=1)
+    noise, response = rms_at_rest(window)
+    before = window.force[window.usable][:, rest]
+    lines = np.fft.rfft(before - before.mean(axis=1, keepdims=True), 8 * before.shape[1], axis=1)
     power = (np.abs(lines) ** 2).sum(axis=(0, 2))
-    return share, float(np.argmax(power)) * window.sample_rate_hz / (8 * n)
+    hz = float(np.argmax(power)) * window.sample_rate_hz / (8 * before.shape[1])
+    return noise / max(response, 1e-300), hz
 
 
 def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:

@@ -41,7 +41,11 @@ from .response import (
 )
 from .sample_faults import beyond_the_others as beyond_the_others, refuse_degrees as refuse_degrees
 from .spectra import multiple_coherence as multiple_coherence
-from .validity import check_recording as check_recording
+from .validity import (
+    FEWEST_AT_REST as FEWEST_AT_REST,
+    check_recording as check_recording,
+    rms_at_rest as rms_at_rest,
+)
 from .windows import (
     MARGIN_S as MARGIN_S,
     cut_windows as cut_windows,

@@ -33,6 +33,8 @@ FAR_FROM_REST = 0.1
 HEAPED = 8.0
 #: A quantisation step above this part of the peak-to-peak signal leaves too few levels.
 STEP_FRACTION = 0.1
+#: Samples before the onset below which nothing is said of the rest.
+FEWEST_AT_REST: Final = 10
 #: A disturbance that leaves the limb further away than this is a movement (m, rad).
 LONG_WAY: Final = {"hand": 0.03, "joint": 0.3}
 #: Up to this part of the trials may be movements and are left out.
@@ -247,19 +249,28 @@ def _coverage(condition: str, peak: FloatArray) -> Iterator[Finding]:
 
 
 def _rest_noise(window: Window, unit: str) -> Finding:
-    rest = window.lag_s <= 0
-    if rest.sum() < 10:
+    if (window.lag_s <= 0).sum() < FEWEST_AT_REST:
         return Finding("noise at rest", "warning", "no rest recorded before the onset")
-    during = (window.lag_s > 0) & (window.lag_s <= window.duration_s[window.usable].max())
-    noise, response = _rms_of(window, rest, during)
+    noise, response = rms_at_rest(window)
     part = noise / response if response > 0 else np.inf
     verdict: Verdict = "ok" if part < NOISE_FRACTION else "warning"
     text = f"force sd {noise:.3g} {unit}, {100 * part:.0f} % of the response's rms"
     return Finding("noise at rest", verdict, text)
 
 
-def _rms_of(window: Window, rest: BoolArray, during: BoolArray) -> tuple[float, float]:
-    """Rms of the used trials' force less its mean at rest: over the rest, and `during`."""
+def rms_at_rest(window: Window) -> tuple[float, float]:
+    """Rms of the used trials' force less its mean at rest: over the rest, and in the disturbance.
+
+    Parameters
+    ----------
+    window : Window
+
+    Returns
+    -------
+    tuple of float
+    """
+    rest = window.lag_s <= 0
+    during = (window.lag_s > 0) & (window.lag_s <= window.duration_s[window.usable].max())
     used = np.flatnonzero(window.usable)
     squares = np.zeros(2)
     for rows in _together(used, len(window.lag_s)):

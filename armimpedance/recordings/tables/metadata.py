@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, cast
 from armimpedance.core.conventions import IMPOSED, Imposed, Kind
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import Fields, is_number, json_text, read_json
-from armimpedance.core.records import HIGHEST_LOWPASS, Recording, Subject
+from armimpedance.core.records import Recording, Subject, wrong_lowpass
 
 FORMAT: Final = "armimpedance-recording"
 VERSION: Final = 1
@@ -156,11 +156,10 @@ def _lowpass(fields: Fields, rate_hz: float) -> dict[str, Any]:
         if order is not None:
             raise fields.wrong("force_lowpass_order", "force_lowpass_hz beside it")
         return {}
-    if not 0 < hz < rate_hz / 2:
-        raise fields.wrong("force_lowpass_hz", f"more than 0, less than {rate_hz / 2:g} Hz")
-    order = 2 if order is None else order
-    if order not in range(1, HIGHEST_LOWPASS + 1):
-        raise fields.wrong("force_lowpass_order", f"a whole number, 1 to {HIGHEST_LOWPASS}")
+    order = Metadata.force_lowpass_order if order is None else order
+    wrong = wrong_lowpass(hz, order, rate_hz)
+    if wrong is not None:
+        raise fields.wrong(*wrong)
     return {"force_lowpass_hz": hz, "force_lowpass_order": int(order)}
 
 

@@ -396,18 +396,18 @@ def in_step(recording: Recording) -> tuple[Recording, Filter | None]:
         As it is where nothing was found.
     found : Filter or None
     """
-    found = find_filter(recording)
-    if recording.force_lowpass_hz is not None and recording.perturbation == "returning":
-        found = _as_stated(recording, found)
+    stated = recording.force_lowpass_hz is not None and recording.perturbation == "returning"
+    found = _as_stated(recording) if stated else find_filter(recording)
     return (recording if found is None else found.likeliest.alike(recording)), found
 
 
-def _as_stated(recording: Recording, found: Filter | None) -> Filter:
+def _as_stated(recording: Recording) -> Filter:
     """The stated low-pass where the data do not contradict it, else what they show."""
     hz, order = recording.force_lowpass_hz, recording.force_lowpass_order
     stated = Passed("force", "low-pass", order, float(hz or 0.0))
     if find_filter(stated.alike(recording)) is None:
         return Filter(stated, STATED_ERROR, (), np.inf, np.nan, stated)
+    found = find_filter(recording)
     if found is None:
         return Filter(Passed("force", "late", 0, 0.0), 0.0, (), 0.0, np.nan, stated)
     return replace(found, stated=stated)

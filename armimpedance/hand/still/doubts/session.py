@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 from scipy.stats import chi2
 
 from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
-from armimpedance.core.conventions import AXES
+from armimpedance.core.conventions import axis_name
 from armimpedance.core.errors import EstimationError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
@@ -280,7 +280,8 @@ def _changed(recording: Recording, change: SessionChange) -> str:
     """What changed, by how much, where, and what to do."""
     cause, axis, part, error = cause_of(change)
     how = f"by {100 * part:+.0f} % (sd {100 * error:.0f})"
-    where, along = change.course.where, "" if axis is None else f" along {AXES[axis]}"
+    where = change.course.where
+    along = "" if axis is None else f" along {axis_name(recording.kind, axis)}"
     if change.course.kind == "from" and change.between[0] < change.between[1]:
         numbers, rising = trial_numbers(recording, in_order(recording))
         early, late = (numbers[p] if rising else p + 1 for p in change.between)
@@ -331,24 +332,30 @@ def blocks_of(recording: Recording, models: Sequence[tuple[IntArray, Model]]) ->
     places = np.array_split(np.arange(1, len(order) + 1), count)
     found = np.array([_sizes(parts, order[block - 1]) for block in places])
     first, last = (np.array([block[i] for block in places]) for i in (0, -1))
-    return SessionBlocks(first, last, found[..., 0], found[..., 1])
+    return SessionBlocks(first, last, found[..., 0], found[..., 1] * _scatter(parts))
 
 
 def _sizes(parts: Sequence[Part], rows: IntArray) -> FloatArray:
     """M, B and K of some trials as parts of their conditions', and standard errors, (3, 2)."""
     H, u = np.zeros((3, 3)), np.zeros(3)
-    left = free = 0.0
     for part in parts:
-        d = part.scaled.shape[1] // 3
-        inside, D = np.isin(part.rows, rows), part.scaled @ together(d)
+        inside, D = np.isin(part.rows, rows), part.scaled @ together(part.scaled.shape[1] // 3)
         # H x = u: sum D^T A_t D x = sum D^T b_t
         H += D.T @ part.A[inside].sum(axis=0) @ D
         u += D.T @ part.b[inside].sum(axis=0)
-        expected = np.einsum("pk,tpq,qk->k", D, part.A, D)
-        left += float((((part.residual @ D) ** 2).sum(axis=0) / expected).sum())
-        T = len(part.rows)
-        free += 3 * max(T - 3 * d, 1) / T
     if np.linalg.matrix_rank(H) != 3:
         return np.full((3, 2), np.nan)
     inverse = np.linalg.inv(H)
-    return np.stack([inverse @ u, np.sqrt(np.diag(inverse) * max(left / max(free, 1.0), 1.0))], 1)
+    return np.stack([inverse @ u, np.sqrt(np.diag(inverse))], axis=1)
+
+
+def _scatter(parts: Sequence[Part]) -> float:
+    """By how much trials differ more than their noise makes them: at least 1."""
+    left = free = 0.0
+    for part in parts:
+        T, d = len(part.rows), part.scaled.shape[1] // 3
+        D = part.scaled @ together(d)
+        expected = np.einsum("pk,tpq,qk->k", D, part.A, D)
+        left += float((((part.residual @ D) ** 2).sum(axis=0) / expected).sum())
+        free += 3 * max(T - 3 * d, 1) / T
+    return float(np.sqrt(max(left / free, 1.0)))

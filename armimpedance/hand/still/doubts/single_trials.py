@@ -1,12 +1,12 @@
 """Single trials that answer otherwise than the others of their condition.
 
-Trial t answers by ``1 + g_t`` of what M, B and K of the others make of its motion, along all axes
-of the force or along one:
+Trial t answers by ``1 + g_t`` of what M, B and K of the others make of its motion, one number of
+all axes of the force (k = 1) or one of each (k = d):
 
-    g_t = D^T r_t / D^T A_t D,    r_t = b_t - A_t theta
+    D^T A_t D g_t = D^T r_t,    r_t = b_t - A_t theta
 
-with theta the condition's, and D the rows of theta that a gain scales. What the trials of a session
-scatter by, robustly, is the measure of one.
+with theta (p,) the condition's, and D (p, k) the rows of theta that gains scale. What the trials of
+a session scatter by, robustly, is the measure of one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
-from armimpedance.core.conventions import AXES
+from armimpedance.core.conventions import axis_name
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.courses import Part, rows_of_gain
@@ -30,6 +30,8 @@ SIGNIFICANT: Final = 7.0
 LEAST: Final = 0.25
 #: Fewer trials say nothing of how trials scatter.
 FEWEST: Final = 16
+#: One axis is named where its number is so many times further off than that of all.
+CLEARLY: Final = 1.3
 #: Trials that a message lists.
 MOST_LISTED: Final = 6
 #: The median of the absolute value of a standard normal number.
@@ -58,22 +60,27 @@ class TrialGains:
 
 def trial_gains(models: Sequence[tuple[IntArray, Model]]) -> TrialGains:
     """How each trial answers beside the others of its condition."""
-    rows, sizes, z = [], [], []
+    sizes, z = [], []
     for trials, model in models:
         part, d = Part.of(model, trials), model.equation.axes
-        found, scaled = [], []
-        for axis in (None, *range(d)):
-            D = (part.scaled @ rows_of_gain(d, axis))[:, 0]
-            # D^T A_t D, D^T r_t (T,)
-            known, left = np.abs(part.A @ D @ D), part.residual @ D
-            spread = left / np.sqrt(np.maximum(known, 1e-300))
-            robust = float(np.median(np.abs(spread))) / _NORMAL_MEDIAN
-            found.append(left / np.maximum(known, 1e-300))
-            scaled.append(spread / max(robust, 1e-300))
-        rows.append(trials)
-        sizes.append(np.stack(found, axis=1))
-        z.append(np.stack(scaled, axis=1))
-    return TrialGains(np.concatenate(rows), np.concatenate(sizes), np.concatenate(z))
+        patterns = [rows_of_gain(d, None)]
+        if d > 1:
+            patterns.append(np.hstack([rows_of_gain(d, axis) for axis in range(d)]))
+        found = [_gains(part, part.scaled @ pattern) for pattern in patterns]
+        sizes.append(np.hstack([g for g, _ in found]))
+        z.append(np.hstack([deviations for _, deviations in found]))
+    rows = np.concatenate([trials for trials, _ in models])
+    return TrialGains(rows, np.concatenate(sizes), np.concatenate(z))
+
+
+def _gains(part: Part, D: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """g (T, k) of each trial, and how many robust deviations of the trials it is off."""
+    # H_t (T, k, k) g_t = D^T r_t; a trial without force along an axis tells nothing of it
+    inverse = np.linalg.pinv(D.T @ part.A @ D)
+    g = (inverse @ (part.residual @ D)[..., None])[..., 0]
+    spread = g / np.sqrt(np.maximum(np.einsum("tkk->tk", inverse), 1e-300))
+    robust = np.median(np.abs(spread), axis=0) / _NORMAL_MEDIAN
+    return g, spread / np.maximum(robust, 1e-300)
 
 
 def check_single_trials(
@@ -101,10 +108,10 @@ def check_single_trials(
 
 
 def _words(recording: Recording, gains: TrialGains, i: int) -> str:
-    """A trial, and how it answers along the axis where it is furthest off."""
-    column = int(np.argmax(np.abs(gains.z[i])))
-    along = "" if column == 0 else f" along {AXES[column - 1]}"
-    row = int(gains.rows[i])
-    number = recording.trials["trial"].iloc[row] if "trial" in recording.trials else row + 1
+    """A trial, and how it answers: of all axes where these are not clearly unlike."""
+    z = np.abs(gains.z[i])
+    column = int(np.argmax(z)) if z.max() > CLEARLY * z[0] else 0
+    along = "" if column == 0 else f" along {axis_name(recording.kind, column - 1)}"
+    number = recording.trials["trial"].iloc[int(gains.rows[i])]
     percent = round(100 * float(1 + gains.sizes[i, column]))
     return f"trial {number} answers by {percent} %{along}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.conventions import AXES, FORCE_UNIT, Kind
+from armimpedance.core.conventions import FORCE_UNIT, Kind, axis_name
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.still.show.aligned_trials import (
     Aligned,
@@ -39,11 +39,6 @@ MOST_VECTOR_LINES = 120
 GREY = "0.55"
 MARKED = OKABE_ITO["vermillion"]
 _COLORS = ("blue", "orange", "green", "purple")
-
-
-def axis_name(kind: Kind, i: int) -> str:
-    """x, y, z of the hand; joint 1, joint 2."""
-    return AXES[i] if kind == "hand" else f"joint {i + 1}"
 
 
 def motion_label(kind: Kind) -> tuple[str, float]:

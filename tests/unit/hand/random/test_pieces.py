@@ -70,4 +70,15 @@ def test_stiffness_that_changes_is_no_alarm():
 
 
 def test_a_short_record_is_not_asked():
-    assert not session(linear_session(seed=10, seconds=12.0))
+    short = linear_session(seed=10, seconds=12.0)
+    assert not session(scaled(short, lambda t: np.c_[1 + 0.5 * (t >= 0.5)]))
+
+
+def test_a_piece_in_which_the_robot_stands_still_is_left_out():
+    still = linear_session(seed=11)
+    n = int(20 * still.sample_rate_hz)
+    held = {name: np.array(getattr(still, name)) for name in ("position", "force")}
+    extra = {name: np.array(values) for name, values in still.extra.items()}
+    for values in (*held.values(), *extra.values()):
+        values[:n] = 0.0
+    assert not session(replace(still, **held, extra=extra))

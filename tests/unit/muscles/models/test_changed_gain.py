@@ -86,12 +86,14 @@ def test_one_wrong_condition_is_no_change():
 
 
 def test_the_intervals_hold_both_gains():
-    rows, broken = rows_of(4), weaker(rows_of(4), 0.5)
     ask = np.full((1, 6), 0.15)
-    truth = np.einsum("m,mi,mj->ij", np.full(6, 2000 + 40_000 * 0.15), G, G)[0, 0]
-    for model in (fit(rows), fit(broken)):
-        found = model.predict(ask)
-        sd = np.sqrt(found.stiffness_covariance[0, 0, 0])
+    before = np.full(6, 2000 + 40_000 * 0.15)
+    # after the change the same EMG of the first muscle is that of twice the activation
+    after = before + np.eye(6)[0] * 40_000 * 0.15
+    found = fit(weaker(rows_of(4), 0.5)).predict(ask)
+    sd = np.sqrt(found.stiffness_covariance[0, 0, 0])
+    for stiffness in (before, after):
+        truth = np.einsum("m,mi,mj->ij", stiffness, G, G)[0, 0]
         assert abs(found.stiffness[0, 0] - truth) < 2.5 * sd
 
 
