@@ -71,5 +71,5 @@ def plot_session(recording: Recording, ax: Axes | None = None) -> Axes:
             )
         ax.set_xlabel("trial in the order of the session")
         ax.set_ylabel("% of the whole session's")
-        ax.legend(frameon=False, ncols=2)
+        ax.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1, 1), borderpad=0)
     return ax
