@@ -1,8 +1,8 @@
 """Joints, devices and persons of our own, written apart from the simulators of the toolkit.
 
 Linear ones are solved line by line: all signals are periodic over a time longer than the record,
-``(I s^2 + B s + K + R e^(-s d)) theta = tau + v`` with s = i omega, tau the torque of the device on
-the limb and v the person's own; the device ``tau = p - Z_d theta`` adds the perturbation p. The
+``(I s^2 + B s + K + (R + Q s) e^(-s d) / (1 + s m)^n) theta = tau + v`` with s = i omega, tau the
+torque of the device on the limb and v the person's own; the device ``tau = p - Z_d theta`` adds the perturbation p. The
 non-linear ones are integrated by Runge's and Kutta's step, all records side by side.
 """
 
@@ -32,6 +32,10 @@ class Joint:
     I, B, K : float
     reflex, delay_s : float
         Torque per delayed angle, N m/rad.
+    reflex_rate : float
+        Torque per delayed velocity, N m s/rad.
+    muscle_s, muscle_order : float, int
+        Time constant and order of the low-pass by which muscle follows its reflex.
     device : (inertia, viscosity, stiffness) or None
         None: the torque is imposed; infinite stiffness: the angle is.
     rms_Nm, rms_rad, cutoff_hz : float
@@ -51,6 +55,9 @@ class Joint:
     K: float = 20.0
     reflex: float = 0.0
     delay_s: float = 0.055
+    reflex_rate: float = 0.0
+    muscle_s: float = 0.0
+    muscle_order: int = 2
     device: tuple[float, float, float] | None = None
     rms_Nm: float = 1.0
     rms_rad: float = 0.04
@@ -79,7 +86,8 @@ class Joint:
     def _trial(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """Torque on the limb, angle, what was imposed, (3, n), noise added."""
         s = 2j * np.pi * np.fft.rfftfreq(n, 1 / RATE_HZ)
-        limb = self.I * s**2 + self.B * s + self.K + self.reflex * np.exp(-s * self.delay_s)
+        muscle = np.exp(-s * self.delay_s) / (1 + s * self.muscle_s) ** self.muscle_order
+        limb = self.I * s**2 + self.B * s + self.K + (self.reflex + self.reflex_rate * s) * muscle
         pushed, own = noise(rng, s, self.cutoff_hz), self.own_Nm * noise(rng, s, 1.0, order=1)
         if self.device is not None and np.isinf(self.device[2]):
             theta = told = self.rms_rad * pushed
@@ -148,12 +156,15 @@ class Bent:
         K goes up and down by this part at .2 Hz.
     step : float
         K steps up by this part half-way.
+    one_way : float
+        N m s/rad: a reflex that answers rising angles alone, by the joint's delay and muscle.
     """
 
     cubic: float = 0.0
     friction: float = 0.0
     swing: float = 0.0
     step: float = 0.0
+    one_way: float = 0.0
 
 
 def bent(joint: Joint, how: Bent, stream: str = "joint") -> Any:
@@ -205,18 +216,25 @@ def integrate(joint: Joint, how: Bent, driven: np.ndarray) -> np.ndarray:
     finer = np.repeat(driven, 2, axis=0)
     finer[1:-1:2] = (driven[:-1] + driven[1:]) / 2
     theta, rate = np.zeros(driven.shape[1]), np.zeros(driven.shape[1])
-    out = np.empty_like(driven)
+    out, rates = np.empty_like(driven), np.zeros_like(driven)
+    late, answer = round(joint.delay_s * RATE_HZ), np.zeros((2, driven.shape[1]))
+    follows = np.exp(-h / joint.muscle_s) if joint.muscle_s else 0.0
 
     def pull(k: int, push: np.ndarray, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         against = joint.B * v + (K[k] + how.cubic * x * x) * x
         if how.friction:
             against = against + how.friction * np.tanh(v / 0.02)
+        if how.one_way:
+            against = against + answer[1]
         return np.asarray((push - against) / joint.I)
 
     for k in range(n):
-        out[k] = theta
+        out[k], rates[k] = theta, rate
+        heard = how.one_way * np.maximum(rates[k - late], 0.0)
         j = 2 * k
         for at in (j, j + 1):
+            for stage, into in enumerate((heard, answer[0].copy())):
+                answer[stage] = into + follows * (answer[stage] - into)
             push, after = finer[at], finer[min(at + 1, 2 * n - 1)]
             half = (push + after) / 2
             a1 = pull(at, push, theta, rate)

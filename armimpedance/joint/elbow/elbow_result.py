@@ -95,6 +95,9 @@ class ElbowFit(FittedResult, FrozenRecord):
         The same of single conditions or trials, where they were fitted too.
     checks : tuple of Finding
         Every assumption of the model that was held against the record.
+    allowing : Parameters or None
+        I, B, K over all limbs that the record does not exclude: a late answer or a skew that it is
+        too weak to show. Where one is seen, they are `parameters`.
 
     Examples
     --------
@@ -123,6 +126,7 @@ class ElbowFit(FittedResult, FrozenRecord):
     details: Mapping[str, Any] = field(default_factory=dict)
     parts: Mapping[str, ElbowFit] = field(default_factory=dict)
     checks: tuple[Finding, ...] = ()
+    allowing: Parameters | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,28 +1,38 @@
-"""Which of six kinds of limb does the record hold? Each is fitted, with its own spectrum.
+"""Which of eight kinds of limb does the record hold? Each is fitted, with its own spectrum.
 
-The kinds: I, B, K alone, with a late answer to the motion, ``K_r theta(t - d)``, one of each delay,
-with one to its velocity too, ``B_r theta'(t - d)``; and each with the angle late by T.
-``Z = (I s^2 + B s + K + (B_r s + K_r) e^(-s d)) e^(s T)`` is linear in all but d and T, and T is
-linearised anew in every round. A reflex takes stiffness away at one frequency and adds it at
-another; seen through ``e^(-s d)``'s first terms it is less inertia, less viscosity and a skew of
-``-K_r d^3 / (6 I)``, which is why neither can be looked for without the other.
+The kinds: I, B, K alone, with a late answer to the deflection, ``K_r h theta``, one of each pathway
+h (a delay and a muscle's low-pass, see `pathway`), to its velocity, ``B_r h theta'``, or to both;
+and each with the angle late by T. ``Z = (I s^2 + B s + K + (B_r s + K_r) h) e^(s T)`` is linear in
+all but h and T, and T is linearised anew in every round. A reflex takes stiffness away at one
+frequency and adds it at another; seen through the first terms of h it is less inertia, less
+viscosity and a skew of ``-K_r d^3 / (6 I)``, which is why neither can be looked for without the
+other.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.elbow.doubts.kinds import (
+    KINDS,
+    UNANSWERED,
+    Kind,
+    KindFit,
+    Products,
+    columns_of,
+    fitted,
+    roughly,
+)
+from armimpedance.joint.elbow.doubts.pathway import LATEST_S, Cells, Pathway, all_cells, together
 from armimpedance.joint.elbow.doubts.record import (
     BENDS,
     Doubted,
     LimbModel,
     Posed,
-    Spectrum,
-    WhittleFit,
     fit_models,
     posed,
 )
@@ -77,59 +87,36 @@ def _gram(left: FloatArray, right: FloatArray, weight: FloatArray) -> FloatArray
     return np.asarray(np.einsum("nip,niq,n->pq", left, right, weight))
 
 
-#: Rounds in which skew, instruments and spectra settle: at most, and once a round moves the best
-#: kind's parameters by less than this part of their standard errors.
-ROUNDS: Final = 5
-_SETTLED: Final = 0.1
-#: Rounds that find the skew alone, where they come first.
-_SKEW_FIRST: Final = 2
-#: Bounds so wide that they matter only where the record tells nothing: s, and parts of K.
-_ANY_LATENESS_S: Final = 20e-3
-_ANY_ANSWER: Final = 3.0
-#: A velocity is worth this much of a deflection, s.
-RATE_S: Final = 0.05
+#: Rounds in which skew, instruments and spectra settle: at most, and once a round moves the torque
+#: of the best kind by less than this part of the noise of one line.
+ROUNDS: Final = 12
+_SETTLED: Final = 0.3
+#: Rounds that find the skew alone, where they come first; whether to go on from there.
+_SKEW_FIRST: Final = 3
+_WORTH_A_START: Final = 200.0
 #: By how much the deviance must fall for each further parameter of the next round's model.
 _WORTH: Final = 4.0
 #: A parameter that a round finds at or below zero starts the next at this part of what it was.
 _SHRUNK: Final = 0.1
 
 
-class Kind(NamedTuple):
-    """What stands beside I, B and K."""
-
-    late_angle: bool
-    answers: int
-
-    @property
-    def further(self) -> int:
-        """Parameters beside I, B, K."""
-        return self.late_angle + self.answers
-
-
-#: In step or not; no answer, one to the motion, one to its velocity too.
-KINDS: Final = tuple(Kind(late, answers) for late in (False, True) for answers in (0, 1, 2))
-
-
 @dataclass(frozen=True, eq=False)
 class Contest:
     """The kinds, fitted about the best of them.
 
-    `delays_s` (D,).
-    `fits`: parameters I, B, K, then T, K_r, B_r and the bends as the kind has them; those with an
-    answer hold one model of each delay.
+    `fits`: parameters I, B, K, then T, K_r, B_r and the bends as the kind has them.
     `bends`: which terms of amplitude all of them hold.
     `reference` (n,): logarithm of the power that the lines are weighed by over that of the sensors.
     """
 
-    fits: dict[Kind, WhittleFit]
-    delays_s: FloatArray
+    fits: dict[Kind, KindFit]
     about: LimbModel
     bends: tuple[int, ...]
     reference: FloatArray
     rows: Posed
 
     def best(self, kind: Kind) -> tuple[float, int]:
-        """The lowest deviance of a kind, and the number of its delay."""
+        """The lowest deviance of a kind, and the number of its pathway."""
         deviance = self.fits[kind].deviance
         return float(deviance.min()), int(deviance.argmin())
 
@@ -137,14 +124,14 @@ class Contest:
         """How I, B and K of the best model vary over the band, see `bands`, (3,)."""
         kind = self.winner()
         number = self.best(kind)[1]
-        X, y, _, bound = _table(self.rows, self.about, kind, self.bends)
-        eta = self.fits[kind].eta[number]
-        return excess_over_bands(X[number], y, eta, frequency_hz, bound)
+        columns = columns_of(kind, float(self.about.limb[2]), self.bends)
+        fit = self.fits[kind]
+        X = columns.of(self.rows, fit.pathway(number))
+        return excess_over_bands(X, self.rows.y, fit.eta, frequency_hz, columns.bound)
 
-    def winner(self, *, late_only: bool = False) -> Kind:
-        """The best kind, of all or of those without answer; a parameter is worth its deviance."""
-        kinds = [k for k in KINDS if not (late_only and k.answers)]
-        return min(kinds, key=self.score)
+    def winner(self) -> Kind:
+        """The best kind; a parameter is worth its deviance."""
+        return min(self.fits, key=self.score)
 
     def score(self, kind: Kind) -> float:
         """The best deviance of a kind, and what its parameters must be worth."""
@@ -160,13 +147,28 @@ def contest(
     `driver`: of the doubted band.
     `bends`: numbers of the terms of amplitude that every kind holds.
     """
-    made = _settled(doubted, driver, limb, bends, skew_first=False)
-    if not made.winner().answers:
-        return made
-    # Far from its skew a limb can look as if it answered: what settles from there may be better.
-    other = _settled(doubted, driver, limb, bends, skew_first=True)
-    levels = [_level(doubted, driver, one) + one.score(one.winner()) for one in (made, other)]
-    return other if levels[1] < levels[0] else made
+    still = LimbModel(limb, np.zeros(2), Pathway(LATEST_S, 0.0), 0.0, np.zeros(len(BENDS)))
+    flat = np.zeros(sum(len(b.s) for b in doubted.band.trials))
+    made = _settled(doubted, driver, still, flat, bends, ROUNDS)
+    if made.winner().answers:
+        # Far from its skew a limb can look as if it answered: better may be what begins at it.
+        skewed = _settled(doubted, driver, still, flat, bends, _SKEW_FIRST, UNANSWERED)
+        about, reference = _next(skewed, *_best(skewed))
+        if _score(doubted, driver, skewed) < _score(doubted, driver, made) + _WORTH_A_START:
+            other = _settled(doubted, driver, about, reference, bends, ROUNDS)
+            if _score(doubted, driver, other) < _score(doubted, driver, made):
+                made = other
+    columns = {kind: columns_of(kind, float(made.about.limb[2]), bends) for kind in KINDS}
+    return replace(made, fits={kind: fitted(made.rows, columns[kind]) for kind in KINDS})
+
+
+def _best(made: Contest) -> tuple[Kind, int]:
+    kind = made.winner()
+    return kind, made.best(kind)[1]
+
+
+def _score(doubted: Doubted, driver: Driver, made: Contest) -> float:
+    return _level(doubted, driver, made) + made.score(made.winner())
 
 
 def _level(doubted: Doubted, driver: Driver, made: Contest) -> float:
@@ -180,25 +182,43 @@ def _level(doubted: Doubted, driver: Driver, made: Contest) -> float:
 
 
 def _settled(
-    doubted: Doubted, driver: Driver, limb: FloatArray, bends: tuple[int, ...], *, skew_first: bool
+    doubted: Doubted,
+    driver: Driver,
+    model: LimbModel,
+    reference: FloatArray,
+    bends: tuple[int, ...],
+    rounds: int,
+    kinds: tuple[Kind, ...] = KINDS,
 ) -> Contest:
-    model = LimbModel(limb, np.zeros(2), float(doubted.delays_s[0]), 0.0, np.zeros(len(BENDS)))
-    reference = np.zeros(sum(len(b.s) for b in doubted.band.trials))
-    before = None
-    for turn in range(ROUNDS):
+    """Linearised about what fits best, until that moves no more.
+
+    `model`, `reference`: where it begins, and the noise (n,) that this leaves.
+    """
+    for _ in range(rounds):
         rows = posed(doubted, driver, model, _powers(doubted, model, reference))
-        fits = {kind: fit_models(*_table(rows, model, kind, bends)) for kind in KINDS}
-        made = Contest(fits, doubted.delays_s, model, bends, reference, rows)
-        kind = made.winner(late_only=skew_first and turn < _SKEW_FIRST)
-        number = made.best(kind)[1]
-        values, information = fits[kind].values[number], fits[kind].information[number]
-        if turn > _SKEW_FIRST * skew_first and before is not None and len(before) == len(values):
-            moved = values - before
-            if moved @ information @ moved < _SETTLED**2:
-                break
-        before = values
-        model, reference = _next(made, kind, number)
+        cells = together([all_cells(), Cells.about(model.pathway)])
+        late = np.concatenate([rows.late_of_all, rows.late(Cells.at(model.pathway))], axis=2)
+        products = Products.of(rows, late, np.zeros(len(reference)))
+        stiffness = float(model.limb[2])
+        fits = {
+            kind: roughly(rows, columns_of(kind, stiffness, bends), products, cells)
+            for kind in kinds
+        }
+        made = Contest(fits, model, bends, reference, rows)
+        before = model
+        model, reference = _next(made, *_best(made))
+        if _moved(doubted, rows, before, model) < _SETTLED**2:
+            break
     return made
+
+
+def _moved(doubted: Doubted, rows: Posed, before: LimbModel, after: LimbModel) -> float:
+    """By how many squares of the noise two models differ in the torque of the record's motion."""
+    squares = 0.0
+    for bins, moved in zip(doubted.band.trials, rows.trials, strict=True):
+        one, other = (m.impedance(bins) * np.exp(bins.s * m.lateness_s) for m in (before, after))
+        squares += float((np.abs((other - one) * moved.weighed) ** 2).sum())
+    return squares
 
 
 def _powers(doubted: Doubted, model: LimbModel, reference: FloatArray) -> list[FloatArray]:
@@ -208,44 +228,20 @@ def _powers(doubted: Doubted, model: LimbModel, reference: FloatArray) -> list[F
     return [g * bins.noise_power(bins.impedance(model.limb)) for bins, g in parts]
 
 
-def _table(
-    rows: Posed, about: LimbModel, kind: Kind, bends: tuple[int, ...]
-) -> tuple[FloatArray, FloatArray, Spectrum, FloatArray]:
-    """Columns (m, n, 2, p) of one kind, what they explain (n, 2), its spectrum and bounds (p,)."""
-    columns, bounds = [rows.limb[..., :3]], [0.0, 0.0, 0.0]
-    if kind.late_angle:
-        columns.append(rows.limb[..., 3:])
-        bounds.append(_ANY_LATENESS_S**-2)
-    X = np.concatenate(columns, axis=2)[None]
-    if kind.answers:
-        late = np.moveaxis(rows.late, 2, 0)[..., : kind.answers]
-        X = np.concatenate([np.broadcast_to(X, (len(late), *X.shape[1:])), late], axis=3)
-        sizes = _ANY_ANSWER * about.limb[2] * np.array([1.0, RATE_S])
-        bounds += list(sizes[: kind.answers] ** -2)
-    if bends:
-        curved = np.broadcast_to(rows.bends[None, ..., list(bends)], (*X.shape[:3], len(bends)))
-        X = np.concatenate([X, curved], axis=3)
-        bounds += [0.0] * len(bends)
-    # The lateness counts from zero, not from the model that the rows were posed about.
-    y = rows.y + about.lateness_s * rows.limb[..., 3]
-    return X, y, rows.spectrum, np.array(bounds)
-
-
 def _next(made: Contest, kind: Kind, number: int) -> tuple[LimbModel, FloatArray]:
-    """A kind and delay as a model to pose the rows about, and the noise that it leaves."""
+    """A kind and pathway as a model to pose the rows about, and the noise that it leaves."""
     fit = made.fits[kind]
     values = fit.values[number]
     extra = list(values[3:])
     lateness = extra.pop(0) if kind.late_angle else 0.0
     answer = np.zeros(2)
-    for which in range(kind.answers):
+    for which in kind.answers:
         answer[which] = extra.pop(0)
     bends = np.zeros(len(BENDS))
     bends[list(made.bends)] = extra
     limb = np.maximum(values[:3], _SHRUNK * made.about.limb)
-    delay = float(made.delays_s[number if kind.answers else 0])
-    model = LimbModel(limb, answer, delay, float(lateness), bends)
-    return model, made.reference + fit.eta[number]
+    model = LimbModel(limb, answer, fit.pathway(number), float(lateness), bends)
+    return model, made.reference + fit.eta
 
 
 # Does the joint depend on how far and how fast it moves? Terms of amplitude beside the best limb.
@@ -284,14 +280,12 @@ def bent(made: Contest, deflection: float) -> Bent:
     """
     kind = min(KINDS, key=lambda k: made.best(k)[0])
     without, number = made.best(kind)
-    columns = [made.rows.limb[..., : 4 if kind.late_angle else 3]]
-    if kind.answers:
-        columns.append(made.rows.late[:, :, number, : kind.answers])
-    y = made.rows.y + made.about.lateness_s * made.rows.limb[..., 3]
+    columns = columns_of(kind, float(made.about.limb[2]), ())
+    limb = columns.of(made.rows, made.fits[kind].pathway(number))
     deviance, smallest = {}, np.inf
     for terms in (STIFFENS, RUBS, (*STIFFENS, *RUBS)):
-        X = np.concatenate([*columns, made.rows.bends[..., list(terms)]], axis=2)
-        fit = fit_models(X[None], y, made.rows.spectrum, np.zeros(X.shape[2]))
+        X = np.concatenate([limb, made.rows.X[..., 4 + np.array(terms)]], axis=2)
+        fit = fit_models(X[None], made.rows.y, made.rows.spectrum, np.zeros(X.shape[2]))
         deviance[terms] = float(fit.deviance[0])
         if terms == STIFFENS:
             C = np.linalg.inv(fit.information[0])

@@ -22,14 +22,15 @@ from armimpedance.joint.elbow.doubts.contest import (
     STIFFENS,
     Bent,
     Contest,
-    Kind,
     bent,
     contest,
     stiffening,
 )
+from armimpedance.joint.elbow.doubts.kinds import Kind
 from armimpedance.joint.elbow.doubts.posterior import (
     SURE,
     Amplitude,
+    Hidden,
     Lateness,
     Posterior,
     Reflex,
@@ -66,11 +67,14 @@ _SEEN: Final = 6.0
 class Doubt:
     """An estimate after its doubts.
 
+    `parameters`: of the limb that the record asks for.
+    `allowing`: the same over all limbs that it does not exclude.
     `checks`: "reflex", "skew", "amplitude".
     `seen`: the limb has more than I, B and K: what they leave is explained.
     """
 
     parameters: Parameters
+    allowing: Parameters
     checks: tuple[Finding, ...]
     seen: bool = False
     details: Mapping[str, Any] = field(default_factory=dict)
@@ -83,7 +87,7 @@ def doubt(estimate: Estimate, prepared: PreparedSamples, band: Band) -> Doubt:
     """
     own = estimate.parameters
     if explained(band, own.values) > 1 - ENOUGH:
-        return Doubt(own, _nothing_left())
+        return Doubt(own, own, _nothing_left())
     try:
         record = doubted(prepared, band)
         driver = driver_of(record.band)
@@ -96,11 +100,11 @@ def doubt(estimate: Estimate, prepared: PreparedSamples, band: Band) -> Doubt:
                 made = again
         found = _concluded(own, made, curved, deflection, prepared.source.sample_rate_hz)
         frequency = np.concatenate([bins.frequency_hz for bins in record.band.trials])
-        if _another(own, found.parameters):
+        if _another(own, found.allowing):
             return _unlike(own, found)
         return _over_bands(found, made.excess_over_bands(frequency))
     except (InputError, EstimationError, np.linalg.LinAlgError) as error:
-        return Doubt(own, (_cannot(error),))
+        return Doubt(own, own, (_cannot(error),))
 
 
 def _another(own: Parameters, found: Parameters) -> bool:
@@ -111,27 +115,29 @@ def _another(own: Parameters, found: Parameters) -> bool:
 
 def _unlike(own: Parameters, found: Doubt) -> Doubt:
     """The estimate without additions; its interval holds what it would be with them."""
-    off = found.parameters.values - own.values
-    wide = np.abs(off) + t_factor(found.parameters.dof) * found.parameters.sd
+    other = found.allowing
+    wide = np.abs(other.values - own.values) + t_factor(other.dof) * other.sd
     sd = np.maximum(wide / t_factor(own.dof), own.sd)
-    check = unlike_finding(own, found.parameters)
+    check = unlike_finding(own, other)
     parameters = replace(own, covariance=_scaled(own.covariance, sd))
-    return Doubt(parameters, (check,), True, found.details)
+    return Doubt(parameters, parameters, (check,), True, found.details)
 
 
 def _over_bands(found: Doubt, excess: FloatArray) -> Doubt:
     """Widened where no kind of limb that was fitted is the same in all parts of the band."""
-    parameters = found.parameters
+    if (excess == 1).all():
+        check = band_finding(found.parameters, excess)
+        return replace(found, checks=(*found.checks, check))
+    wide = _widened(found.parameters, excess)
+    checks = (*found.checks, band_finding(wide, excess))
+    allowing = _widened(found.allowing, excess)
+    return Doubt(wide, allowing, checks, True, found.details)
+
+
+def _widened(parameters: Parameters, excess: FloatArray) -> Parameters:
     # C' (3, 3) = diag(excess) C diag(excess)
     covariance = parameters.covariance * np.outer(excess, excess)
-    widened = replace(parameters, covariance=covariance)
-    check = band_finding(widened, excess)
-    if (excess == 1).all():
-        return replace(found, checks=(*found.checks, check))
-    dof = min(parameters.dof, PARTS - 1)
-    return replace(
-        found, parameters=replace(widened, dof=dof), checks=(*found.checks, check), seen=True
-    )
+    return replace(parameters, covariance=covariance, dof=min(parameters.dof, PARTS - 1))
 
 
 def _nothing_left() -> tuple[Finding, ...]:
@@ -146,7 +152,7 @@ def _cannot(error: Exception) -> Finding:
 
 def _matters(made: Contest, again: Contest, own: Parameters) -> bool:
     """Whether the terms of amplitude move I, B, K by what is not lost in their error."""
-    kind = Kind(late_angle=True, answers=0)
+    kind = Kind(late_angle=True, answers=())
     limbs = [one.fits[kind].values[0, :3] for one in (made, again)]
     enough = np.maximum(SMALL * np.abs(own.values), own.sd)
     return bool((np.abs(limbs[1] - limbs[0]) > enough).any())
@@ -158,12 +164,15 @@ def _concluded(
     stiffness = float(own.values[2])
     believed = posterior(made, stiffness)
     seen = bool(made.bends) or believed.of_neither < UNLIKELY
-    parameters = _beside(own, believed) if seen else _allowing(own, believed)
+    allowing = _beside(own, believed) if seen else _allowing(own, believed)
+    parameters = allowing if seen else own
     late, answer = _lateness(made, believed), _reflex(made, believed)
     amplitude = _amplitude(made, curved, stiffness, deflection)
-    checks = findings(answer, late, amplitude, parameters, believed.of_neither, rate_hz)
+    hidden = None if seen else Hidden.of(own, allowing)
+    checks = findings(answer, late, amplitude, parameters, hidden, believed.of_neither, rate_hz)
     seen = seen and any(one.verdict in ("warning", "cannot tell") for one in checks)
-    return Doubt(parameters, checks, seen, {"reflex": answer, "skew": late, "amplitude": amplitude})
+    details = {"reflex": answer, "skew": late, "amplitude": amplitude}
+    return Doubt(parameters, allowing, checks, seen, details)
 
 
 def _allowing(own: Parameters, believed: Posterior) -> Parameters:
@@ -214,7 +223,7 @@ def _interval(believed: Posterior, which: int, among: BoolArray) -> tuple[float,
 def _lateness(made: Contest, believed: Posterior) -> Lateness:
     value, low, high = _interval(believed, 3, np.ones(len(believed.weight), dtype=bool))
     if_late = _interval(believed, 3, believed.late_angle)[0]
-    information = made.fits[Kind(late_angle=True, answers=0)].information[0]
+    information = made.fits[Kind(late_angle=True, answers=())].information[0]
     smallest = np.sqrt(2 * _SEEN * np.linalg.inv(information)[3, 3])
     return Lateness(value, (low, high), believed.of_lateness, if_late, float(smallest))
 
@@ -227,8 +236,8 @@ def _reflex(made: Contest, believed: Posterior) -> Reflex:
     order = np.argsort(delay)
     share = np.cumsum(weight[order])
     limits = [float(delay[order][np.searchsorted(share, q)]) for q in (0.025, 0.975 - 1e-12)]
-    fit = made.fits[Kind(late_angle=False, answers=1)]
-    typical = int(np.abs(made.delays_s - 0.06).argmin())
+    fit = made.fits[Kind(late_angle=False, answers=(0,))]
+    typical = int((np.abs(fit.delay_s - 0.06) + fit.muscle_s).argmin())
     variance = np.linalg.inv(fit.information[typical])[3, 3]
     smallest = np.sqrt(2 * _SEEN * variance)
     return Reflex(
@@ -245,7 +254,7 @@ def _reflex(made: Contest, believed: Posterior) -> Reflex:
 
 def _amplitude(made: Contest, curved: Bent, stiffness: float, deflection: float) -> Amplitude:
     values = np.zeros(4)
-    kind = Kind(late_angle=True, answers=0)
+    kind = Kind(late_angle=True, answers=())
     if made.bends:
         values[list(made.bends)] = made.fits[kind].values[0, -len(made.bends) :]
     return Amplitude(

@@ -1,9 +1,9 @@
 """What the record leaves of each kind of limb: all of them, weighed by how well they predict it.
 
-A prior for lateness and answer, in parts that are normal, gives every kind and delay its evidence
-and I, B, K beside it; the mixture of these is what can be said. A strong record leaves one kind
-and its narrow interval, a weak one all of them with what each would make of K: nothing has to be
-seen before it is allowed for (J. A. Hoeting et al., Statistical Science 14, 1999).
+A prior for lateness and answer, in parts that are normal, gives every kind and pathway its evidence
+and I, B, K beside it; the mixture of these is what can be said. A strong record leaves one kind and
+its narrow interval, a weak one all of them with what each would make of K: nothing has to be seen
+before it is allowed for (J. A. Hoeting et al., Statistical Science 14, 1999).
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.findings import Finding
-from armimpedance.joint.elbow.doubts.contest import KINDS, NO_CHANCE, RATE_S, Contest, Kind
+from armimpedance.joint.elbow.doubts.contest import NO_CHANCE, Contest
+from armimpedance.joint.elbow.doubts.kinds import KINDS, RATE_S, Kind
 from armimpedance.numerics.regression import Parameters
 
 #: sd of the lateness before the record, s, and the part of belief in it; None: in step.
 LATENESS: Final = ((None, 0.5), (0.5e-3, 0.3), (5e-3, 0.2))
 #: sd of the late answer before the record as part of K, and the part of belief in it.
 ANSWERS: Final = ((None, 0.2), (0.15, 0.5), (0.5, 0.3))
-#: Belief that an answer is to the velocity as well.
-TO_VELOCITY: Final = 1 / 3
+#: Belief, of an answer, that it is to the deflection, to the velocity, or to both.
+ANSWERED_TO: Final = {(): 1.0, (0,): 1 / 3, (1,): 1 / 3, (0, 1): 1 / 3}
 _HALVINGS: Final = 40
 LEVEL: Final = 0.95
 #: A part without width, such as no answer at all, is as wide as this part of the whole.
@@ -35,7 +36,8 @@ _POINT: Final = 1e-9
 class Posterior:
     """A mixture of c normal parts over I, B, K, T, K_r, B_r.
 
-    `mean` (c, 6), `covariance` (c, 6, 6), `late_angle`, `answers` (c,) bool, `delay_s` (c,).
+    `mean` (c, 6), `covariance` (c, 6, 6), `late_angle`, `answers` (c,) bool, `delay_s`,
+    `muscle_s` (c,).
     `log_weight` (c,): up to a constant: a part that is all but impossible still has its place among
     its like.
     `shift` (c, 3): by how much I, B, K differ from those of a limb that has neither.
@@ -50,6 +52,7 @@ class Posterior:
     late_angle: BoolArray
     answers: BoolArray
     delay_s: FloatArray
+    muscle_s: FloatArray
 
     @property
     def weight(self) -> FloatArray:
@@ -78,7 +81,7 @@ class Posterior:
 
 
 def posterior(made: Contest, stiffness: float) -> Posterior:
-    """All kinds, delays and parts of the prior; `stiffness` scales that of the answer."""
+    """All kinds, pathways and parts of the prior; `stiffness` scales that of the answer."""
     parts = [
         _part(made, kind, belief, lateness, None if size is None else stiffness * size)
         for kind in KINDS
@@ -90,22 +93,22 @@ def posterior(made: Contest, stiffness: float) -> Posterior:
 
 def _priors(kind: Kind) -> Iterator[tuple[float | None, float | None, float]]:
     """The prior's parts that belong to a kind: sd of T and of K_r / K, and the belief in them."""
-    share = (1.0, 1 - TO_VELOCITY, TO_VELOCITY)[kind.answers]
+    share = ANSWERED_TO[kind.answers]
     for lateness, likely in LATENESS:
         for size, sized in ANSWERS:
-            if (lateness is not None, size is not None) == (kind.late_angle, kind.answers > 0):
+            if (lateness is not None, size is not None) == (kind.late_angle, bool(kind.answers)):
                 yield lateness, size, likely * sized * share
 
 
 def _part(
     made: Contest, kind: Kind, belief: float, lateness: float | None, answer: float | None
 ) -> Posterior:
-    """One normal part of each delay; its weight is belief times evidence."""
+    """One normal part of each pathway; its weight is belief times evidence."""
     fit = made.fits[kind]
     m, p = fit.values.shape
     free = 3 + kind.further
     sds = np.array([lateness or 0.0, answer or 0.0, (answer or 0.0) * RATE_S])
-    has = np.array([kind.late_angle, kind.answers > 0, kind.answers > 1])
+    has = np.array([kind.late_angle, 0 in kind.answers, 1 in kind.answers])
     prior = np.zeros(p)
     prior[3:free] = sds[has] ** -2
     N, where = fit.information, np.r_[:3, 3 + np.flatnonzero(has)]
@@ -124,14 +127,15 @@ def _part(
     alone = np.linalg.inv(N[:, own[:, None], own])
     limb = np.einsum("mij,mj->mi", alone, b[:, own])
     return Posterior(
-        log_weight=evidence + np.log(belief / m),
+        log_weight=evidence + np.log(belief * fit.belief),
         mean=mean,
         covariance=covariance,
         shift=mean[:, :3] - limb[:, :3],
         excess=C[:, :3, :3] - alone[:, :3, :3],
         late_angle=np.full(m, kind.late_angle),
-        answers=np.full(m, kind.answers > 0),
-        delay_s=made.delays_s if kind.answers else np.zeros(m),
+        answers=np.full(m, bool(kind.answers)),
+        delay_s=fit.delay_s,
+        muscle_s=fit.muscle_s,
     )
 
 
@@ -156,8 +160,6 @@ def half_widths(
 
 # What was doubted, in one sentence each, and what to do.
 
-#: Where only a late answer of more than this part of K would be seen, none is told of.
-BLIND: Final = 0.5
 #: An answer or a skew that is smaller than this, of K and of a sample, needs no word.
 LITTLE: Final = 0.01
 LITTLE_SAMPLE: Final = 0.5
@@ -221,29 +223,62 @@ class Amplitude:
     smallest: float
 
 
+#: From here on what may be hidden needs a word: its interval over that of the estimate, and its
+#: half-width as part of K.
+_WIDER: Final = 1.5
+_HIDES: Final = 0.05
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What a late answer or a skew that the record does not exclude would make of K.
+
+    `low`, `high`: N m/rad.
+    `matters`: the estimate's own interval is much narrower.
+    """
+
+    low: float
+    high: float
+    matters: bool
+
+    @classmethod
+    def of(cls, own: Parameters, allowing: Parameters) -> Hidden:
+        """By the intervals without and with them."""
+        (low, high), K = allowing.interval()[2], float(own.values[2])
+        half, alone = (high - low) / 2, float(np.diff(own.interval()[2])[0]) / 2
+        return cls(float(low), float(high), half > max(_WIDER * alone, _HIDES * K))
+
+    def __str__(self) -> str:
+        return f"K would be {self.low:.3g} to {self.high:.3g} N m/rad"
+
+
 def findings(
     reflex: Reflex,
     late: Lateness,
     amplitude: Amplitude,
     parameters: Parameters,
+    hidden: Hidden | None,
     neither: float,
     rate_hz: float,
 ) -> tuple[Finding, ...]:
     """The three checks.
 
+    `hidden`: None where something was seen, and the intervals hold it.
     `neither`: probability that the channels are in step and nothing answers.
     `rate_hz`: a skew below half a sample is named, not warned of.
     """
     K = float(parameters.values[2])
     either = neither < 1 - SURE
     return (
-        _of_reflex(reflex, late, K, either),
+        _of_reflex(reflex, late, K, hidden, either),
         _of_skew(late, reflex, either, LITTLE_SAMPLE / rate_hz),
         _of_amplitude(amplitude, K),
     )
 
 
-def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Finding:
+def _of_reflex(
+    reflex: Reflex, late: Lateness, K: float, hidden: Hidden | None, either: bool
+) -> Finding:
     low, high = (1e3 * d for d in reflex.delay_ci95_s)
     size = (
         f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f}) of K_r {reflex.K_r:.3g} "
@@ -268,10 +303,13 @@ def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Findin
             "both; measure the channels' delay with a known load"
         )
         return Finding("reflex", "cannot tell", said, smallest)
-    if reflex.smallest > BLIND * K:
-        said = "none seen, but only a large one would have been; the intervals allow for it"
+    if hidden is not None and hidden.matters:
+        said = (
+            "no late answer (reflex) is seen, but the record does not exclude one: were it there, "
+            f"{hidden}; a wider band of the perturbation or a longer record would tell"
+        )
         return Finding("reflex", "cannot tell", said, smallest)
-    return Finding("reflex", "ok", "no late answer; the intervals allow for a small one", smallest)
+    return Finding("reflex", "ok", "no late answer that matters", smallest)
 
 
 def _of_skew(late: Lateness, reflex: Reflex, either: bool, little_s: float) -> Finding:

@@ -1,27 +1,33 @@
 """The record as the doubts see it: its band without the first moments, angles of before, bends.
 
-``tau = (I s^2 + B s + K) theta + K_r theta(t - d) + sum c_j phi_j(theta, theta') + noise``: the
-angle of a while ago is taken from the samples themselves, so the first `LATEST_S` of every trial
-serve as its past alone.
+``tau = (I s^2 + B s + K) theta + K_r h theta + sum c_j phi_j(theta, theta') + noise``, h a pathway
+(see `pathway`): what it makes of the angle of a while ago is taken from the samples themselves, so
+the first moments of every trial serve as its past alone.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.elbow.doubts.pathway import (
+    PAST_S,
+    Cells,
+    Pathway,
+    all_cells,
+    answered_to,
+    response,
+)
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.stationary.band import Band, Bins, Complex, band_of, real_rows
 from armimpedance.joint.elbow.stationary.instruments import Driver, imposed_correction
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, without_ramp
 from armimpedance.joint.elbow.stationary.weights import hats, knots_of
 
-#: From a short-latency reflex to a voluntary answer, s.
-DELAYS_S: Final = np.arange(7, 25) / 200
-LATEST_S: Final = float(DELAYS_S[-1])
 #: The terms of amplitude: two of stiffness, two of friction.
 BENDS: Final = ("theta^2", "theta^3", "sign theta'", "theta' |theta'|")
 #: Below this part of its rms a velocity has no sign.
@@ -32,26 +38,33 @@ _SLOW: Final = 0.1
 class Past:
     """One trial's coefficients beside those of its `Bins`.
 
-    `late` (n, D): the angle of each delay ago, as measured.
+    `angle` (S,): the measured angle, the first moments included.
+    `start`: where the band begins in it.
+    `rate_hz`: of its samples.
     `bends` (n, C): terms of amplitude of the measured motion.
     """
 
-    late: Complex
+    angle: FloatArray
+    start: int
+    rate_hz: float
     bends: Complex
+
+    def answered(self, pathway: Pathway, bins: Bins) -> Complex:
+        """What a pathway makes of the measured angle, (n,)."""
+        late = answered_to(self.angle, pathway, self.start, self.rate_hz)
+        return coefficients(late[None], bins)[:, 0]
 
 
 @dataclass(frozen=True, eq=False)
 class Doubted:
-    """A band of the record from `LATEST_S` on, with what the doubts ask of it.
+    """A band of the record without its first moments, with what the doubts ask of it.
 
     `band`: weighed by the sensors' floors.
-    `delays_s` (D,): whole samples.
     `samples`: of each trial.
     """
 
     band: Band
     trials: tuple[Past, ...]
-    delays_s: FloatArray
     samples: tuple[int, ...]
 
 
@@ -62,17 +75,15 @@ def doubted(prepared: PreparedSamples, whole_band: Band) -> Doubted:
     """
     whole = prepared.source
     rate = whole.sample_rate_hz
-    delays = np.unique(np.round(DELAYS_S * rate).astype(int))
-    cut = without_beginning(whole, int(delays[-1]))
+    start = int(np.ceil(PAST_S * rate)) + 2
+    cut = without_beginning(whole, start)
     band = band_of(replace(prepared, source=cut), whole_band.source)
     trials = []
     for row, bins in enumerate(band.trials):
         angle = whole.angle[whole.samples_of(row)]
-        start, count = int(delays[-1]), len(angle) - int(delays[-1])
-        late = np.stack([angle[start - d : start - d + count] for d in delays])
-        trials.append(Past(coefficients(late, bins), bends_of(bins.angle, bins, count)))
+        trials.append(Past(angle, start, rate, bends_of(bins.angle, bins, len(angle) - start)))
     lengths = tuple(int(n) for n in np.diff(cut.offsets))
-    return Doubted(band, tuple(trials), delays / rate, lengths)
+    return Doubted(band, tuple(trials), lengths)
 
 
 def without_beginning(samples: JointSamples, start: int) -> JointSamples:
@@ -166,13 +177,6 @@ class WhittleFit:
     deviance: FloatArray
     eta: FloatArray
 
-    def one(self, row: int) -> WhittleFit:
-        """Model `row` alone."""
-        part = slice(row, row + 1)
-        return WhittleFit(
-            self.values[part], self.information[part], self.deviance[part], self.eta[part]
-        )
-
 
 def fit_models(X: FloatArray, y: FloatArray, spectrum: Spectrum, prior: FloatArray) -> WhittleFit:
     """Fit m models ``y = X p + e`` to the same rows.
@@ -224,13 +228,14 @@ class LimbModel:
 
     limb: FloatArray
     answer: FloatArray
-    delay_s: float
+    pathway: Pathway
     lateness_s: float
     bends: FloatArray
 
     def answering(self, s: Complex) -> Complex:
-        """``(B_r s + K_r) e^(-s d)`` at s (n,)."""
-        return np.asarray((self.answer[0] + self.answer[1] * s) * np.exp(-s * self.delay_s))
+        """``(B_r s + K_r) h`` at s (n,)."""
+        h = response(s, *(np.array([x]) for x in self.pathway))[:, 0]
+        return np.asarray((self.answer[0] + self.answer[1] * s) * h)
 
     def impedance(self, bins: Bins) -> Complex:
         """That of limb and answer together, (n,)."""
@@ -241,16 +246,47 @@ class LimbModel:
 class Posed:
     """Real and imaginary parts of each line, weighed: what the models are fitted to.
 
-    `y` (n, 2), `bends` (n, 2, C).
-    `limb` (n, 2, 4): what I, B, K and the lateness beyond the model's multiply.
-    `late` (n, 2, D, 2): what K_r and B_r of each delay multiply.
+    `X` (n, 2, 4 + C): what I, B, K, the lateness and the bends multiply.
+    `y` (n, 2): what is explained.
     """
 
+    X: FloatArray
     y: FloatArray
-    limb: FloatArray
-    late: FloatArray
-    bends: FloatArray
     spectrum: Spectrum
+    trials: tuple[_Moved, ...]
+
+    def late(self, cells: Cells) -> FloatArray:
+        """What ``1, s, s^2, s / (1 + m s), s^2 / (1 + m s)`` times h multiply, (n, 2, D, 5)."""
+        return np.concatenate([trial.late(cells) for trial in self.trials])
+
+    @cached_property
+    def late_of_all(self) -> FloatArray:
+        """The same of `all_cells`."""
+        return self.late(all_cells())
+
+
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """One trial's weighed angle without noise (n,), and the orthonormal ends Q (2 n, 6)."""
+
+    s: Complex
+    weighed: Complex
+    Q: FloatArray
+
+    def rows(self, columns: Complex) -> FloatArray:
+        """Weighed columns (n, ...) as real and imaginary part without the ends, (n, 2, ...)."""
+        rows = real_rows(columns)
+        flat = rows.reshape(len(rows), -1)
+        flat = flat - self.Q @ (self.Q.T @ flat)
+        n = len(self.s)
+        return np.asarray(np.stack([flat[:n], flat[n:]], axis=1).reshape(n, 2, *columns.shape[1:]))
+
+    def late(self, cells: Cells) -> FloatArray:
+        """As of `Posed.late`, this trial's lines."""
+        s = self.s[:, None]
+        late = response(self.s, cells.delay_s, cells.muscle_s) * self.weighed[:, None]
+        slower = late / (1 + s * cells.muscle_s)
+        return self.rows(np.stack([late, s * late, s**2 * late, s * slower, s**2 * slower], axis=2))
 
 
 def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatArray]) -> Posed:
@@ -259,56 +295,43 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
     `driver`: of the doubted band.
     `power` one (n,) of each trial: noise of the equation that the lines are weighed by.
     """
-    parts, shares = [], []
+    parts, shares, moved = [], [], []
     for row, (bins, past) in enumerate(zip(doubted.band.trials, doubted.trials, strict=True)):
-        columns = _columns(bins, past, doubted.delays_s, driver, row, model, doubted.samples[row])
-        weight = np.sqrt(2 / power[row])[:, None]
-        Q = np.linalg.qr(real_rows(bins.ends * weight))[0]
-        rows = real_rows(columns * weight)
-        rows = rows - Q @ (Q.T @ rows)
-        n = len(bins.s)
-        parts.append(np.stack([rows[:n], rows[n:]], axis=1))
-        left = 1 - (Q**2).sum(axis=1)
+        clean, columns = _columns(bins, past, driver, row, model, doubted.samples[row])
+        weight = np.sqrt(2 / power[row])
+        Q = np.linalg.qr(real_rows(bins.ends * weight[:, None]))[0]
+        moved.append(_Moved(bins.s, clean * weight, Q))
+        parts.append(moved[-1].rows(columns * weight[:, None]))
+        n, left = len(bins.s), 1 - (Q**2).sum(axis=1)
         shares.append((left[:n] + left[n:]).clip(1e-3))
     table = np.concatenate(parts)
     frequency = np.concatenate([b.frequency_hz for b in doubted.band.trials])
-    D = len(doubted.delays_s)
-    return Posed(
-        table[:, :, 0],
-        table[:, :, 1:5],
-        np.stack([table[:, :, 5 : 5 + D], table[:, :, 5 + D : 5 + 2 * D]], axis=3),
-        table[:, :, 5 + 2 * D :],
-        Spectrum.over(frequency, np.concatenate(shares)),
-    )
+    spectrum = Spectrum.over(frequency, np.concatenate(shares))
+    return Posed(table[..., :-1], table[..., -1], spectrum, tuple(moved))
 
 
 def _columns(
-    bins: Bins,
-    past: Past,
-    delays_s: FloatArray,
-    driver: Driver,
-    row: int,
-    model: LimbModel,
-    count: int,
-) -> Complex:
-    """The pseudo-torque y; what I, B, K, lateness, K_r, B_r of each delay, and bends multiply."""
+    bins: Bins, past: Past, driver: Driver, row: int, model: LimbModel, count: int
+) -> tuple[Complex, Complex]:
+    """The angle without noise (n,); what I, B, K, lateness, bends multiply; the pseudo-torque y.
+
+    `count`: samples of the trial.
+    """
     in_step = np.exp(bins.s * model.lateness_s)
-    number = int(np.abs(delays_s - model.delay_s).argmin())
-    turned = np.exp(-bins.s[:, None] * delays_s)
     answer, Z = model.answering(bins.s), model.impedance(bins)
-    angle = bins.angle * in_step
     residual = (
-        bins.torque
-        - bins.impedance(model.limb) * angle
-        - (model.answer[0] + model.answer[1] * bins.s) * past.late[:, number] * in_step
-        - past.bends @ model.bends
+        bins.torque - bins.impedance(model.limb) * bins.angle * in_step - past.bends @ model.bends
     )
+    if model.answer.any():
+        rate = model.answer[0] + model.answer[1] * bins.s
+        residual = residual - rate * past.answered(model.pathway, bins) * in_step
     clean = _clean(bins, past, driver, row, model, Z, residual)
     bends = bends_of(clean, bins, count)
     limb = bins.powers * clean[:, None]
-    late = turned * clean[:, None]
-    y = residual + limb @ model.limb + answer * clean + bends @ model.bends
-    return np.column_stack([y, limb, bins.s * Z * clean, late, bins.s[:, None] * late, bends])
+    late = bins.s * Z * clean
+    # The lateness counts from zero, not from the model's.
+    y = residual + limb @ model.limb + (answer * clean + model.lateness_s * late)
+    return clean, np.column_stack([limb, late, bends, y + bends @ model.bends])
 
 
 def _clean(
@@ -325,6 +348,7 @@ def _clean(
         in_step = bins.angle * np.exp(bins.s * model.lateness_s)
         return np.asarray(in_step + imposed_correction(bins, Z, residual))
     if driver.motion is None and driver.band is None:
-        return np.asarray((bins.torque - past.bends @ model.bends) / Z)
+        torque = bins.torque + driver.torque_correction(bins, Z, residual)
+        return np.asarray((torque - past.bends @ model.bends) / Z)
     measured = driver.angle(row, bins, model.limb)
     return np.asarray(measured * np.exp(bins.s * model.lateness_s))

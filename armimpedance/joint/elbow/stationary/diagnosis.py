@@ -254,6 +254,7 @@ def diagnosed(
     return ElbowFit(
         method=method.name,
         parameters=doubts.parameters,
+        allowing=doubts.allowing,
         n=estimate.n,
         cond_raw=estimate.conditioning.cond_raw,
         cond_scaled=estimate.conditioning.cond_scaled,

@@ -94,12 +94,14 @@ def _concluded(answer: Answer, fits: Sequence[ElbowFit], expected: float | None)
         # No instrument was right: what was looked for with one says nothing.
         checks, warnings = (_NOT_LOOKED_FOR,), ()
     parameters = answer.parameters(found)
+    allowing = answer.parameters([fit.allowing or fit.parameters for fit in fits])
     inertia, sd = float(parameters.values[0]), float(parameters.sd[0])
     size = check_joint_size("inertia", inertia, sd, expected)
     checks = (imposed, *checks, size)
     return replace(
         fit,
         parameters=parameters,
+        allowing=allowing,
         checks=checks,
         warnings=(*warnings_of(checks), *warnings),
     )

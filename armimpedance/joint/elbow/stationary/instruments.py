@@ -5,8 +5,8 @@ equation of motion in continuous time (see `band`), without hold or bilinear war
 rate the samples come. Where the recording holds the device's perturbation, Z is made of the angle
 that a joint of second order, limb and device together, makes of it: neither the sensors' noise
 nor the subject's own torque, to which the measured one reacts, is in it. Else it is made of the
-measured torque, whose noise inside the band remains. Model, instruments and weights are refined
-in turn (P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed. 2011, chapters 7, 8;
+measured torque less the part of its noise that the residual tells of. Model, instruments and weights
+are refined in turn (P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed. 2011, chapters 7, 8;
 with a reference signal in the frequency domain: R. Pintelon, J. Schoukens, System Identification,
 2nd ed. 2012, chapter 9).
 """
@@ -196,12 +196,14 @@ class Driver:
     limb's own.
     `motion` tuple of (n,) complex, or None: what a command explains of each trial's angle.
     `imposed`: the measured angle is imposed, and serves itself.
+    `torque_floor`: variance of the noise of the measured torque's sensor.
     """
 
     band: Band | None = None
     values: FloatArray | None = None
     motion: tuple[Complex, ...] | None = None
     imposed: bool = False
+    torque_floor: float = 0.0
 
     @property
     def simulates(self) -> bool:
@@ -215,8 +217,22 @@ class Driver:
         if self.imposed:
             Z = bins.impedance(limb)
             return bins.angle + imposed_correction(bins, Z, bins.torque - Z * bins.angle)
-        torque = bins.torque if self.band is None else self.band.trials[row].torque
+        if self.band is None:
+            Z = bins.impedance(limb)
+            residual = bins.torque - Z * bins.angle
+            return np.asarray((bins.torque + self.torque_correction(bins, Z, residual)) / Z)
+        torque = self.band.trials[row].torque
         return np.asarray(torque / bins.impedance(limb if self.values is None else self.values))
+
+    def torque_correction(self, bins: Bins, Z: Complex, residual: Complex) -> Complex:
+        """By how much the expected torque differs from the measured one where it is imposed, (n,).
+
+        The residual ``e = Tau - Z Theta`` tells of the torque sensor's own noise: ``-s_tau^2 e /
+        power``. With it the instrument is uncorrelated with the noise of the equation.
+
+        `Z`, `residual` (n,).
+        """
+        return np.asarray(-self.torque_floor * residual / _seen_power(bins, Z, residual))
 
 
 def imposed_correction(bins: Bins, Z: Complex, residual: Complex) -> Complex:
@@ -229,10 +245,15 @@ def imposed_correction(bins: Bins, Z: Complex, residual: Complex) -> Complex:
 
     `Z`, `residual` (n,).
     """
+    share = bins.angle_noise * np.conj(Z) / _seen_power(bins, Z, residual)
+    return np.asarray(share * residual)
+
+
+def _seen_power(bins: Bins, Z: Complex, residual: Complex) -> FloatArray:
+    """Power of a residual (n,): that of the band's weights, or of the lines beside, if larger."""
     power = bins.noise_power(Z)
     level = _beside(np.abs(residual) ** 2) / _beside(power)
-    share = bins.angle_noise * np.conj(Z) / (power * np.maximum(level, 1.0))
-    return np.asarray(share * residual)
+    return np.asarray(power * np.maximum(level, 1.0))
 
 
 def _beside(power: FloatArray) -> FloatArray:
@@ -251,7 +272,7 @@ def driver_of(band: Band) -> Driver:
         return _of_lines(band, [bins.command for bins in band.trials])
     under = band.under_perturbation if band.source == "perturbation" else None
     if under is None:
-        return Driver()
+        return Driver(torque_floor=band.torque_noise)
     try:
         return Driver(under, fit_band(under))
     except EstimationError:

@@ -1,0 +1,252 @@
+"""One kind of limb, over all pathways that its answer may have.
+
+All of a kind but delay and time constant is linear. In every cell of `pathway` these two are linear
+as well, about its middle and with its size for a prior: what lies between the middles is covered,
+however sharp the record.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.joint.elbow.doubts.pathway import Cells, Pathway, all_cells, not_excluded
+from armimpedance.joint.elbow.doubts.record import Posed, fit_models
+
+#: Bounds so wide that they matter only where the record tells nothing: s, and parts of K.
+_ANY_LATENESS_S: Final = 20e-3
+_ANY_ANSWER: Final = 3.0
+#: A velocity is worth this much of a deflection, s.
+RATE_S: Final = 0.1
+#: How often the best pathway's spectrum is estimated before others are weighed by it.
+_SPECTRA: Final = 2
+#: A cell without a height is as high as this, s.
+_POINT_S: Final = 1e-9
+
+
+class Kind(NamedTuple):
+    """What stands beside I, B and K: a lateness of the angle; to what the limb answers."""
+
+    late_angle: bool
+    answers: tuple[int, ...]
+
+    @property
+    def further(self) -> int:
+        """Parameters beside I, B, K."""
+        return self.late_angle + len(self.answers)
+
+
+#: To what a limb answers: nothing, the deflection (0), its velocity (1), both.
+ANSWERS: Final = ((), (0,), (1,), (0, 1))
+#: In step or not, with each of these.
+KINDS: Final = tuple(Kind(late, answers) for late in (False, True) for answers in ANSWERS)
+UNANSWERED: Final = tuple(kind for kind in KINDS if not kind.answers)
+
+
+@dataclass(frozen=True, eq=False)
+class KindFit:
+    """One kind over m pathways; those without an answer have one, which means nothing.
+
+    `values` (m, p): I, B, K, then T, K_r, B_r and the bends as the kind has them.
+    `information` (m, p, p), `deviance` (m,): as of `record.WhittleFit`, weighed by the spectrum of
+    the best pathway.
+    `eta` (n,): logarithm of that noise power over the reference.
+    `delay_s`, `muscle_s`, `belief` (m,): of the pathways, and what was believed of each before.
+    """
+
+    values: FloatArray
+    information: FloatArray
+    deviance: FloatArray
+    eta: FloatArray
+    delay_s: FloatArray
+    muscle_s: FloatArray
+    belief: FloatArray
+
+    def pathway(self, number: int) -> Pathway:
+        """That of model `number`."""
+        return Pathway(float(self.delay_s[number]), float(self.muscle_s[number]))
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Which columns a kind has.
+
+    `chosen` (q,): those of `Posed.X`.
+    `bound` (p,): one over the variance of each parameter before the record; 0 = free.
+    `order` (p,): where each parameter stands among these columns, then the answers.
+    """
+
+    kind: Kind
+    chosen: IntArray
+    bound: FloatArray
+    order: IntArray
+
+    def of(self, rows: Posed, pathway: Pathway) -> FloatArray:
+        """All columns of one model, (n, 2, p)."""
+        X = rows.X[..., self.chosen]
+        if self.kind.answers:
+            late = rows.late(Cells.at(pathway))[:, :, 0, list(self.kind.answers)]
+            X = np.concatenate([X, late], axis=2)
+        return np.asarray(X[..., self.order])
+
+
+def columns_of(kind: Kind, stiffness: float, bends: tuple[int, ...]) -> Columns:
+    """`stiffness`: about K; `bends`: numbers of the terms of amplitude."""
+    first = 3 + kind.late_angle
+    chosen = np.r_[:first, 4 + np.array(bends, dtype=int)]
+    sizes = _ANY_ANSWER * stiffness * np.array([1.0, RATE_S])
+    answers, q = list(kind.answers), len(chosen)
+    bound = np.zeros(3 + kind.further + len(bends))
+    bound[3:first] = _ANY_LATENESS_S**-2
+    bound[first : first + len(answers)] = sizes[answers] ** -2
+    return Columns(kind, chosen, bound, np.r_[:first, q : q + len(answers), first:q])
+
+
+def fitted(rows: Posed, columns: Columns) -> KindFit:
+    """One kind, over all pathways that the record does not exclude."""
+    if not columns.kind.answers:
+        return _without_answer(rows, columns)
+    cells, eta = all_cells(), np.zeros(len(rows.y))
+    over = _over(columns, Products.of(rows, rows.late_of_all, eta), cells)
+    for _ in range(_SPECTRA):
+        eta, _ = _own(rows, columns, over.likeliest)
+        over = _over(columns, Products.of(rows, rows.late_of_all, eta), cells)
+
+    def evaluate(finer: Cells) -> list[FloatArray]:
+        return list(_over(columns, Products.of(rows, rows.late(finer), eta), finer))
+
+    cells, evaluated = not_excluded(cells, list(over), evaluate)
+    return _compared(rows, columns, cells, _Over(*evaluated))
+
+
+def roughly(rows: Posed, columns: Columns, products: Products, cells: Cells) -> KindFit:
+    """The same over some cells; `products`: theirs, weighed by the reference."""
+    if not columns.kind.answers:
+        return _without_answer(rows, columns)
+    return _compared(rows, columns, cells, _over(columns, products, cells))
+
+
+def _without_answer(rows: Posed, columns: Columns) -> KindFit:
+    X = columns.of(rows, Pathway(0.0, 0.0))
+    fit = fit_models(X[None], rows.y, rows.spectrum, columns.bound)
+    zero, parts = np.zeros(1), (fit.values, fit.information, fit.deviance)
+    return KindFit(*parts, fit.eta[0], zero, zero, np.ones(1))
+
+
+def _compared(rows: Posed, columns: Columns, cells: Cells, over: _Over) -> KindFit:
+    """Among pathways the spectrum is that of the best; kinds compare by spectra of their own."""
+    eta, own = _own(rows, columns, over.likeliest)
+    deviance = own + over.deviance - over.squares[over.deviance.argmin()]
+    pathways = (over.delay_s, over.muscle_s, cells.belief)
+    return KindFit(over.values, over.information, deviance, eta, *pathways)
+
+
+def _own(rows: Posed, columns: Columns, pathway: Pathway) -> tuple[FloatArray, float]:
+    """The spectrum (n,) that a pathway leaves, and its deviance."""
+    fit = fit_models(columns.of(rows, pathway)[None], rows.y, rows.spectrum, columns.bound)
+    return fit.eta[0], float(fit.deviance[0])
+
+
+class _Over(NamedTuple):
+    """D pathways: p parameters each, weighed squares (D,), the likeliest pathway of the cell.
+
+    `deviance`: the squares, and what delay and time constant, summed over the cell, add.
+    """
+
+    values: FloatArray
+    information: FloatArray
+    squares: FloatArray
+    delay_s: FloatArray
+    muscle_s: FloatArray
+    deviance: FloatArray
+
+    @property
+    def likeliest(self) -> Pathway:
+        """That of the least deviance."""
+        best = int(self.deviance.argmin())
+        return Pathway(float(self.delay_s[best]), float(self.muscle_s[best]))
+
+
+def _over(columns: Columns, products: Products, cells: Cells) -> _Over:
+    """Every pathway's parameters, with its cell for a prior."""
+    products = products.with_columns(columns.chosen)
+    D, a, p = len(cells), len(columns.kind.answers), len(columns.order)
+    answers = np.zeros((D, 5, a))
+    answers[:, list(columns.kind.answers), range(a)] = 1
+    bound = np.broadcast_to(columns.bound, (D, p))
+    middle = products.solved(answers, columns.order, bound)[0]
+    # (B_r s + K_r) h by the delay: -s (B_r s + K_r) h; by m: -2 s / (1 + m s) (B_r s + K_r) h
+    amplitude = np.zeros((D, 2))
+    first = 3 + columns.kind.late_angle
+    amplitude[:, list(columns.kind.answers)] = middle[:, first : first + a]
+    slopes = np.zeros((D, 5, 2))
+    slopes[:, 1:3, 0], slopes[:, 3:5, 1] = -amplitude, -2 * amplitude
+    size = np.stack([cells.wide_s, np.maximum(cells.high_s, _POINT_S)], axis=1) / np.sqrt(12)
+    q = len(columns.chosen)
+    values, N, squares = products.solved(
+        np.concatenate([answers, slopes], axis=2),
+        np.r_[columns.order, q + a, q + a + 1],
+        np.concatenate([bound, size**-2], axis=1),
+    )
+    # What is known of the p parameters once the pathway is summed over its cell
+    own, across = N[:, p:, p:], N[:, :p, p:]
+    information = N[:, :p, :p] - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
+    information = information - columns.bound * np.eye(p)
+    occam = np.linalg.slogdet(own * size[:, :, None] * size[:, None, :])[1]
+    moved = np.clip(values[:, p:], -np.sqrt(12) * size, np.sqrt(12) * size)
+    pathways = cells.delay_s + moved[:, 0], np.maximum(cells.muscle_s + moved[:, 1], 0.0)
+    return _Over(values[:, :p], information, squares, *pathways, squares + occam)
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Weighed inner products of X and y, (q + 1, q + 1), and of D pathways' columns.
+
+    `across` (D, 5, q + 1): of these with X and y; `own` (D, 5, 5): with each other.
+    """
+
+    gram: FloatArray
+    across: FloatArray
+    own: FloatArray
+
+    @classmethod
+    def of(cls, rows: Posed, late: FloatArray, eta: FloatArray) -> Products:
+        """`late` (n, 2, D, 5), as of `Posed.late`; `eta` (n,): logarithm of the noise power."""
+        n, _, D, k = late.shape
+        w = np.repeat(np.exp(-eta / 2), 2)[:, None]
+        base = np.concatenate([rows.X, rows.y[..., None]], axis=2).reshape(2 * n, -1) * w
+        flat = late.reshape(2 * n, D * k) * w
+        each = np.ascontiguousarray(flat.reshape(2 * n, D, k).transpose(1, 2, 0))
+        across = (flat.T @ base).reshape(D, k, -1)
+        return cls(base.T @ base, across, each @ each.transpose(0, 2, 1))
+
+    def with_columns(self, chosen: IntArray) -> Products:
+        """Of some columns of X alone."""
+        kept = np.r_[chosen, len(self.gram) - 1]
+        return Products(self.gram[np.ix_(kept, kept)], self.across[..., kept], self.own)
+
+    def solved(
+        self, M: FloatArray, order: IntArray, bound: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Values (D, p), ``[X L M]^T W [X L M]`` + bounds (D, p, p), squares that are left (D,).
+
+        `M` (D, 5, a): combinations of each pathway's columns.
+        `order` (p,): of the parameters among X, then these.
+        """
+        D, q = len(M), len(self.gram) - 1
+        T = M.transpose(0, 2, 1)
+        across, own = T @ self.across, T @ self.own @ M
+        corner = np.broadcast_to(self.gram[:q, :q], (D, q, q))
+        upper = np.concatenate([corner, across[..., :q].transpose(0, 2, 1)], axis=2)
+        N = np.concatenate([upper, np.concatenate([across[..., :q], own], axis=2)], axis=1)
+        b = np.concatenate([np.broadcast_to(self.gram[:q, q], (D, q)), across[..., q]], axis=1)
+        N, b = N[:, order[:, None], order], b[:, order]
+        N = N + bound[:, :, None] * np.eye(len(order))
+        scale = np.sqrt(np.diagonal(N, axis1=1, axis2=2)) + np.finfo(float).tiny
+        # N (p, p) values (p,) = b (p,)
+        scaled = N / (scale[:, :, None] * scale[:, None, :])
+        values = np.linalg.solve(scaled, (b / scale)[..., None])[..., 0] / scale
+        return values, N, self.gram[q, q] - np.einsum("dp,dp->d", b, values)

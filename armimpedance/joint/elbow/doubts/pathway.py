@@ -1,0 +1,189 @@
+"""A reflex's way from the joint's motion to its torque: a delay, then the muscle's low-pass.
+
+Muscle follows its nerve like a critically damped system of second order, ``h = e^(-s d) / (1 + m
+s)^2`` with a time constant m of some 10 to 50 ms (R. E. Kearney, R. B. Stein, L. Parameswaran, IEEE
+Transactions on Biomedical Engineering 44, 1997, model the ankle's reflex so). A reflex that is
+taken for a mere delay looks later than it is, and K too large.
+
+Delay and time constant are not searched for but summed over: a record is explained by all pathways
+of a ridge, late and quick or early and slow, which differ in what they leave for K. Cells that the
+record does not exclude are divided until those that remain are small beside what it tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.elbow.stationary.band import Complex
+
+#: From a short-latency reflex to a voluntary answer, s.
+EARLIEST_S: Final = 0.035
+LATEST_S: Final = 0.12
+#: The slowest muscle that is tried, s.
+SLOWEST_S: Final = 0.05
+#: Belief that torque follows at once.
+AT_ONCE: Final = 0.5
+#: What a low-pass remembers after this many of its time constants is no longer seen.
+_FORGOTTEN: Final = 5.0
+#: The motion of so long ago still moves the torque, s.
+PAST_S: Final = LATEST_S + _FORGOTTEN * SLOWEST_S
+#: Cells of the delay and of the time constant before any is divided.
+_DELAYS: Final = 17
+_MUSCLES: Final = 5
+#: How wide a part about a single pathway is, s.
+_DETAIL_S: Final = 1e-3
+#: Cells whose deviance lies within this of the least are divided ...
+_NOT_EXCLUDED: Final = 25.0
+#: ... until so many lie within this, or so often.
+_ENOUGH_CELLS: Final = 30
+_LIKELY: Final = 6.0
+_MOST_DIVISIONS: Final = 8
+
+
+class Pathway(NamedTuple):
+    """One delay and one muscle, s."""
+
+    delay_s: float
+    muscle_s: float
+
+
+def response(s: Complex, delay_s: FloatArray, muscle_s: FloatArray) -> Complex:
+    """``e^(-s d) / (1 + m s)^2`` of D pathways at s (n,), (n, D)."""
+    s = s[:, None]
+    return np.asarray(np.exp(-s * delay_s) / (1 + s * muscle_s) ** 2)
+
+
+def answered_to(angle: FloatArray, pathway: Pathway, start: int, rate_hz: float) -> FloatArray:
+    """What a pathway makes of an angle (S,), from sample `start` on, (S - start,).
+
+    `start`: at least `PAST_S`.
+    """
+    late = pathway.delay_s * rate_hz
+    whole = int(np.floor(late))
+    through = _through_muscle(angle, pathway.muscle_s, rate_hz)
+    through = np.append(through, through[-1])
+    count = len(angle) - start
+    # a part of a sample by the cubic through the four samples about it
+    t = late - whole
+    weights = (
+        *(t * (t - 1) * (t + 1) / 6, -t * (t + 1) * (t - 2) / 2),
+        *((t - 1) * (t + 1) * (t - 2) / 2, -t * (t - 1) * (t - 2) / 6),
+    )
+    first = [start - whole - 2 + j for j in range(4)]
+    return np.asarray(
+        sum(w * through[at : at + count] for w, at in zip(weights, first, strict=True))
+    )
+
+
+def _through_muscle(angle: FloatArray, muscle_s: float, rate_hz: float) -> FloatArray:
+    """The angle behind the low-pass, exact for straight lines between samples; from rest."""
+    from scipy.signal import lfilter, lfilter_zi
+
+    if muscle_s == 0:
+        return angle
+    # One pole, twice: y' = (x - y) / m between samples h apart, a = e^(-h/m)
+    step = 1 / (rate_hz * muscle_s)
+    a = np.exp(-step)
+    share = (1 - a) / step
+    b = [1 - share, share - a]
+    y = angle
+    for _ in range(2):
+        y = lfilter(b, [1, -a], y, zi=lfilter_zi(b, [1, -a]) * y[0])[0]
+    return np.asarray(y)
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """D parts of the plane of pathways, each with its middle, its size and the belief in it.
+
+    `delay_s`, `muscle_s`, `wide_s`, `high_s`, `belief` (D,); a height of zero: torque follows at
+    once.
+    """
+
+    delay_s: FloatArray
+    muscle_s: FloatArray
+    wide_s: FloatArray
+    high_s: FloatArray
+    belief: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.delay_s)
+
+    @classmethod
+    def at(cls, pathway: Pathway) -> Cells:
+        """One pathway alone."""
+        nothing = np.zeros(1)
+        return cls(*(np.array([x]) for x in pathway), nothing, nothing, nothing)
+
+    @classmethod
+    def about(cls, pathway: Pathway) -> Cells:
+        """A small part about one pathway, which is not believed in more than others."""
+        sizes = (_DETAIL_S, 0.0 if pathway.muscle_s == 0 else 2 * _DETAIL_S, 1e-3)
+        return cls(*(np.array([x]) for x in (*pathway, *sizes)))
+
+    def chosen(self, which: FloatArray) -> Cells:
+        """Some of them."""
+        return Cells(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    def divided(self) -> Cells:
+        """Each in four, or in two where it has no height."""
+        parts = []
+        for right in (-0.25, 0.25):
+            for up in (-0.25, 0.25):
+                flat = self.high_s == 0
+                whole = self if up > 0 else self.chosen(~flat)
+                share = np.where(whole.high_s == 0, 0.5, 0.25)
+                parts.append(
+                    Cells(
+                        whole.delay_s + right * whole.wide_s,
+                        whole.muscle_s + up * whole.high_s,
+                        whole.wide_s / 2,
+                        whole.high_s / 2,
+                        whole.belief * share,
+                    )
+                )
+        return together(parts)
+
+
+def together(parts: Sequence[Cells]) -> Cells:
+    """All cells of several parts."""
+    return Cells(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Cells)))
+
+
+def all_cells() -> Cells:
+    """The whole plane: torque that follows at once or behind a muscle, short delays as likely as
+    long ones (their logarithms are uniform).
+    """
+    ends, high = np.geomspace(EARLIEST_S, LATEST_S, _DELAYS + 1), SLOWEST_S / _MUSCLES
+    delays, wide = (ends[:-1] + ends[1:]) / 2, np.diff(ends)
+    rows = [(0.0, 0.0, AT_ONCE)]
+    rows += [(high * (k + 0.5), high, (1 - AT_ONCE) / _MUSCLES) for k in range(_MUSCLES)]
+    ones = np.ones(_DELAYS)
+    return together(
+        [Cells(delays, m * ones, wide, h * ones, b / _DELAYS * ones) for m, h, b in rows]
+    )
+
+
+def not_excluded(
+    cells: Cells, evaluated: list[FloatArray], evaluate: Callable[[Cells], list[FloatArray]]
+) -> tuple[Cells, list[FloatArray]]:
+    """Cells and what `evaluate` gives of each, divided where the record does not exclude them.
+
+    `evaluated`: of `cells`; the last array (D,) is the deviance.
+    """
+    for _ in range(_MOST_DIVISIONS):
+        above = evaluated[-1] - evaluated[-1].min()
+        if (above < _LIKELY).sum() >= _ENOUGH_CELLS:
+            break
+        near = above < _NOT_EXCLUDED
+        finer = cells.chosen(near).divided()
+        kept = [values[~near] for values in evaluated]
+        pairs = zip(kept, evaluate(finer), strict=True)
+        cells = together([cells.chosen(~near), finer])
+        evaluated = [np.concatenate(pair) for pair in pairs]
+    return cells, evaluated
