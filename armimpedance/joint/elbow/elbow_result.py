@@ -176,6 +176,9 @@ class ElbowFit(FittedResult, FrozenRecord):
         return {
             **self.summary.to_dict(),
             "covariance": self.parameters.covariance,
+            "ci95_allowing": None
+            if self.allowing is None
+            else dict(zip(NAMES, self.allowing.interval().tolist(), strict=True)),
             "snr_db": {"torque": self.snr.torque_db, "angle": self.snr.angle_db},
             "residual_whiteness": plain(self.whiteness),
             "preparation": list(self.preparation),

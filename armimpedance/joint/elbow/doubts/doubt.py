@@ -30,6 +30,7 @@ from armimpedance.joint.elbow.doubts.kinds import Kind
 from armimpedance.joint.elbow.doubts.posterior import (
     SURE,
     Amplitude,
+    Answer,
     Hidden,
     Lateness,
     Posterior,
@@ -210,46 +211,66 @@ def _scaled(covariance: FloatArray, sd: FloatArray) -> FloatArray:
     return np.asarray(covariance * np.outer(by, by))
 
 
-def _interval(believed: Posterior, which: int, among: BoolArray) -> tuple[float, float, float]:
-    """Mean and 95 % limits of T (3), K_r (4) or B_r (5) over some parts of the mixture."""
+def _interval(
+    believed: Posterior, combination: FloatArray, among: BoolArray
+) -> tuple[float, tuple[float, float]]:
+    """Mean and 95 % limits of a combination (6,) of I, B, K, T, K_r, B_r over some of the mixture."""
     weight = believed.share(among)
-    mean = believed.mean[among][:, [which]]
-    sd = np.sqrt(believed.covariance[among][:, which, which])[:, None]
+    mean = (believed.mean[among] @ combination)[:, None]
+    variance = np.einsum("cij,i,j->c", believed.covariance[among], combination, combination)
+    sd = np.sqrt(np.maximum(variance, 0.0))[:, None]
     centre = weight @ mean
     half = half_widths(weight, mean, sd * t_factor(_DOF) / _NORMAL, centre)
-    return float(centre[0]), float(centre[0] - half[0]), float(centre[0] + half[0])
+    return float(centre[0]), (float(centre[0] - half[0]), float(centre[0] + half[0]))
+
+
+#: I, B, K, T, K_r, B_r one by one.
+_ONE: Final = np.eye(6)
 
 
 def _lateness(made: Contest, believed: Posterior) -> Lateness:
-    value, low, high = _interval(believed, 3, np.ones(len(believed.weight), dtype=bool))
-    if_late = _interval(believed, 3, believed.late_angle)[0]
+    value, limits = _interval(believed, _ONE[3], np.ones(len(believed.weight), dtype=bool))
+    if_late = _interval(believed, _ONE[3], believed.late_angle)[0]
     information = made.fits[Kind(late_angle=True, answers=())].information[0]
     smallest = np.sqrt(2 * _SEEN * np.linalg.inv(information)[3, 3])
-    return Lateness(value, (low, high), believed.of_lateness, if_late, float(smallest))
+    return Lateness(value, limits, believed.of_lateness, if_late, float(smallest))
 
 
 def _reflex(made: Contest, believed: Posterior) -> Reflex:
-    value, low, high = _interval(believed, 4, believed.answers)
-    rate, slow, fast = _interval(believed, 5, believed.answers)
-    weight = believed.share(believed.answers)
-    delay = believed.delay_s[believed.answers]
-    order = np.argsort(delay)
-    share = np.cumsum(weight[order])
-    limits = [float(delay[order][np.searchsorted(share, q)]) for q in (0.025, 0.975 - 1e-12)]
+    among = believed.answers
+    weight, best = believed.share(among), int(believed.log_weight[among].argmax())
+    delay, muscle = believed.delay_s[among], believed.muscle_s[among]
     fit = made.fits[Kind(late_angle=False, answers=(0,))]
     typical = int((np.abs(fit.delay_s - 0.06) + fit.muscle_s).argmin())
     variance = np.linalg.inv(fit.information[typical])[3, 3]
-    smallest = np.sqrt(2 * _SEEN * variance)
-    return Reflex(
-        value,
-        (low, high),
-        rate,
-        (slow, fast),
-        float(weight @ delay),
-        (limits[0], limits[1]),
-        believed.of_answer,
-        float(smallest),
+    (K_r, ci95), (B_r, B_r_ci95), (total, total_ci95) = (
+        _interval(believed, combination, among)
+        for combination in (_ONE[4], _ONE[5], _ONE[2] + _ONE[4])
     )
+    answer = believed.mean[among][best, 4:]
+    return Reflex(
+        K_r,
+        ci95,
+        B_r,
+        B_r_ci95,
+        float(weight @ delay),
+        _middle(delay, weight),
+        float(weight @ muscle),
+        _middle(muscle, weight),
+        believed.of_answer,
+        float(np.sqrt(2 * _SEEN * variance)),
+        total,
+        total_ci95,
+        Answer(float(answer[0]), float(answer[1]), float(delay[best]), float(muscle[best])),
+    )
+
+
+def _middle(values: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    """Where the middle 95 % of (c,) values lie."""
+    order = np.argsort(values)
+    share = np.cumsum(weight[order])
+    limits = [values[order][np.searchsorted(share, q)] for q in (0.025, 0.975 - 1e-12)]
+    return float(limits[0]), float(limits[1])
 
 
 def _amplitude(made: Contest, curved: Bent, stiffness: float, deflection: float) -> Amplitude:

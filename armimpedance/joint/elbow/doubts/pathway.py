@@ -80,6 +80,12 @@ def answered_to(angle: FloatArray, pathway: Pathway, start: int, rate_hz: float)
     )
 
 
+def behind(signal: FloatArray, pathway: Pathway, rate_hz: float) -> FloatArray:
+    """What a pathway makes of a signal (S,), its first value held before it begins."""
+    start = int(np.ceil(PAST_S * rate_hz)) + 2
+    return answered_to(np.r_[np.full(start, signal[0]), signal], pathway, start, rate_hz)
+
+
 def _through_muscle(angle: FloatArray, muscle_s: float, rate_hz: float) -> FloatArray:
     """The angle behind the low-pass, exact for straight lines between samples; from rest."""
     from scipy.signal import lfilter, lfilter_zi

@@ -18,6 +18,7 @@ from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.findings import Finding
 from armimpedance.joint.elbow.doubts.contest import NO_CHANCE, Contest
 from armimpedance.joint.elbow.doubts.kinds import KINDS, RATE_S, Kind
+from armimpedance.joint.elbow.doubts.pathway import EARLIEST_S, LATEST_S, SLOWEST_S
 from armimpedance.numerics.regression import Parameters
 
 #: sd of the lateness before the record, s, and the part of belief in it; None: in step.
@@ -163,6 +164,10 @@ def half_widths(
 #: An answer or a skew that is smaller than this, of K and of a sample, needs no word.
 LITTLE: Final = 0.01
 LITTLE_SAMPLE: Final = 0.5
+#: A muscle that is quicker needs no word, ms.
+LITTLE_MUSCLE_MS: Final = 5.0
+#: So near to the end of what is searched a pathway may lie beyond it, s.
+EDGE_S: Final = 1e-3
 SURE: Final = 0.98
 LIKELY: Final = 0.9
 
@@ -185,14 +190,28 @@ class Lateness:
 
 
 @dataclass(frozen=True)
-class Reflex:
-    """``K_r theta(t - d) + B_r theta'(t - d)`` beside I, B, K: the parallel cascade's second path.
+class Answer:
+    """One late answer, ``h (K_r theta + B_r theta')``; h a delay and a muscle, see `pathway`."""
 
-    `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,).
+    K_r: float
+    B_r: float
+    delay_s: float
+    muscle_s: float
+
+
+@dataclass(frozen=True)
+class Reflex:
+    """``h (K_r theta + B_r theta')`` beside I, B, K: the parallel cascade's second path.
+
+    `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,), `muscle_ci95_s` (2,).
     `K_r`: N m/rad, if there is an answer.
     `B_r`: N m s/rad, if there is an answer.
+    `delay_s`, `muscle_s`: of its pathway h.
     `probability`: that there is an answer.
     `smallest`: the smallest K_r after 60 ms that would have been seen.
+    `total`, `total_ci95`: K and K_r together, the stiffness at rest, N m/rad.
+    `likeliest`: K_r, B_r and the pathway of the single likeliest limb: those above are each over
+    all limbs, and are none together.
     """
 
     K_r: float
@@ -201,8 +220,13 @@ class Reflex:
     B_r_ci95: tuple[float, float]
     delay_s: float
     delay_ci95_s: tuple[float, float]
+    muscle_s: float
+    muscle_ci95_s: tuple[float, float]
     probability: float
     smallest: float
+    total: float
+    total_ci95: tuple[float, float]
+    likeliest: Answer
 
 
 @dataclass(frozen=True)
@@ -279,19 +303,14 @@ def findings(
 def _of_reflex(
     reflex: Reflex, late: Lateness, K: float, hidden: Hidden | None, either: bool
 ) -> Finding:
-    low, high = (1e3 * d for d in reflex.delay_ci95_s)
-    size = (
-        f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f}) of K_r {reflex.K_r:.3g} "
-        f"({reflex.ci95[0]:.3g} to {reflex.ci95[1]:.3g}) N m/rad"
-    )
-    if abs(reflex.B_r) > LITTLE * RATE_S * K:
-        size += f" and B_r {reflex.B_r:.2g} ({reflex.B_r_ci95[0]:.2g} to {reflex.B_r_ci95[1]:.2g})"
+    size, edge = _size(reflex, K), _at_an_edge(reflex)
     matters = abs(reflex.K_r) + abs(reflex.B_r) / RATE_S > LITTLE * K
     smallest = f"{100 * reflex.smallest / K:.2g} % of K after 60 ms"
     if matters and reflex.probability > SURE:
         said = (
             f"the limb answers the motion (a reflex) {size}; I, B, K are those beside it, for any "
-            "of these delays; a wider band of the perturbation would part them better"
+            f"of these; together K {_range(reflex.total, reflex.total_ci95)} at rest; a wider band "
+            f"of the perturbation would part them better{edge}"
         )
         return Finding("reflex", "warning", said, smallest)
     # Where the channels are surely out of step, that alone may be all.
@@ -310,6 +329,36 @@ def _of_reflex(
         )
         return Finding("reflex", "cannot tell", said, smallest)
     return Finding("reflex", "ok", "no late answer that matters", smallest)
+
+
+def _size(reflex: Reflex, K: float) -> str:
+    """Delay, muscle and gains with their intervals."""
+    low, high = (1e3 * d for d in reflex.delay_ci95_s)
+    quick, slow = (1e3 * m for m in reflex.muscle_ci95_s)
+    size = f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f})"
+    if slow > LITTLE_MUSCLE_MS:
+        size += f" by a muscle of {1e3 * reflex.muscle_s:.0f} ms ({quick:.0f} to {slow:.0f})"
+    size += f" of K_r {_range(reflex.K_r, reflex.ci95)} N m/rad"
+    if abs(reflex.B_r) > LITTLE * RATE_S * K:
+        size += f" and B_r {_range(reflex.B_r, reflex.B_r_ci95)}"
+    return size
+
+
+def _range(value: float, limits: tuple[float, float]) -> str:
+    return f"{value:.3g} ({limits[0]:.3g} to {limits[1]:.3g})"
+
+
+def _at_an_edge(reflex: Reflex) -> str:
+    """A word where delay or muscle may lie beyond what is searched."""
+    answer = reflex.likeliest
+    early, late = answer.delay_s <= EARLIEST_S + EDGE_S, answer.delay_s >= LATEST_S - EDGE_S
+    if not (early or late or answer.muscle_s >= SLOWEST_S - EDGE_S):
+        return ""
+    return (
+        f"; it lies at the edge of what is searched ({1e3 * EARLIEST_S:.0f} to "
+        f"{1e3 * LATEST_S:.0f} ms, muscles up to {1e3 * SLOWEST_S:.0f} ms): its delay and K beside "
+        "it may lie beyond these intervals"
+    )
 
 
 def _of_skew(late: Lateness, reflex: Reflex, either: bool, little_s: float) -> Finding:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from armimpedance.joint.elbow.elbow_result import ElbowFit, VaryingImpedance
+from armimpedance.joint.elbow.elbow_result import NAMES, ElbowFit, VaryingImpedance
 from armimpedance.joint.elbow.emg.law_result import EmgLaw, LinearLaw, OperatingPoints
 from armimpedance.show.text import (
     TABLE_WIDTH,
@@ -23,11 +23,13 @@ from armimpedance.show.text import (
 )
 
 _LEGEND = (
-    "Intervals are made of the robust sd, which counts that residuals are correlated and what the "
-    "record leaves open of a late answer or a skew; the textbook sd takes them as independent. "
+    "Intervals are made of the robust sd, which counts that residuals are correlated; the textbook "
+    "sd takes them as independent. "
     "Well identified: twice the larger of the two below 10 %."
 )
 _LABEL_WIDTH = 30
+#: Intervals that allow for what may hide are shown from here on, over those that do not.
+_NO_WIDER = 1.1
 
 
 def elbow_text(fit: ElbowFit) -> str:
@@ -50,11 +52,27 @@ def elbow_text(fit: ElbowFit) -> str:
         _whiteness_line(fit),
         "",
         parameter_table(s.parameters, "textbook sd"),
+        *_filled(_allowing(fit)),
     ]
     if fit.parts:
         blocks += ["", _parts_table(fit.parts)]
     blocks += checks_lines(fit.checks)
     return "\n".join([*blocks, "", *numbered_notes([*s.warnings, _LEGEND])])
+
+
+def _allowing(fit: ElbowFit) -> list[str]:
+    """What I, B, K would be over all limbs that the record does not exclude, where that differs."""
+    if fit.allowing is None or fit.allowing is fit.parameters:
+        return []
+    own, wide = (np.diff(p.interval(), axis=1) for p in (fit.parameters, fit.allowing))
+    if (wide <= _NO_WIDER * own).all():
+        return []
+    limits = ", ".join(
+        f"{p.name} {p.ci95[0]:.3g} to {p.ci95[1]:.3g}" for p in map(fit.allowing.__getitem__, NAMES)
+    )
+    return [
+        f"Were there a late answer (reflex) or a skew that the record does not exclude: {limits}."
+    ]
 
 
 def _snr_line(result: ElbowFit | VaryingImpedance) -> str:

@@ -5,10 +5,10 @@ equation of motion in continuous time (see `band`), without hold or bilinear war
 rate the samples come. Where the recording holds the device's perturbation, Z is made of the angle
 that a joint of second order, limb and device together, makes of it: neither the sensors' noise
 nor the subject's own torque, to which the measured one reacts, is in it. Else it is made of the
-measured torque less the part of its noise that the residual tells of. Model, instruments and weights
-are refined in turn (P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed. 2011, chapters 7, 8;
-with a reference signal in the frequency domain: R. Pintelon, J. Schoukens, System Identification,
-2nd ed. 2012, chapter 9).
+measured torque less the part of its noise that the residual tells of. Model, instruments and
+weights are refined in turn (P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed.
+2011, chapters 7, 8; with a reference signal in the frequency domain: R. Pintelon, J. Schoukens,
+System Identification, 2nd ed. 2012, chapter 9).
 """
 
 from __future__ import annotations

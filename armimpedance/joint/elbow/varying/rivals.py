@@ -18,6 +18,7 @@ from scipy.signal import savgol_filter
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.core.findings import Finding
+from armimpedance.joint.elbow.doubts.pathway import Pathway, behind
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
@@ -243,9 +244,10 @@ class AtRest:
             measured = samples.angle[here]
             angle[here] = later(measured, -lag * samples.sample_rate_hz)
             if "reflex" in self.named:
-                about = angle[here] - angle[here].mean()
-                answer = reflex.K_r * about + reflex.B_r * velocity(about, samples.sample_rate_hz)
-                torque[here] -= later(answer, reflex.delay_s * samples.sample_rate_hz)
+                about, rate = angle[here] - angle[here].mean(), samples.sample_rate_hz
+                one = reflex.likeliest
+                answer = one.K_r * about + one.B_r * velocity(about, rate)
+                torque[here] -= behind(answer, Pathway(one.delay_s, one.muscle_s), rate)
         return replace(samples, torque=torque, angle=angle)
 
     def beside(self, course: EstimatedCourse) -> EstimatedCourse:

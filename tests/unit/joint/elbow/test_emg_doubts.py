@@ -148,7 +148,8 @@ def test_a_session_with_crosstalk_gives_the_law_without():
     assert law.checks[0].name == "crosstalk"
     assert law.checks[0].sentence in law.warnings
     assert law.stiffness.slopes == pytest.approx(without.stiffness.slopes, rel=0.02)
-    wider = law.stiffness.parameters.sd >= 0.98 * without.stiffness.parameters.sd
+    # Of seven points the scatter is known to a quarter: a few per cent less is chance.
+    wider = law.stiffness.parameters.sd >= 0.95 * without.stiffness.parameters.sd
     assert wider.all()
     assert "WARN  crosstalk" in law_text(law)
 

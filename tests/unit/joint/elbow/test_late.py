@@ -7,7 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.joint.elbow import JointSamples, from_recording, identify_elbow
+from armimpedance.joint.elbow import (
+    JointSamples,
+    estimate_joint,
+    from_recording,
+    identify_elbow,
+)
 from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths
 from armimpedance.joint.elbow.doubts.record import Spectrum, fit_models
 from armimpedance.joint.elbow.show import elbow_text
@@ -21,11 +26,11 @@ SAMPLES, PERIOD = 10_000, 32_768
 S = 2j * np.pi * np.fft.rfftfreq(PERIOD, 1 / RATE)
 
 
-def limb_of(joint, answer=0.0, answer_rate=0.0, delay_s=0.055):
-    """``I s^2 + B s + K + (B_r s + K_r) e^(-s d)`` over frequency."""
-    return np.stack([S**2, S, np.ones_like(S)], axis=1) @ joint + (
-        answer + answer_rate * S
-    ) * np.exp(-S * delay_s)
+def limb_of(joint, answer=0.0, answer_rate=0.0, delay_s=0.055, muscle_s=0.0):
+    """``I s^2 + B s + K + (B_r s + K_r) e^(-s d) / (1 + s m)^2`` over frequency."""
+    pathway = np.exp(-S * delay_s) / (1 + S * muscle_s) ** 2
+    own = np.stack([S**2, S, np.ones_like(S)], axis=1) @ joint
+    return own + (answer + answer_rate * S) * pathway
 
 
 def record(rng, joint, skew_s=0.0, own=0.0, noise_db=30.0, **answer):
@@ -74,9 +79,9 @@ def verdicts(fit):
     return {one.name: one.verdict for one in fit.checks}
 
 
-def held(fits, joint):
+def held(fits, joint, of="parameters"):
     """How many of the 95 % intervals hold the truth, (3,)."""
-    limits = np.stack([fit.parameters.interval() for fit in fits])
+    limits = np.stack([getattr(fit, of).interval() for fit in fits])
     return ((limits[:, :, 0] <= joint) & (limits[:, :, 1] >= joint)).sum(axis=0)
 
 
@@ -105,9 +110,42 @@ def test_a_reflex_of_a_tenth_is_named_and_allowed_for(delay_s):
 def test_what_cannot_be_parted_is_said_and_the_interval_holds_it():
     """On a joint that creeps a reflex of a quarter hides in the subject's own torque."""
     fits = [identify_elbow(s) for s in records(CREEPS, 3, answer=2.25, own=0.15)]
-    assert (held(fits, CREEPS) >= 6).all()
-    half = np.median([np.diff(fit.parameters.interval()[2])[0] / 2 for fit in fits])
+    # Of 60 other records 87 % hold K, and 15 % say nothing: less than five of eight, .01; more than
+    # four without a word, .003.
+    assert (held(fits, CREEPS, "allowing") >= 5).all()
+    assert sum(verdicts(fit)["reflex"] == "ok" for fit in fits) <= 4
+    half = np.median([np.diff(fit.allowing.interval()[2])[0] / 2 for fit in fits])
     assert half > 0.1 * CREEPS[2]
+
+
+def test_a_clean_record_is_as_sharp_as_its_plain_fit():
+    """What may hide stands beside the estimate and neither moves nor widens it."""
+    for samples in records(CREEPS, 9, 4):
+        fit, plain = identify_elbow(samples), estimate_joint(samples)
+        assert fit.parameters.values == pytest.approx(plain.values, rel=1e-9)
+        half = np.diff(fit.parameters.interval(), axis=1)
+        assert (half <= 1.5 * np.diff(plain.interval(), axis=1)).all()
+        assert (np.diff(fit.allowing.interval(), axis=1) >= half).all()
+
+
+@pytest.mark.parametrize("muscle_s", [0.01, 0.02, 0.04])
+@pytest.mark.parametrize(("answer", "answer_rate"), [(5.0, 0.0), (0.0, 0.5)])
+def test_a_reflex_through_a_muscle_is_parted_from_the_limb(muscle_s, answer, answer_rate):
+    """Taken for a mere delay K errs by 5 to 57 %, with intervals of 1 %."""
+    made = records(
+        SWINGS, 10, 4, answer=answer, answer_rate=answer_rate, delay_s=0.047, muscle_s=muscle_s
+    )
+    fits = [identify_elbow(s) for s in made]
+    assert all(verdicts(fit)["reflex"] == "warning" for fit in fits)
+    assert (held(fits, SWINGS) >= 3).all()
+    late = [fit.details["reflex"] for fit in fits]
+    for low, high, truth in (
+        (*np.transpose([one.total_ci95 for one in late]), SWINGS[2] + answer),
+        (*np.transpose([one.delay_ci95_s for one in late]), 0.047),
+        (*np.transpose([one.muscle_ci95_s for one in late]), muscle_s),
+    ):
+        # 95 % of four: less than three, .014
+        assert ((low <= truth) & (truth <= high)).sum() >= 3
 
 
 @pytest.mark.parametrize(("skew_s", "own", "error_s"), [(3e-3, 0.0, 1e-4), (-3e-3, 0.15, 3e-4)])
@@ -215,6 +253,7 @@ def test_parts_keep_their_shares_among_themselves_however_unlikely_all_of_them_a
             room[:, :3, :3],
             late,
             ~late,
+            none,
             none,
         )
 
