@@ -204,9 +204,9 @@ def _climb(lines: _Lines, eta: FloatArray) -> tuple[FloatArray, _State]:
     """The most likely parameters near to `eta`, and their density."""
     state = _state(lines, eta)
     for _ in range(_STEPS):
-        W, r = _scores(lines, eta, state)
-        # Fisher's information W^T W (p, p) step (p,) = W^T r, W (4 N, p), r (4 N,)
-        step = np.linalg.lstsq(W.T @ W, W.T @ r, rcond=1e-14)[0]
+        information, score = _normal(lines, eta, state)
+        # information (p, p) step (p,) = score (p,)
+        step = np.linalg.lstsq(information, score, rcond=1e-14)[0]
         step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
         for _ in range(_HALVINGS):
             better = _state(lines, eta + step)
@@ -222,10 +222,10 @@ def _climb(lines: _Lines, eta: FloatArray) -> tuple[FloatArray, _State]:
 
 
 def _fit_of(lines: _Lines, eta: FloatArray, state: _State) -> RigFit:
-    W, _ = _scores(lines, eta, state)
+    information, _ = _normal(lines, eta, state)
     values = np.exp(eta[:3])
     # d(I, B, K) = diag(I, B, K) d(logarithms)
-    inverse = np.linalg.pinv(W.T @ W, rcond=1e-12, hermitian=True)[:3, :3]
+    inverse = np.linalg.pinv(information, rcond=1e-12, hermitian=True)[:3, :3]
     return RigFit(state.nats, values, SLACK * inverse * np.outer(values, values))
 
 
@@ -243,33 +243,41 @@ def _start_spectra(lines: _Lines, start: FloatArray) -> FloatArray:
     return np.asarray(logs.T.ravel())
 
 
-def _scores(lines: _Lines, eta: FloatArray, state: _State) -> tuple[FloatArray, FloatArray]:
-    """``L^-1 T_a L^-H`` of each parameter and ``z z^H - 1``, as real columns; ``C = L L^H``.
+def _normal(lines: _Lines, eta: FloatArray, state: _State) -> tuple[FloatArray, FloatArray]:
+    """Fisher's information (p, p) and the score (p,).
 
-    ``T_a = M dSigma_a M^H`` is what a parameter moves of the covariance Sigma of x:
-    ``diag(dS_a) - dM_a M^-1 diag(S) - (...)^H``.
+    A parameter a moves the covariance Sigma of x by dSigma_a, ``T_a = M dSigma_a M^H`` is
+    ``diag(dS_a) - dM_a M^-1 diag(S) - (...)^H``, and ``L^-1 T_a L^-H`` with ``C = L L^H`` is W_a (4
+    N,). The information is W^T W; a column of a spectrum, or of an impedance that is bent, is one
+    (N, 4) times a hat.
     """
-    device = lines.impedances
-    M, S = state.M, state.spectra
-    inverse = _inverse_root(state.C)
-    G = np.linalg.inv(M) * S[:, None, :]
-    columns = []
-    limb = lines.limb(eta)[1]
-    slopes = np.concatenate([limb, lines.powers * np.exp(eta[3:6])], axis=1)
-    for a in range(device):
-        T = np.zeros_like(M)
-        # dM has one entry, of column Theta: its product is one row, of the limb or the device
-        T[:, 1 if a < limb.shape[1] else 0] = -slopes[:, [a]] * G[:, 1]
-        columns.append(_real(inverse, T + np.conj(T).transpose(0, 2, 1)))
+    M, S, H = state.M, state.spectra, lines.hats
+    inverse, G = _inverse_root(state.C), np.linalg.inv(M) * S[:, None, :]
+
+    # of dM, whose one entry of column Theta is a slope: -slope a b^H + (...)^H, a and b (N, 2)
+    b = (inverse @ np.conj(G[:, 1])[..., None])[..., 0]
+    limb, device = (inverse[:, :, row, None] * np.conj(b)[:, None, :] for row in (1, 0))
+    alone, bent = [], []
+    if lines.base is None:
+        alone = [_both(-slope, limb) for slope in lines.limb(eta)[1].T]
+        if lines.rig == "both":
+            alone += [_both(-slope, device) for slope in (lines.powers * np.exp(eta[3:6])).T]
+    else:
+        bent = [_both(-slope, limb) for slope in (lines.base, 1j * lines.base)]
     for row in range(2):
-        T = np.zeros_like(M)
-        T[:, row, row] = S[:, row]
-        # (N, 4, 1) of the whole spectrum times (N, 1, k) of its hats
-        parts = _real(inverse, T).reshape(len(M), 4, 1) * lines.hats[:, None, :]
-        columns += list(parts.reshape(4 * len(M), -1).T)
+        a = inverse[:, :, row]
+        bent.append(_both(S[:, row] / 2, a[:, :, None] * np.conj(a)[:, None, :]))
     z = (inverse @ state.y[..., None])[..., 0]
-    R = z[:, :, None] * np.conj(z)[:, None, :] - np.eye(2)
-    return np.column_stack(columns), _flat(R)
+    R = _flat(z[:, :, None] * np.conj(z)[:, None, :] - np.eye(2))
+    A = np.stack(alone).reshape(len(alone), -1) if alone else np.zeros((0, R.size))
+    P = np.stack(bent)
+    # (A P_b) H (m, k) of each b, H^T diag(P_a P_b) H (k, k) of each pair
+    sides = [A.reshape(len(A), *R.shape) * part for part in P]
+    across = np.concatenate([side.sum(axis=2) @ H for side in sides], axis=1)
+    blocks = [[H.T @ ((one * other).sum(axis=1)[:, None] * H) for other in P] for one in P]
+    information = np.block([[A @ A.T, across], [across.T, np.block(blocks)]])
+    score = np.concatenate([A @ R.ravel(), *[(part * R).sum(axis=1) @ H for part in P]])
+    return information, score
 
 
 def _inverse_root(C: Complex) -> Complex:
@@ -283,14 +291,17 @@ def _inverse_root(C: Complex) -> Complex:
     return inverse
 
 
-def _real(inverse: Complex, T: Complex) -> FloatArray:
-    return _flat(inverse @ T @ np.conj(inverse).transpose(0, 2, 1))
+def _both(factor: Complex | FloatArray, A: Complex) -> FloatArray:
+    """``f A + (f A)^H`` as `_flat` has it; `factor` (N,), `A` (N, 2, 2)."""
+    A = factor[:, None, None] * A
+    off = np.sqrt(2) * (A[:, 0, 1] + np.conj(A[:, 1, 0]))
+    return np.stack([2 * A[:, 0, 0].real, 2 * A[:, 1, 1].real, off.real, off.imag], axis=1)
 
 
 def _flat(A: Complex) -> FloatArray:
-    """Hermitian (N, 2, 2) as (4 N,) with the same inner products as traces."""
+    """Hermitian (N, 2, 2) as (N, 4) with the same inner products as traces."""
     off = np.sqrt(2) * A[:, 0, 1]
-    return np.stack([A[:, 0, 0].real, A[:, 1, 1].real, off.real, off.imag], axis=1).ravel()
+    return np.stack([A[:, 0, 0].real, A[:, 1, 1].real, off.real, off.imag], axis=1)
 
 
 # Does the joint follow the recorded command? One that it does not follow is no instrument.

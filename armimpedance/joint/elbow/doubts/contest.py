@@ -129,6 +129,31 @@ class Contest:
         X = columns.of(self.rows, fit.pathway(number))
         return excess_over_bands(X, self.rows.y, fit.eta, frequency_hz, columns.bound)
 
+    def chance_of_limb(self) -> float:
+        """Probability that chance alone departs so far from I, B and K over frequency.
+
+        The impedance may bend by as many hats as a spectrum has, in real and imaginary part, each
+        with a residual spectrum of its own: noise of any colour is none of it.
+        """
+        from scipy.stats import chi2
+
+        rows, first, bent = self.rows, 0, []
+        for trial in rows.trials:
+            hats = rows.spectrum.hats[first : first + len(trial.s)]
+            first += len(trial.s)
+            Z = np.stack([trial.s**2, trial.s, np.ones_like(trial.s)], axis=1) @ self.about.limb
+            columns = (trial.weighed * Z)[:, None] * hats
+            bent.append(trial.rows(np.concatenate([columns, 1j * columns], axis=1)))
+        limb = rows.X[..., :3]
+        models = (limb, np.concatenate([limb, np.concatenate(bent)], axis=2))
+        # Prior to hats that a limb's own columns repeat: wide, but not flat.
+        priors = (np.zeros(3), np.r_[np.zeros(3), np.ones(models[1].shape[2] - 3)])
+        alone, free = (
+            float(fit_models(X[None], rows.y, rows.spectrum, prior).deviance[0])
+            for X, prior in zip(models, priors, strict=True)
+        )
+        return float(chi2.sf(alone - free, max(models[1].shape[2] - 6, 1)))
+
     def winner(self) -> Kind:
         """The best kind; a parameter is worth its deviance."""
         return min(self.fits, key=self.score)
@@ -197,8 +222,7 @@ def _settled(
     for _ in range(rounds):
         rows = posed(doubted, driver, model, _powers(doubted, model, reference))
         cells = together([all_cells(), Cells.about(model.pathway)])
-        late = np.concatenate([rows.late_of_all, rows.late(Cells.at(model.pathway))], axis=2)
-        products = Products.of(rows, late, np.zeros(len(reference)))
+        products = Products.of(rows, cells, np.zeros(len(reference)))
         stiffness = float(model.limb[2])
         fits = {
             kind: roughly(rows, columns_of(kind, stiffness, bends), products, cells)

@@ -72,12 +72,15 @@ class Doubt:
     `allowing`: the same over all limbs that it does not exclude.
     `checks`: "reflex", "skew", "amplitude".
     `seen`: the limb has more than I, B and K: what they leave is explained.
+    `chance`: probability that chance alone departs so far from I, B and K over frequency; 0 where
+    this was not asked.
     """
 
     parameters: Parameters
     allowing: Parameters
     checks: tuple[Finding, ...]
     seen: bool = False
+    chance: float = 0.0
     details: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -121,7 +124,7 @@ def _unlike(own: Parameters, found: Doubt) -> Doubt:
     sd = np.maximum(wide / t_factor(own.dof), own.sd)
     check = unlike_finding(own, other)
     parameters = replace(own, covariance=_scaled(own.covariance, sd))
-    return Doubt(parameters, parameters, (check,), True, found.details)
+    return Doubt(parameters, parameters, (check,), True, details=found.details)
 
 
 def _over_bands(found: Doubt, excess: FloatArray) -> Doubt:
@@ -132,7 +135,7 @@ def _over_bands(found: Doubt, excess: FloatArray) -> Doubt:
     wide = _widened(found.parameters, excess)
     checks = (*found.checks, band_finding(wide, excess))
     allowing = _widened(found.allowing, excess)
-    return Doubt(wide, allowing, checks, True, found.details)
+    return Doubt(wide, allowing, checks, True, details=found.details)
 
 
 def _widened(parameters: Parameters, excess: FloatArray) -> Parameters:
@@ -173,7 +176,8 @@ def _concluded(
     checks = findings(answer, late, amplitude, parameters, hidden, believed.of_neither, rate_hz)
     seen = seen and any(one.verdict in ("warning", "cannot tell") for one in checks)
     details = {"reflex": answer, "skew": late, "amplitude": amplitude}
-    return Doubt(parameters, allowing, checks, seen, details)
+    chance = 0.0 if seen else made.chance_of_limb()
+    return Doubt(parameters, allowing, checks, seen, chance, details)
 
 
 def _allowing(own: Parameters, believed: Posterior) -> Parameters:
@@ -214,7 +218,7 @@ def _scaled(covariance: FloatArray, sd: FloatArray) -> FloatArray:
 def _interval(
     believed: Posterior, combination: FloatArray, among: BoolArray
 ) -> tuple[float, tuple[float, float]]:
-    """Mean and 95 % limits of a combination (6,) of I, B, K, T, K_r, B_r over some of the mixture."""
+    """Mean and 95 % limits of a combination (6,) of I, B, K, T, K_r, B_r over some of the parts."""
     weight = believed.share(among)
     mean = (believed.mean[among] @ combination)[:, None]
     variance = np.einsum("cij,i,j->c", believed.covariance[among], combination, combination)

@@ -13,8 +13,15 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
-from armimpedance.joint.elbow.doubts.pathway import Cells, Pathway, all_cells, not_excluded
+from armimpedance.joint.elbow.doubts.pathway import (
+    Cells,
+    Pathway,
+    all_cells,
+    not_excluded,
+    response,
+)
 from armimpedance.joint.elbow.doubts.record import Posed, fit_models
+from armimpedance.joint.elbow.stationary.band import Complex
 
 #: Bounds so wide that they matter only where the record tells nothing: s, and parts of K.
 _ANY_LATENESS_S: Final = 20e-3
@@ -23,6 +30,8 @@ _ANY_ANSWER: Final = 3.0
 RATE_S: Final = 0.1
 #: How often the best pathway's spectrum is estimated before others are weighed by it.
 _SPECTRA: Final = 2
+#: Columns of each pathway: of K_r, of B_r, and of their derivatives by delay and time constant.
+_SHAPES: Final = 5
 #: A cell without a height is as high as this, s.
 _POINT_S: Final = 1e-9
 
@@ -88,7 +97,7 @@ class Columns:
         """All columns of one model, (n, 2, p)."""
         X = rows.X[..., self.chosen]
         if self.kind.answers:
-            late = rows.late(Cells.at(pathway))[:, :, 0, list(self.kind.answers)]
+            late = rows.late(pathway)[..., list(self.kind.answers)]
             X = np.concatenate([X, late], axis=2)
         return np.asarray(X[..., self.order])
 
@@ -110,13 +119,13 @@ def fitted(rows: Posed, columns: Columns) -> KindFit:
     if not columns.kind.answers:
         return _without_answer(rows, columns)
     cells, eta = all_cells(), np.zeros(len(rows.y))
-    over = _over(columns, Products.of(rows, rows.late_of_all, eta), cells)
+    over = _over(columns, Products.of(rows, cells, eta), cells)
     for _ in range(_SPECTRA):
         eta, _ = _own(rows, columns, over.likeliest)
-        over = _over(columns, Products.of(rows, rows.late_of_all, eta), cells)
+        over = _over(columns, Products.of(rows, cells, eta), cells)
 
     def evaluate(finer: Cells) -> list[FloatArray]:
-        return list(_over(columns, Products.of(rows, rows.late(finer), eta), finer))
+        return list(_over(columns, Products.of(rows, finer, eta), finer))
 
     cells, evaluated = not_excluded(cells, list(over), evaluate)
     return _compared(rows, columns, cells, _Over(*evaluated))
@@ -201,6 +210,13 @@ def _over(columns: Columns, products: Products, cells: Cells) -> _Over:
     return _Over(values[:, :p], information, squares, *pathways, squares + occam)
 
 
+def _shapes(s: Complex, cells: Cells) -> Complex:
+    """``h, s h, s^2 h, s h / (1 + m s), s^2 h / (1 + m s)`` of D pathways at s (b,), (b, D, 5)."""
+    h, s = response(s, cells.delay_s, cells.muscle_s), s[:, None]
+    slower = h / (1 + s * cells.muscle_s)
+    return np.stack([h, s * h, s**2 * h, s * slower, s**2 * slower], axis=2)
+
+
 @dataclass(frozen=True, eq=False)
 class Products:
     """Weighed inner products of X and y, (q + 1, q + 1), and of D pathways' columns.
@@ -213,15 +229,37 @@ class Products:
     own: FloatArray
 
     @classmethod
-    def of(cls, rows: Posed, late: FloatArray, eta: FloatArray) -> Products:
-        """`late` (n, 2, D, 5), as of `Posed.late`; `eta` (n,): logarithm of the noise power."""
-        n, _, D, k = late.shape
-        w = np.repeat(np.exp(-eta / 2), 2)[:, None]
-        base = np.concatenate([rows.X, rows.y[..., None]], axis=2).reshape(2 * n, -1) * w
-        flat = late.reshape(2 * n, D * k) * w
-        each = np.ascontiguousarray(flat.reshape(2 * n, D, k).transpose(1, 2, 0))
-        across = (flat.T @ base).reshape(D, k, -1)
-        return cls(base.T @ base, across, each @ each.transpose(0, 2, 1))
+    def of(cls, rows: Posed, cells: Cells, eta: FloatArray) -> Products:
+        """`eta` (n,): logarithm of the noise power over the reference."""
+        w, alike = np.exp(-eta), rows.alike
+        base = np.concatenate([rows.X, rows.y[..., None]], axis=2)
+        B = base[:, 0] + 1j * base[:, 1]
+        moved = np.concatenate([trial.weighed for trial in rows.trials])
+        # L (n, D k) = c g: the motion c of each line, what pathways make of its frequency (b, D k)
+        D = len(cells)
+        g = _shapes(alike.s, cells)
+        turned = np.conj(g.reshape(len(g), -1)).T
+        # Re L^H W B, with L^H = g^H c^H
+        sums = alike.summed((w * np.conj(moved))[:, None] * B)
+        across = (turned @ sums).real.reshape(D, _SHAPES, -1)
+        power = alike.summed((w * np.abs(moved) ** 2)[:, None])[:, 0]
+        own = (np.conj(g).transpose(1, 2, 0) * power @ g.transpose(1, 0, 2)).real
+        first = 0
+        for trial in rows.trials:
+            lines = slice(first, first + len(trial.s))
+            first = lines.stop
+            Q = trial.Q[: len(trial.s)] + 1j * trial.Q[len(trial.s) :]
+            wQ, spread = w[lines, None] * Q, np.zeros((len(w), 2 * Q.shape[1]), dtype=complex)
+            spread[lines] = np.conj(trial.weighed)[:, None] * np.concatenate([Q, wQ], axis=1)
+            both = (turned @ alike.summed(spread)).real.reshape(D, _SHAPES, -1)
+            U, V = both[..., : Q.shape[1]], both[..., Q.shape[1] :]
+            # The ends are taken off L as they are off B: L - Q Q^T L
+            across -= U @ (np.conj(wQ).T @ B[lines]).real
+            UV = U @ V.transpose(0, 2, 1)
+            inner = (np.conj(wQ).T @ Q).real
+            own -= UV + UV.transpose(0, 2, 1) - U @ inner @ U.transpose(0, 2, 1)
+        weighed = base.reshape(2 * len(w), -1) * np.repeat(np.sqrt(w), 2)[:, None]
+        return cls(weighed.T @ weighed, across, own)
 
     def with_columns(self, chosen: IntArray) -> Products:
         """Of some columns of X alone."""

@@ -121,12 +121,6 @@ class Cells:
         return len(self.delay_s)
 
     @classmethod
-    def at(cls, pathway: Pathway) -> Cells:
-        """One pathway alone."""
-        nothing = np.zeros(1)
-        return cls(*(np.array([x]) for x in pathway), nothing, nothing, nothing)
-
-    @classmethod
     def about(cls, pathway: Pathway) -> Cells:
         """A small part about one pathway, which is not believed in more than others."""
         sizes = (_DETAIL_S, 0.0 if pathway.muscle_s == 0 else 2 * _DETAIL_S, 1e-3)

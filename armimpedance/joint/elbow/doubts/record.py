@@ -13,12 +13,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.joint.elbow.doubts.pathway import (
     PAST_S,
-    Cells,
     Pathway,
-    all_cells,
     answered_to,
     response,
 )
@@ -30,6 +28,8 @@ from armimpedance.joint.elbow.stationary.weights import hats, knots_of
 
 #: The terms of amplitude: two of stiffness, two of friction.
 BENDS: Final = ("theta^2", "theta^3", "sign theta'", "theta' |theta'|")
+#: Frequencies that differ by less than this part of the highest are one.
+_ALIKE: Final = 1e-9
 #: Below this part of its rms a velocity has no sign.
 _SLOW: Final = 0.1
 
@@ -253,20 +253,20 @@ class Posed:
     X: FloatArray
     y: FloatArray
     spectrum: Spectrum
-    trials: tuple[_Moved, ...]
+    trials: tuple[Moved, ...]
 
-    def late(self, cells: Cells) -> FloatArray:
-        """What ``1, s, s^2, s / (1 + m s), s^2 / (1 + m s)`` times h multiply, (n, 2, D, 5)."""
-        return np.concatenate([trial.late(cells) for trial in self.trials])
+    def late(self, pathway: Pathway) -> FloatArray:
+        """What K_r and B_r of a pathway multiply, (n, 2, 2)."""
+        return np.concatenate([trial.late(pathway) for trial in self.trials])
 
     @cached_property
-    def late_of_all(self) -> FloatArray:
-        """The same of `all_cells`."""
-        return self.late(all_cells())
+    def alike(self) -> AlikeLines:
+        """Lines of one frequency, which a pathway answers alike."""
+        return AlikeLines.of(np.concatenate([trial.s for trial in self.trials]))
 
 
 @dataclass(frozen=True, eq=False)
-class _Moved:
+class Moved:
     """One trial's weighed angle without noise (n,), and the orthonormal ends Q (2 n, 6)."""
 
     s: Complex
@@ -274,19 +274,40 @@ class _Moved:
     Q: FloatArray
 
     def rows(self, columns: Complex) -> FloatArray:
-        """Weighed columns (n, ...) as real and imaginary part without the ends, (n, 2, ...)."""
-        rows = real_rows(columns)
-        flat = rows.reshape(len(rows), -1)
-        flat = flat - self.Q @ (self.Q.T @ flat)
-        n = len(self.s)
-        return np.asarray(np.stack([flat[:n], flat[n:]], axis=1).reshape(n, 2, *columns.shape[1:]))
+        """Weighed columns (n, q) as real and imaginary part without the ends, (n, 2, q)."""
+        rows, n = real_rows(columns), len(self.s)
+        rows = rows - self.Q @ (self.Q.T @ rows)
+        return np.asarray(np.stack([rows[:n], rows[n:]], axis=1))
 
-    def late(self, cells: Cells) -> FloatArray:
+    def late(self, pathway: Pathway) -> FloatArray:
         """As of `Posed.late`, this trial's lines."""
-        s = self.s[:, None]
-        late = response(self.s, cells.delay_s, cells.muscle_s) * self.weighed[:, None]
-        slower = late / (1 + s * cells.muscle_s)
-        return self.rows(np.stack([late, s * late, s**2 * late, s * slower, s**2 * slower], axis=2))
+        h = response(self.s, *(np.array([x]) for x in pathway))[:, 0] * self.weighed
+        return self.rows(np.stack([h, self.s * h], axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class AlikeLines:
+    """The b frequencies of n lines of several trials.
+
+    `s` (b,).
+    `order` (n,), `starts` (b,): lines in order of frequency, and where each frequency begins.
+    """
+
+    s: Complex
+    order: IntArray
+    starts: IntArray
+
+    @classmethod
+    def of(cls, s: Complex) -> AlikeLines:
+        """`s` (n,)."""
+        order = np.argsort(s.imag, kind="stable")
+        step = np.diff(s.imag[order]) > _ALIKE * np.abs(s).max()
+        starts = np.flatnonzero(np.r_[True, step])
+        return cls(s[order[starts]], order, starts)
+
+    def summed(self, columns: Complex) -> Complex:
+        """Sums (b, q) of columns (n, q) over each frequency's lines."""
+        return np.asarray(np.add.reduceat(columns[self.order], self.starts, axis=0))
 
 
 def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatArray]) -> Posed:
@@ -300,7 +321,7 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
         clean, columns = _columns(bins, past, driver, row, model, doubted.samples[row])
         weight = np.sqrt(2 / power[row])
         Q = np.linalg.qr(real_rows(bins.ends * weight[:, None]))[0]
-        moved.append(_Moved(bins.s, clean * weight, Q))
+        moved.append(Moved(bins.s, clean * weight, Q))
         parts.append(moved[-1].rows(columns * weight[:, None]))
         n, left = len(bins.s), 1 - (Q**2).sum(axis=1)
         shares.append((left[:n] + left[n:]).clip(1e-3))

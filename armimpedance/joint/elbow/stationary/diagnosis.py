@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -157,12 +157,14 @@ class OrderScore:
 
 
 def compare_orders(
-    band: Band, rate_hz: float, unexplained: float
+    band: Band, rate_hz: float, unexplained: float, chance: float = 0.0
 ) -> tuple[tuple[OrderScore, ...], Finding]:
     """Scores of `GRID`, the best BIC first, and whether the joint is clearly worse.
 
     `rate_hz`: rate in whose samples nk counts.
     `unexplained`: part of the angle's power that I, B and K do not explain.
+    `chance`: probability that chance departs so far from I, B and K over frequency; where it may,
+    what another order explains is the colour of the noise.
     """
     rows, scores = band.rows, []
     for na, nb, nk in GRID:
@@ -171,14 +173,16 @@ def compare_orders(
         fit, p = rows * float(np.log(per_row)), na + nb + (nk > 0)
         scores.append(OrderScore(na, nb, nk, squares, fit + 2 * p, fit + float(np.log(rows)) * p))
     ranked = tuple(sorted(scores, key=lambda s: s.bic))
-    return ranked, _judged(ranked, unexplained)
+    return ranked, _judged(ranked, unexplained, chance)
 
 
-def _judged(scores: tuple[OrderScore, ...], unexplained: float) -> Finding:
+def _judged(scores: tuple[OrderScore, ...], unexplained: float, chance: float) -> Finding:
     joint = next(s for s in scores if s.orders == JOINT)
     best = scores[0]
     gain = 1 - best.squares / joint.squares if joint.squares else 0.0
     smallest = f"{100 * SQUARES_GAIN:g} % of what is left, {100 * ENOUGH:g} % of the motion"
+    if chance > UNLIKELY:
+        return Finding("order", "ok", "what I, B and K leave does not follow the motion", smallest)
     if unexplained < ENOUGH or joint.bic - best.bic < BIC_GAIN or gain < SQUARES_GAIN:
         return Finding("order", "ok", "no transfer function of low order does better", smallest)
     said = (
@@ -227,6 +231,9 @@ _SOURCES: Final[dict[Source, str]] = {
     "torque": "the measured torque: what the subject adds to it in answer to the motion stays in",
     "angle": "the measured angle: the subject's own torque is noise of the torque",
 }
+#: However quiet the sensors, I, B and K are as uncertain as this part of themselves (sd): what
+#: converters, holds and clocks do between two samples, and that no limb is quite of second order.
+MODEL: Final = 5e-4
 #: An interval whose half-width is above this part of the value says little.
 WIDE: Final = 0.5
 
@@ -243,8 +250,8 @@ def diagnosed(
     r2 = explained(band, values)
     weighed = band is not floors
     white, coloured = residual_whiteness(floors, values, 1 - r2, weighed=weighed)
-    scores, order = compare_orders(band, prepared.sample_rate_hz, 1 - r2)
     doubts = doubt(estimate, prepared, band)
+    scores, order = compare_orders(band, prepared.sample_rate_hz, 1 - r2, doubts.chance)
     # What a doubt has named is not told once more without its name.
     unnamed = () if doubts.seen else (*estimate.warnings, coloured)
     checks = doubts.checks if doubts.seen else (*doubts.checks, order)
@@ -253,8 +260,8 @@ def diagnosed(
     notes = _notes(method, prepared, band, coloured=band is not floors)
     return ElbowFit(
         method=method.name,
-        parameters=doubts.parameters,
-        allowing=doubts.allowing,
+        parameters=_no_surer_than_the_model(doubts.parameters),
+        allowing=_no_surer_than_the_model(doubts.allowing),
         n=estimate.n,
         cond_raw=estimate.conditioning.cond_raw,
         cond_scaled=estimate.conditioning.cond_scaled,
@@ -273,6 +280,12 @@ def diagnosed(
             "band_hz": prepared.band_hz,
         },
     )
+
+
+def _no_surer_than_the_model(parameters: Parameters) -> Parameters:
+    # C + diag(MODEL p)^2 (3, 3)
+    more = np.diag((MODEL * parameters.values) ** 2)
+    return replace(parameters, covariance=parameters.covariance + more)
 
 
 def _hardly_told(parameters: Parameters) -> str | None:
