@@ -199,6 +199,7 @@ def estimate(
         chosen: dict[str, Any] = {"covariance": covariance, "seed": seed}
         if read.perturbation == "stochastic":
             _refuse_method(method)
+            _refuse_one_joint(read, band_hz)
             chosen |= {} if band_hz is None else {"band_hz": tuple(band_hz)}
         else:
             _refuse_band(band_hz)
@@ -304,6 +305,17 @@ def _refuse_method(method: str | None) -> None:
             f"method {method!r}: stochastic perturbations have one estimator only",
             column="perturbation",
             expected="no method, or disturbances that return",
+        )
+
+
+def _refuse_one_joint(recording: Recording, band_hz: tuple[float, float] | None) -> None:
+    """A fixed band decides the stiffness of one joint by a factor: `elbow` asks the record."""
+    if recording.kind == "joint" and recording.axes == 1 and band_hz is None:
+        raise InputError(
+            "one joint under a random perturbation",
+            column="perturbation",
+            expected="`armimpedance elbow` (in Python elbow), which asks the record for its band, "
+            "the rig and reflexes; or a band of your own (--band LOW HIGH)",
         )
 
 
