@@ -231,18 +231,18 @@ class Products:
     @classmethod
     def of(cls, rows: Posed, cells: Cells, eta: FloatArray) -> Products:
         """`eta` (n,): logarithm of the noise power over the reference."""
-        w, alike = np.exp(-eta), rows.alike
+        w, knots = np.exp(-eta), rows.knots
         base = np.concatenate([rows.X, rows.y[..., None]], axis=2)
         B = base[:, 0] + 1j * base[:, 1]
         moved = np.concatenate([trial.weighed for trial in rows.trials])
-        # L (n, D k) = c g: the motion c of each line, what pathways make of its frequency (b, D k)
+        # L (n, D k) = c g: the motion c of each line, and what pathways make of it, g at (b, D k)
         D = len(cells)
-        g = _shapes(alike.s, cells)
+        g = _shapes(knots.s, cells)
         turned = np.conj(g.reshape(len(g), -1)).T
         # Re L^H W B, with L^H = g^H c^H
-        sums = alike.summed((w * np.conj(moved))[:, None] * B)
+        sums = knots.summed((w * np.conj(moved))[:, None] * B)
         across = (turned @ sums).real.reshape(D, _SHAPES, -1)
-        power = alike.summed((w * np.abs(moved) ** 2)[:, None])[:, 0]
+        power = knots.summed((w * np.abs(moved) ** 2)[:, None])[:, 0]
         own = (np.conj(g).transpose(1, 2, 0) * power @ g.transpose(1, 0, 2)).real
         first = 0
         for trial in rows.trials:
@@ -251,7 +251,7 @@ class Products:
             Q = trial.Q[: len(trial.s)] + 1j * trial.Q[len(trial.s) :]
             wQ, spread = w[lines, None] * Q, np.zeros((len(w), 2 * Q.shape[1]), dtype=complex)
             spread[lines] = np.conj(trial.weighed)[:, None] * np.concatenate([Q, wQ], axis=1)
-            both = (turned @ alike.summed(spread)).real.reshape(D, _SHAPES, -1)
+            both = (turned @ knots.summed(spread)).real.reshape(D, _SHAPES, -1)
             U, V = both[..., : Q.shape[1]], both[..., Q.shape[1] :]
             # The ends are taken off L as they are off B: L - Q Q^T L
             across -= U @ (np.conj(wQ).T @ B[lines]).real

@@ -68,16 +68,18 @@ def answered_to(angle: FloatArray, pathway: Pathway, start: int, rate_hz: float)
     through = _through_muscle(angle, pathway.muscle_s, rate_hz)
     through = np.append(through, through[-1])
     count = len(angle) - start
-    # a part of a sample by the cubic through the four samples about it
-    t = late - whole
-    weights = (
-        *(t * (t - 1) * (t + 1) / 6, -t * (t + 1) * (t - 2) / 2),
-        *((t - 1) * (t + 1) * (t - 2) / 2, -t * (t - 1) * (t - 2) / 6),
-    )
-    first = [start - whole - 2 + j for j in range(4)]
+    # a part of a sample by the cubic through the four samples about it, the latest first
+    weights = cubic_weights(np.array([late - whole]))[0]
+    first = [start - whole + 1 - j for j in range(4)]
     return np.asarray(
         sum(w * through[at : at + count] for w, at in zip(weights, first, strict=True))
     )
+
+
+def cubic_weights(t: FloatArray) -> FloatArray:
+    """Of the points -1, 0, 1, 2 in the cubic through them, at t (n,) from 0 to 1, (n, 4)."""
+    before, at = -t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2
+    return np.stack([before, at, -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6], axis=1)
 
 
 def behind(signal: FloatArray, pathway: Pathway, rate_hz: float) -> FloatArray:

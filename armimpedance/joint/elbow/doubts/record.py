@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray
 from armimpedance.joint.elbow.doubts.pathway import (
     PAST_S,
     Pathway,
     answered_to,
+    cubic_weights,
     response,
 )
 from armimpedance.joint.elbow.samples import JointSamples
@@ -28,8 +29,6 @@ from armimpedance.joint.elbow.stationary.weights import hats, knots_of
 
 #: The terms of amplitude: two of stiffness, two of friction.
 BENDS: Final = ("theta^2", "theta^3", "sign theta'", "theta' |theta'|")
-#: Frequencies that differ by less than this part of the highest are one.
-_ALIKE: Final = 1e-9
 #: Below this part of its rms a velocity has no sign.
 _SLOW: Final = 0.1
 
@@ -260,9 +259,9 @@ class Posed:
         return np.concatenate([trial.late(pathway) for trial in self.trials])
 
     @cached_property
-    def alike(self) -> AlikeLines:
-        """Lines of one frequency, which a pathway answers alike."""
-        return AlikeLines.of(np.concatenate([trial.s for trial in self.trials]))
+    def knots(self) -> Knots:
+        """Frequencies at which pathways are evaluated for all lines."""
+        return Knots.of(np.concatenate([trial.s for trial in self.trials]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,29 +284,40 @@ class Moved:
         return self.rows(np.stack([h, self.s * h], axis=1))
 
 
-@dataclass(frozen=True, eq=False)
-class AlikeLines:
-    """The b frequencies of n lines of several trials.
+#: Knots are so far apart, Hz: cubics between them miss a pathway's response by 1e-5 at most.
+_KNOTS_HZ: Final = 0.1
 
-    `s` (b,).
-    `order` (n,), `starts` (b,): lines in order of frequency, and where each frequency begins.
+
+@dataclass(frozen=True, eq=False)
+class Knots:
+    """Frequencies between which what a pathway does is a cubic: a record has many more lines.
+
+    ``sum_k x_k h(s_k)`` over n lines is ``sum_b X_b h(s_b)`` over b knots, X the cubics' weights
+    times x.
+
+    `s` (b,); `spread` (b, n), sparse.
     """
 
     s: Complex
-    order: IntArray
-    starts: IntArray
+    spread: Any
 
     @classmethod
-    def of(cls, s: Complex) -> AlikeLines:
+    def of(cls, s: Complex) -> Knots:
         """`s` (n,)."""
-        order = np.argsort(s.imag, kind="stable")
-        step = np.diff(s.imag[order]) > _ALIKE * np.abs(s).max()
-        starts = np.flatnonzero(np.r_[True, step])
-        return cls(s[order[starts]], order, starts)
+        from scipy.sparse import csr_matrix
+
+        at = s.imag / (2 * np.pi * _KNOTS_HZ)
+        whole = np.floor(at).astype(int)
+        first = int(whole.min()) - 1
+        rows = (whole - 1 - first)[:, None] + np.arange(4)
+        weights, lines = cubic_weights(at - whole), np.repeat(np.arange(len(s)), 4)
+        count = int(rows.max()) + 1
+        spread = csr_matrix((weights.ravel(), (rows.ravel(), lines)), shape=(count, len(s)))
+        return cls(2j * np.pi * _KNOTS_HZ * (first + np.arange(count)), spread)
 
     def summed(self, columns: Complex) -> Complex:
-        """Sums (b, q) of columns (n, q) over each frequency's lines."""
-        return np.asarray(np.add.reduceat(columns[self.order], self.starts, axis=0))
+        """X (b, q) of columns (n, q)."""
+        return np.asarray(self.spread @ columns)
 
 
 def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatArray]) -> Posed:

@@ -111,6 +111,7 @@ def elbow(
         selections, tell = _parts(chosen), progress or (lambda *_: None)
         samples = from_recording(chosen, joint, imposed)
         marks = checked(chosen, despite)
+        tell(0, 1 + len(selections))
         whole = identify_elbow(samples, **options)
         parts = {}
         for done, (name, rows) in enumerate(selections.items(), start=1):
