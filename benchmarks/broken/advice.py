@@ -38,6 +38,7 @@ ADVICE: Final[dict[str, str]] = {
     "force filtered alone": _FILTER,
     "position filtered alone": _FILTER,
     "reflex": "Use short disturbances (.15 s) or take the intrinsic part with its own interval.",
+    "reflex through a muscle": "Perturb in a wider band; K and K_r together stay sharp.",
     "channels out of step": _LATE,
     "cubic stiffness": _LINEAR,
     "dry friction in the joint": "Take friction out of rig and strap; compare two amplitudes.",

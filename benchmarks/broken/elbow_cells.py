@@ -89,6 +89,17 @@ def elbow_cells() -> list[Cell]:
     joint("reflex", "10 % at 40 ms, creeping", late, SLOW, reflex=0.1 * 9, delay_s=0.04)
     joint("reflex", "25 % at 40 ms, swinging", late, QUICK, reflex=0.25 * 20, delay_s=0.04)
     joint("reflex", "25 % and own torque .15 N m", late, reflex=0.25 * 20, own_Nm=0.15)
+    for ms in (10, 20, 40):
+        joint("reflex through a muscle", f"25 % at 45 ms, {ms} ms", late,
+              reflex=5.0, delay_s=0.045, muscle_s=1e-3 * ms)  # fmt: skip
+    joint("reflex through a muscle", "to the velocity, 25 ms", late,
+          reflex_rate=0.4, delay_s=0.045, muscle_s=0.025)  # fmt: skip
+    cells.append(
+        Cell(
+            BENCH, "reflex through a muscle", "to rising angles alone, 25 ms", late,
+            bent(replace(JOINT, delay_s=0.045, muscle_s=0.025), Bent(one_way=0.8)),
+        )
+    )  # fmt: skip
     for ms in (0.5, 2.0, -3.0):
         joint("channels out of step", f"{ms:g} ms", ("skew",), late_s=1e-3 * ms)
     for size, cubic in (("weak", 200.0), ("strong", 2000.0)):

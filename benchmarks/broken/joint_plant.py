@@ -2,8 +2,9 @@
 
 Linear ones are solved line by line: all signals are periodic over a time longer than the record,
 ``(I s^2 + B s + K + (R + Q s) e^(-s d) / (1 + s m)^n) theta = tau + v`` with s = i omega, tau the
-torque of the device on the limb and v the person's own; the device ``tau = p - Z_d theta`` adds the perturbation p. The
-non-linear ones are integrated by Runge's and Kutta's step, all records side by side.
+torque of the device on the limb and v the person's own; the device ``tau = p - Z_d theta`` adds the
+perturbation p. The non-linear ones are integrated by Runge's and Kutta's step, all records side by
+side.
 """
 
 from __future__ import annotations

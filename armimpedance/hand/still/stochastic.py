@@ -27,6 +27,8 @@ KERNEL_PERIODS = 0.6
 #: Standard errors by which half of the band must differ from all of it: chance does so, of any of
 #: four numbers of one joint in two halves, once in 400 records.
 BEYOND_CHANCE = 3.5
+#: Smaller differences are of no consequence, however sure.
+SMALL = 0.02
 METHOD = "band-limited"
 #: A trial of more samples than this is filtered in stretches of as many ...
 LONG = 1 << 19
@@ -97,7 +99,8 @@ def _as_sure_as_the_band(
         off = other.parameters - made.parameters
         # Errors of the two are partly common: their sum is an upper limit.
         sd = np.sqrt(np.diag(made.covariance) + np.diag(other.covariance))
-        clear = np.abs(off) > BEYOND_CHANCE * sd
+        enough = np.maximum(BEYOND_CHANCE * sd, SMALL * np.abs(made.parameters))
+        clear = np.abs(off) > enough
         if clear.any():
             which = int(np.where(clear, np.abs(off) / sd, 0.0).argmax())
             said.append(

@@ -27,6 +27,7 @@ from armimpedance.recordings.c3d.events import (
 from armimpedance.recordings.c3d.forces import PlateForces, plates_taken
 from armimpedance.recordings.motion.moving_metadata import (
     LARGEST_PLACE_M,
+    Y_UP,
     Z_UP,
     lab_rotation,
     metres_per,
@@ -44,8 +45,6 @@ class _Asked:
 
     prefix: str | None
     channels: tuple[str, ...]
-    rotation: FloatArray
-    axes_stated: bool
     force_by: Literal["limb", "device"] | None
 
 
@@ -81,8 +80,9 @@ def read_marker_c3d(
     `path`: trials are numbered from 1; a trial's condition is its file's name without suffix.
     `prefix`: the subject whose markers are read, of several; ``""`` keeps the labels as they are.
     `emg_channels`: analog channel -> muscle, such as ``{"Biceps.EMG4": "biceps"}``.
-    `axes`: the file's axes that point forward, left and up; x, y, z where they are not stated and
-    the force plates do not contradict it.
+    `axes`: the file's axes that point forward, left and up. Where they are not stated, what the
+    first file says of its screen (``POINT:Y_SCREEN``) points up, else z, and force plates must not
+    contradict it.
     `force_by`: whose force on the other the plates' channels hold; None: what their load shows.
     Raises InputError: a file cannot be read, has no markers, another rate, other markers or plates
     than the first, or no such channel; its unit is not known; or its plates lie on another axis.
@@ -91,9 +91,17 @@ def read_marker_c3d(
     if not given:
         raise InputError("no file", expected="one C3D file per trial")
     muscles = muscles_of(emg_channels)
-    stated = Z_UP if axes is None else axes
-    asked = _Asked(prefix, tuple(muscles), lab_rotation(stated), axes is not None, force_by)
-    trials = [_trial(read_c3d(p), asked) for p in given]
+    captures = [read_c3d(p) for p in given]
+    asked = _Asked(prefix, tuple(muscles), force_by)
+    stated = axes or axes_shown(captures[0]) or Z_UP
+    try:
+        trials = [_trial(c, asked, lab_rotation(stated), stated=axes is not None) for c in captures]
+    except InputError:
+        # Some programs write the axes of another view: z up stands where the plates lie in it.
+        if axes is not None or stated == Z_UP:
+            raise
+        stated = Z_UP
+        trials = [_trial(c, asked, lab_rotation(stated), stated=False) for c in captures]
     for trial, p in zip(trials[1:], given[1:], strict=True):
         _check_same(trial, trials[0], p)
     lengths = [len(t.positions) for t in trials]
@@ -113,18 +121,30 @@ def read_marker_c3d(
     )
 
 
-def _trial(capture: C3dFile, asked: _Asked) -> _Trial:
+#: The axis that points up -> those that point forward, left and up.
+_WITH_UP: Final = {"z": Z_UP, "y": Y_UP, "x": ("y", "z", "x")}
+
+
+def axes_shown(capture: C3dFile) -> tuple[str, ...] | None:
+    """Axes forward, left and up by the file's own words on its screen; None: it has none.
+
+    ``POINT:Y_SCREEN`` names the axis that a program shows upright (C3D user guide, POINT group).
+    """
+    word = capture.parameters.text("POINT", "Y_SCREEN").strip().lower().removeprefix("+")
+    return _WITH_UP.get(word)
+
+
+def _trial(capture: C3dFile, asked: _Asked, rotation: FloatArray, *, stated: bool) -> _Trial:
     if not capture.layout.frames or not capture.point_labels:
         turned = len(capture.parameters.texts("ROTATION", "LABELS"))
         rather = f", only rotations of {turned} segments" if turned else ""
         raise InputError(f"no markers{rather}", file=capture.name, expected="points in a C3D file")
     names, index, left_out = _markers(capture, asked.prefix)
     metres = metres_per(capture.length_unit, capture.name)
-    positions = _positions(capture, index, metres, asked.rotation)
+    positions = _positions(capture, index, metres, rotation)
     plates = plates_taken(
-        capture, metres, positions, rotation=asked.rotation, stated=asked.axes_stated,
-        force_by=asked.force_by,
-    )  # fmt: skip
+        capture, metres, positions, rotation=rotation, stated=stated, force_by=asked.force_by
+    )
     events, foreign = _events(capture, asked.prefix)
     return _Trial(
         names=names,

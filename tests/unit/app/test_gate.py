@@ -79,12 +79,15 @@ def test_what_moves_no_limb_gives_no_number():
     still = simulate_elbow("calibration", seed=1, repetitions=1)[0]
     assert inspect(still).usable
     with pytest.raises(InputError, match="coherence: motion explains"):
-        estimate(still)
+        estimate(still, band_hz=(5, 45))
 
 
 def test_a_device_that_imposes_the_torque_is_named():
     recording = simulate_elbow("posture", seed=1, repetitions=1)[0]
-    assert any(warning.startswith("imposed: ") for warning in estimate(recording)[0].warnings)
+    assert any(
+        warning.startswith("imposed: ")
+        for warning in estimate(recording, band_hz=(5, 45))[0].warnings
+    )
 
 
 def test_many_trials_are_checked_by_a_sample(hand, monkeypatch):

@@ -18,11 +18,13 @@ EMG = (RNG.normal(size=(12, 2)) * 1e-3).astype(np.float32)
 
 
 def write(c3d, file, *, labels=("S:hand", "S:elbow", "S:hip"), unit="mm", scale=-0.01,
-          points=POINTS_MM, lost=(), emg_unit="V", rate=100.0):  # fmt: skip
+          points=POINTS_MM, lost=(), emg_unit="V", rate=100.0, upright=None):  # fmt: skip
     """A file of three points and two channels at twice the rate; `lost`: (frame, point)."""
     point = {"LABELS": c3d.texts(*labels), "SCALE": c3d.floats(scale, sizes=())}
     if unit:
         point["UNITS"] = c3d.texts(unit)
+    if upright is not None:
+        point |= {"X_SCREEN": c3d.texts("+X"), "Y_SCREEN": c3d.texts(upright)}
     analog = {"LABELS": c3d.texts("Biceps.EMG4", "Sync"), "UNITS": c3d.texts(emg_unit, "V")}
     raw = points if scale < 0 else np.round(points / scale)
     data = bytearray(
@@ -50,6 +52,18 @@ def test_millimetres_and_lost_points(c3d, tmp_path):
     assert markers.sample_rate_hz == 100.0
     assert markers.trials["condition"].tolist() == ["walk"]
     np.testing.assert_allclose(np.diff(markers.time_s), 0.01, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("upright", "height"), [("+Z", 2), ("Z", 2), ("+Y", 1), ("y", 1), ("+X", 0), ("-Y", 2), ("", 2)]
+)
+def test_the_axis_that_the_file_shows_upright_points_up(upright, height, c3d, tmp_path):
+    file = write(c3d, tmp_path / "walk.c3d", upright=upright)
+    places = POINTS_MM.astype(float) / 1000
+    np.testing.assert_allclose(read_marker_c3d(file).positions[..., 2], places[..., height])
+    # what the user says stands above it
+    stated = read_marker_c3d(file, axes=("x", "y", "z"))
+    np.testing.assert_allclose(stated.positions, places)
 
 
 def test_scaled_integers(c3d, tmp_path):

@@ -27,7 +27,13 @@ from armimpedance.joint.elbow.doubts.kinds import (
     fitted,
     roughly,
 )
-from armimpedance.joint.elbow.doubts.pathway import LATEST_S, Cells, Pathway, all_cells, together
+from armimpedance.joint.elbow.doubts.pathway import (
+    LATEST_S,
+    PathwayCells,
+    ReflexArc,
+    all_cells,
+    together,
+)
 from armimpedance.joint.elbow.doubts.record import (
     BENDS,
     Doubted,
@@ -172,7 +178,7 @@ def contest(
     `driver`: of the doubted band.
     `bends`: numbers of the terms of amplitude that every kind holds.
     """
-    still = LimbModel(limb, np.zeros(2), Pathway(LATEST_S, 0.0), 0.0, np.zeros(len(BENDS)))
+    still = LimbModel(limb, np.zeros(2), ReflexArc(LATEST_S, 0.0), 0.0, np.zeros(len(BENDS)))
     flat = np.zeros(sum(len(b.s) for b in doubted.band.trials))
     made = _settled(doubted, driver, still, flat, bends, ROUNDS)
     if made.winner().answers:
@@ -221,7 +227,7 @@ def _settled(
     """
     for _ in range(rounds):
         rows = posed(doubted, driver, model, _powers(doubted, model, reference))
-        cells = together([all_cells(), Cells.about(model.pathway)])
+        cells = together([all_cells(), PathwayCells.about(model.pathway)])
         products = Products.of(rows, cells, np.zeros(len(reference)))
         stiffness = float(model.limb[2])
         fits = {

@@ -26,21 +26,19 @@ from armimpedance.joint.elbow.doubts.contest import (
     contest,
     stiffening,
 )
-from armimpedance.joint.elbow.doubts.kinds import Kind
-from armimpedance.joint.elbow.doubts.posterior import (
+from armimpedance.joint.elbow.doubts.findings import (
     SURE,
     Amplitude,
-    Answer,
     Hidden,
+    LateAnswer,
     Lateness,
-    Posterior,
     Reflex,
     band_finding,
     findings,
-    half_widths,
-    posterior,
     unlike_finding,
 )
+from armimpedance.joint.elbow.doubts.kinds import Kind
+from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths, posterior
 from armimpedance.joint.elbow.doubts.record import doubted
 from armimpedance.joint.elbow.stationary.band import Band, explained
 from armimpedance.joint.elbow.stationary.estimate import Estimate
@@ -265,7 +263,7 @@ def _reflex(made: Contest, believed: Posterior) -> Reflex:
         float(np.sqrt(2 * _SEEN * variance)),
         total,
         total_ci95,
-        Answer(float(answer[0]), float(answer[1]), float(delay[best]), float(muscle[best])),
+        LateAnswer(float(answer[0]), float(answer[1]), float(delay[best]), float(muscle[best])),
     )
 
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.joint.elbow.doubts.pathway import (
-    Cells,
-    Pathway,
+    PathwayCells,
+    ReflexArc,
     all_cells,
     not_excluded,
     response,
@@ -74,9 +74,9 @@ class KindFit:
     muscle_s: FloatArray
     belief: FloatArray
 
-    def pathway(self, number: int) -> Pathway:
+    def pathway(self, number: int) -> ReflexArc:
         """That of model `number`."""
-        return Pathway(float(self.delay_s[number]), float(self.muscle_s[number]))
+        return ReflexArc(float(self.delay_s[number]), float(self.muscle_s[number]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class Columns:
     bound: FloatArray
     order: IntArray
 
-    def of(self, rows: Posed, pathway: Pathway) -> FloatArray:
+    def of(self, rows: Posed, pathway: ReflexArc) -> FloatArray:
         """All columns of one model, (n, 2, p)."""
         X = rows.X[..., self.chosen]
         if self.kind.answers:
@@ -124,14 +124,14 @@ def fitted(rows: Posed, columns: Columns) -> KindFit:
         eta, _ = _own(rows, columns, over.likeliest)
         over = _over(columns, Products.of(rows, cells, eta), cells)
 
-    def evaluate(finer: Cells) -> list[FloatArray]:
+    def evaluate(finer: PathwayCells) -> list[FloatArray]:
         return list(_over(columns, Products.of(rows, finer, eta), finer))
 
     cells, evaluated = not_excluded(cells, list(over), evaluate)
     return _compared(rows, columns, cells, _Over(*evaluated))
 
 
-def roughly(rows: Posed, columns: Columns, products: Products, cells: Cells) -> KindFit:
+def roughly(rows: Posed, columns: Columns, products: Products, cells: PathwayCells) -> KindFit:
     """The same over some cells; `products`: theirs, weighed by the reference."""
     if not columns.kind.answers:
         return _without_answer(rows, columns)
@@ -139,13 +139,13 @@ def roughly(rows: Posed, columns: Columns, products: Products, cells: Cells) -> 
 
 
 def _without_answer(rows: Posed, columns: Columns) -> KindFit:
-    X = columns.of(rows, Pathway(0.0, 0.0))
+    X = columns.of(rows, ReflexArc(0.0, 0.0))
     fit = fit_models(X[None], rows.y, rows.spectrum, columns.bound)
     zero, parts = np.zeros(1), (fit.values, fit.information, fit.deviance)
     return KindFit(*parts, fit.eta[0], zero, zero, np.ones(1))
 
 
-def _compared(rows: Posed, columns: Columns, cells: Cells, over: _Over) -> KindFit:
+def _compared(rows: Posed, columns: Columns, cells: PathwayCells, over: _Over) -> KindFit:
     """Among pathways the spectrum is that of the best; kinds compare by spectra of their own."""
     eta, own = _own(rows, columns, over.likeliest)
     deviance = own + over.deviance - over.squares[over.deviance.argmin()]
@@ -153,7 +153,7 @@ def _compared(rows: Posed, columns: Columns, cells: Cells, over: _Over) -> KindF
     return KindFit(over.values, over.information, deviance, eta, *pathways)
 
 
-def _own(rows: Posed, columns: Columns, pathway: Pathway) -> tuple[FloatArray, float]:
+def _own(rows: Posed, columns: Columns, pathway: ReflexArc) -> tuple[FloatArray, float]:
     """The spectrum (n,) that a pathway leaves, and its deviance."""
     fit = fit_models(columns.of(rows, pathway)[None], rows.y, rows.spectrum, columns.bound)
     return fit.eta[0], float(fit.deviance[0])
@@ -173,13 +173,13 @@ class _Over(NamedTuple):
     deviance: FloatArray
 
     @property
-    def likeliest(self) -> Pathway:
+    def likeliest(self) -> ReflexArc:
         """That of the least deviance."""
         best = int(self.deviance.argmin())
-        return Pathway(float(self.delay_s[best]), float(self.muscle_s[best]))
+        return ReflexArc(float(self.delay_s[best]), float(self.muscle_s[best]))
 
 
-def _over(columns: Columns, products: Products, cells: Cells) -> _Over:
+def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     """Every pathway's parameters, with its cell for a prior."""
     products = products.with_columns(columns.chosen)
     D, a, p = len(cells), len(columns.kind.answers), len(columns.order)
@@ -210,7 +210,7 @@ def _over(columns: Columns, products: Products, cells: Cells) -> _Over:
     return _Over(values[:, :p], information, squares, *pathways, squares + occam)
 
 
-def _shapes(s: Complex, cells: Cells) -> Complex:
+def _shapes(s: Complex, cells: PathwayCells) -> Complex:
     """``h, s h, s^2 h, s h / (1 + m s), s^2 h / (1 + m s)`` of D pathways at s (b,), (b, D, 5)."""
     h, s = response(s, cells.delay_s, cells.muscle_s), s[:, None]
     slower = h / (1 + s * cells.muscle_s)
@@ -229,7 +229,7 @@ class Products:
     own: FloatArray
 
     @classmethod
-    def of(cls, rows: Posed, cells: Cells, eta: FloatArray) -> Products:
+    def of(cls, rows: Posed, cells: PathwayCells, eta: FloatArray) -> Products:
         """`eta` (n,): logarithm of the noise power over the reference."""
         w, knots = np.exp(-eta), rows.knots
         base = np.concatenate([rows.X, rows.y[..., None]], axis=2)

@@ -6,8 +6,8 @@ Transactions on Biomedical Engineering 44, 1997, model the ankle's reflex so). A
 taken for a mere delay looks later than it is, and K too large.
 
 Delay and time constant are not searched for but summed over: a record is explained by all pathways
-of a ridge, late and quick or early and slow, which differ in what they leave for K. Cells that the
-record does not exclude are divided until those that remain are small beside what it tells.
+of a ridge, late and quick or early and slow, which differ in what they leave for K. Cells of the
+plane that the record does not exclude are divided until they are small beside what it tells.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ AT_ONCE: Final = 0.5
 _FORGOTTEN: Final = 5.0
 #: The motion of so long ago still moves the torque, s.
 PAST_S: Final = LATEST_S + _FORGOTTEN * SLOWEST_S
-#: Cells of the delay and of the time constant before any is divided.
+#: PathwayCells of the delay and of the time constant before any is divided.
 _DELAYS: Final = 17
 _MUSCLES: Final = 5
 #: How wide a part about a single pathway is, s.
 _DETAIL_S: Final = 1e-3
-#: Cells whose deviance lies within this of the least are divided ...
+#: PathwayCells whose deviance lies within this of the least are divided ...
 _NOT_EXCLUDED: Final = 25.0
 #: ... until so many lie within this, or so often.
 _ENOUGH_CELLS: Final = 30
@@ -45,8 +45,8 @@ _LIKELY: Final = 6.0
 _MOST_DIVISIONS: Final = 8
 
 
-class Pathway(NamedTuple):
-    """One delay and one muscle, s."""
+class ReflexArc(NamedTuple):
+    """One pathway: a delay and a muscle's time constant, s."""
 
     delay_s: float
     muscle_s: float
@@ -58,7 +58,7 @@ def response(s: Complex, delay_s: FloatArray, muscle_s: FloatArray) -> Complex:
     return np.asarray(np.exp(-s * delay_s) / (1 + s * muscle_s) ** 2)
 
 
-def answered_to(angle: FloatArray, pathway: Pathway, start: int, rate_hz: float) -> FloatArray:
+def answered_to(angle: FloatArray, pathway: ReflexArc, start: int, rate_hz: float) -> FloatArray:
     """What a pathway makes of an angle (S,), from sample `start` on, (S - start,).
 
     `start`: at least `PAST_S`.
@@ -82,7 +82,7 @@ def cubic_weights(t: FloatArray) -> FloatArray:
     return np.stack([before, at, -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6], axis=1)
 
 
-def behind(signal: FloatArray, pathway: Pathway, rate_hz: float) -> FloatArray:
+def behind(signal: FloatArray, pathway: ReflexArc, rate_hz: float) -> FloatArray:
     """What a pathway makes of a signal (S,), its first value held before it begins."""
     start = int(np.ceil(PAST_S * rate_hz)) + 2
     return answered_to(np.r_[np.full(start, signal[0]), signal], pathway, start, rate_hz)
@@ -106,7 +106,7 @@ def _through_muscle(angle: FloatArray, muscle_s: float, rate_hz: float) -> Float
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
+class PathwayCells:
     """D parts of the plane of pathways, each with its middle, its size and the belief in it.
 
     `delay_s`, `muscle_s`, `wide_s`, `high_s`, `belief` (D,); a height of zero: torque follows at
@@ -123,16 +123,16 @@ class Cells:
         return len(self.delay_s)
 
     @classmethod
-    def about(cls, pathway: Pathway) -> Cells:
+    def about(cls, pathway: ReflexArc) -> PathwayCells:
         """A small part about one pathway, which is not believed in more than others."""
         sizes = (_DETAIL_S, 0.0 if pathway.muscle_s == 0 else 2 * _DETAIL_S, 1e-3)
         return cls(*(np.array([x]) for x in (*pathway, *sizes)))
 
-    def chosen(self, which: FloatArray) -> Cells:
+    def chosen(self, which: FloatArray) -> PathwayCells:
         """Some of them."""
-        return Cells(*(getattr(self, f.name)[which] for f in fields(self)))
+        return PathwayCells(*(getattr(self, f.name)[which] for f in fields(self)))
 
-    def divided(self) -> Cells:
+    def divided(self) -> PathwayCells:
         """Each in four, or in two where it has no height."""
         parts = []
         for right in (-0.25, 0.25):
@@ -141,7 +141,7 @@ class Cells:
                 whole = self if up > 0 else self.chosen(~flat)
                 share = np.where(whole.high_s == 0, 0.5, 0.25)
                 parts.append(
-                    Cells(
+                    PathwayCells(
                         whole.delay_s + right * whole.wide_s,
                         whole.muscle_s + up * whole.high_s,
                         whole.wide_s / 2,
@@ -152,12 +152,14 @@ class Cells:
         return together(parts)
 
 
-def together(parts: Sequence[Cells]) -> Cells:
+def together(parts: Sequence[PathwayCells]) -> PathwayCells:
     """All cells of several parts."""
-    return Cells(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Cells)))
+    return PathwayCells(
+        *(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(PathwayCells))
+    )
 
 
-def all_cells() -> Cells:
+def all_cells() -> PathwayCells:
     """The whole plane: torque that follows at once or behind a muscle, short delays as likely as
     long ones (their logarithms are uniform).
     """
@@ -167,13 +169,15 @@ def all_cells() -> Cells:
     rows += [(high * (k + 0.5), high, (1 - AT_ONCE) / _MUSCLES) for k in range(_MUSCLES)]
     ones = np.ones(_DELAYS)
     return together(
-        [Cells(delays, m * ones, wide, h * ones, b / _DELAYS * ones) for m, h, b in rows]
+        [PathwayCells(delays, m * ones, wide, h * ones, b / _DELAYS * ones) for m, h, b in rows]
     )
 
 
 def not_excluded(
-    cells: Cells, evaluated: list[FloatArray], evaluate: Callable[[Cells], list[FloatArray]]
-) -> tuple[Cells, list[FloatArray]]:
+    cells: PathwayCells,
+    evaluated: list[FloatArray],
+    evaluate: Callable[[PathwayCells], list[FloatArray]],
+) -> tuple[PathwayCells, list[FloatArray]]:
     """Cells and what `evaluate` gives of each, divided where the record does not exclude them.
 
     `evaluated`: of `cells`; the last array (D,) is the deviance.

@@ -16,7 +16,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.joint.elbow.doubts.pathway import (
     PAST_S,
-    Pathway,
+    ReflexArc,
     answered_to,
     cubic_weights,
     response,
@@ -48,7 +48,7 @@ class Past:
     rate_hz: float
     bends: Complex
 
-    def answered(self, pathway: Pathway, bins: Bins) -> Complex:
+    def answered(self, pathway: ReflexArc, bins: Bins) -> Complex:
         """What a pathway makes of the measured angle, (n,)."""
         late = answered_to(self.angle, pathway, self.start, self.rate_hz)
         return coefficients(late[None], bins)[:, 0]
@@ -227,7 +227,7 @@ class LimbModel:
 
     limb: FloatArray
     answer: FloatArray
-    pathway: Pathway
+    pathway: ReflexArc
     lateness_s: float
     bends: FloatArray
 
@@ -254,7 +254,7 @@ class Posed:
     spectrum: Spectrum
     trials: tuple[Moved, ...]
 
-    def late(self, pathway: Pathway) -> FloatArray:
+    def late(self, pathway: ReflexArc) -> FloatArray:
         """What K_r and B_r of a pathway multiply, (n, 2, 2)."""
         return np.concatenate([trial.late(pathway) for trial in self.trials])
 
@@ -278,7 +278,7 @@ class Moved:
         rows = rows - self.Q @ (self.Q.T @ rows)
         return np.asarray(np.stack([rows[:n], rows[n:]], axis=1))
 
-    def late(self, pathway: Pathway) -> FloatArray:
+    def late(self, pathway: ReflexArc) -> FloatArray:
         """As of `Posed.late`, this trial's lines."""
         h = response(self.s, *(np.array([x]) for x in pathway))[:, 0] * self.weighed
         return self.rows(np.stack([h, self.s * h], axis=1))
@@ -313,7 +313,8 @@ class Knots:
         weights, lines = cubic_weights(at - whole), np.repeat(np.arange(len(s)), 4)
         count = int(rows.max()) + 1
         spread = csr_matrix((weights.ravel(), (rows.ravel(), lines)), shape=(count, len(s)))
-        return cls(2j * np.pi * _KNOTS_HZ * (first + np.arange(count)), spread)
+        knots: Complex = np.asarray(2j * np.pi * _KNOTS_HZ * (first + np.arange(count)), complex)
+        return cls(knots, spread)
 
     def summed(self, columns: Complex) -> Complex:
         """X (b, q) of columns (n, q)."""

@@ -18,7 +18,7 @@ from scipy.signal import savgol_filter
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.core.findings import Finding
-from armimpedance.joint.elbow.doubts.pathway import Pathway, behind
+from armimpedance.joint.elbow.doubts.pathway import ReflexArc, behind
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
@@ -247,7 +247,7 @@ class AtRest:
                 about, rate = angle[here] - angle[here].mean(), samples.sample_rate_hz
                 one = reflex.likeliest
                 answer = one.K_r * about + one.B_r * velocity(about, rate)
-                torque[here] -= behind(answer, Pathway(one.delay_s, one.muscle_s), rate)
+                torque[here] -= behind(answer, ReflexArc(one.delay_s, one.muscle_s), rate)
         return replace(samples, torque=torque, angle=angle)
 
     def beside(self, course: EstimatedCourse) -> EstimatedCourse:

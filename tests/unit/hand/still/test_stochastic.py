@@ -9,6 +9,8 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.show import estimate as estimate_verb
+from armimpedance.numerics.regression import t_factor
 
 I_TRUE, B_TRUE, K_TRUE = 0.017, 1.2, 110.0
 RATE = 1000.0
@@ -91,3 +93,26 @@ def test_the_sign_convention_is_that_of_the_limb():
     made = estimate(replace(recording, force=-recording.force))[0]
     assert _values(made) == pytest.approx(-TRUE, rel=1e-3)
     assert any("not positive definite" in warning for warning in made.warnings)
+
+
+def test_what_the_band_decides_is_said_and_held():
+    """A limb whose torque lags: its lower and its upper half give stiffnesses that differ."""
+    made = _joint(seconds=60, noise=0.02)
+    late = np.concatenate([np.zeros(60), made.position[:-60, 0] - made.position[:-60, 0].mean()])
+    answering = replace(made, force=made.force - 60.0 * late[:, None])
+    with_band = [estimate(one)[0] for one in (made, answering)]
+    said = [any("band decides" in warning for warning in one.warnings) for one in with_band]
+    assert said == [False, True]
+    halves = [
+        estimate(answering, options=Options(band_hz=band))[0].stiffness[0, 0]
+        for band in ((5.0, 15.0), (15.0, 45.0))
+    ]
+    half = t_factor(with_band[1].dof) * with_band[1].sd[2, 0, 0]
+    assert np.abs(np.array(halves) - with_band[1].stiffness[0, 0]).max() <= half
+
+
+def test_one_joint_goes_to_elbow_unless_a_band_is_given():
+    with pytest.raises(InputError, match="elbow"):
+        estimate_verb(_joint())
+    made = estimate_verb(_joint(), band_hz=(5, 45))[0]
+    assert _values(made) == pytest.approx(TRUE, rel=1e-3)

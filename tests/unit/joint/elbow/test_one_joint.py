@@ -36,7 +36,7 @@ def test_a_path_gives_what_its_recording_gives_and_the_command_writes_it(bench, 
     recording, folder = bench
     calls = []
     fit = elbow(recording, progress=lambda *done: calls.append(done))
-    assert calls == [(1, 3), (2, 3), (3, 3)]
+    assert calls == [(0, 3), (1, 3), (2, 3), (3, 3)]
     again = elbow(str(folder))
     np.testing.assert_array_equal(fit.parameters.values, again.parameters.values)
     assert list(fit.parts) == ["trial 1", "trial 2"]

@@ -1,0 +1,290 @@
+"""What was doubted, in one sentence each, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.findings import Finding
+from armimpedance.joint.elbow.doubts.contest import NO_CHANCE
+from armimpedance.joint.elbow.doubts.kinds import RATE_S
+from armimpedance.joint.elbow.doubts.pathway import EARLIEST_S, LATEST_S, SLOWEST_S
+from armimpedance.numerics.regression import Parameters
+
+#: An answer or a skew that is smaller than this, of K and of a sample, needs no word.
+LITTLE: Final = 0.01
+LITTLE_SAMPLE: Final = 0.5
+#: A muscle that is quicker needs no word, ms.
+LITTLE_MUSCLE_MS: Final = 5.0
+#: So near to the end of what is searched a pathway may lie beyond it, s.
+EDGE_S: Final = 1e-3
+SURE: Final = 0.98
+LIKELY: Final = 0.9
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """By how much the angle comes after the torque.
+
+    `ci95_s` (2,).
+    `probability`: that it does at all.
+    `if_late_s`: what it is if it does.
+    `smallest_s`: the smallest that would have been seen.
+    """
+
+    value_s: float
+    ci95_s: tuple[float, float]
+    probability: float
+    if_late_s: float
+    smallest_s: float
+
+
+@dataclass(frozen=True)
+class LateAnswer:
+    """One late answer, ``h (K_r theta + B_r theta')``; h a delay and a muscle, see `pathway`."""
+
+    K_r: float
+    B_r: float
+    delay_s: float
+    muscle_s: float
+
+
+@dataclass(frozen=True)
+class Reflex:
+    """``h (K_r theta + B_r theta')`` beside I, B, K: the parallel cascade's second path.
+
+    `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,), `muscle_ci95_s` (2,).
+    `K_r`: N m/rad, if there is an answer.
+    `B_r`: N m s/rad, if there is an answer.
+    `delay_s`, `muscle_s`: of its pathway h.
+    `probability`: that there is an answer.
+    `smallest`: the smallest K_r after 60 ms that would have been seen.
+    `total`, `total_ci95`: K and K_r together, the stiffness at rest, N m/rad.
+    `likeliest`: K_r, B_r and the pathway of the single likeliest limb: those above are each over
+    all limbs, and are none together.
+    """
+
+    K_r: float
+    ci95: tuple[float, float]
+    B_r: float
+    B_r_ci95: tuple[float, float]
+    delay_s: float
+    delay_ci95_s: tuple[float, float]
+    muscle_s: float
+    muscle_ci95_s: tuple[float, float]
+    probability: float
+    smallest: float
+    total: float
+    total_ci95: tuple[float, float]
+    likeliest: LateAnswer
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """What depends on how far and how fast the joint moves.
+
+    `more_stiffness`: what the rms deflection adds to the stiffness of small ones, N m/rad.
+    `friction`: torque against the velocity's sign, N m.
+    `deflection`: rms, rad.
+    `smallest`: the smallest change of the stiffness that would have been seen, as part of it.
+    """
+
+    stiffens: bool
+    rubs: bool
+    more_stiffness: float
+    friction: float
+    deflection: float
+    smallest: float
+
+
+#: From here on what may be hidden needs a word: its interval over that of the estimate, and its
+#: half-width as part of K.
+_WIDER: Final = 1.5
+_HIDES: Final = 0.05
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What a late answer or a skew that the record does not exclude would make of K.
+
+    `low`, `high`: N m/rad.
+    `matters`: the estimate's own interval is much narrower.
+    """
+
+    low: float
+    high: float
+    matters: bool
+
+    @classmethod
+    def of(cls, own: Parameters, allowing: Parameters) -> Hidden:
+        """By the intervals without and with them."""
+        (low, high), K = allowing.interval()[2], float(own.values[2])
+        half, alone = (high - low) / 2, float(np.diff(own.interval()[2])[0]) / 2
+        return cls(float(low), float(high), half > max(_WIDER * alone, _HIDES * K))
+
+    def __str__(self) -> str:
+        return f"K would be {self.low:.3g} to {self.high:.3g} N m/rad"
+
+
+def findings(
+    reflex: Reflex,
+    late: Lateness,
+    amplitude: Amplitude,
+    parameters: Parameters,
+    hidden: Hidden | None,
+    neither: float,
+    rate_hz: float,
+) -> tuple[Finding, ...]:
+    """The three checks.
+
+    `hidden`: None where something was seen, and the intervals hold it.
+    `neither`: probability that the channels are in step and nothing answers.
+    `rate_hz`: a skew below half a sample is named, not warned of.
+    """
+    K = float(parameters.values[2])
+    either = neither < 1 - SURE
+    return (
+        _of_reflex(reflex, late, K, hidden, either),
+        _of_skew(late, reflex, either, LITTLE_SAMPLE / rate_hz),
+        _of_amplitude(amplitude, K),
+    )
+
+
+def _of_reflex(
+    reflex: Reflex, late: Lateness, K: float, hidden: Hidden | None, either: bool
+) -> Finding:
+    size, edge = _size(reflex, K), _at_an_edge(reflex)
+    matters = abs(reflex.K_r) + abs(reflex.B_r) / RATE_S > LITTLE * K
+    smallest = f"{100 * reflex.smallest / K:.2g} % of K after 60 ms"
+    if matters and reflex.probability > SURE:
+        said = (
+            f"the limb answers the motion (a reflex) {size}; I, B, K are those beside it, for any "
+            f"of these; together K {_range(reflex.total, reflex.total_ci95)} at rest; a wider band "
+            f"of the perturbation would part them better{edge}"
+        )
+        return Finding("reflex", "warning", said, smallest)
+    # Where the channels are surely out of step, that alone may be all.
+    likely = LIKELY if late.probability > SURE else 1 - SURE
+    if either and reflex.probability > likely and matters:
+        said = (
+            f"an answer to the motion (a reflex) {size}, or channels out of step by "
+            f"{1e3 * late.if_late_s:+.2f} ms: the record does not tell which, the intervals hold "
+            "both; measure the channels' delay with a known load"
+        )
+        return Finding("reflex", "cannot tell", said, smallest)
+    if hidden is not None and hidden.matters:
+        said = (
+            "no late answer (reflex) is seen, but the record does not exclude one: were it there, "
+            f"{hidden}; a wider band of the perturbation or a longer record would tell"
+        )
+        return Finding("reflex", "cannot tell", said, smallest)
+    return Finding("reflex", "ok", "no late answer that matters", smallest)
+
+
+def _size(reflex: Reflex, K: float) -> str:
+    """Delay, muscle and gains with their intervals."""
+    low, high = (1e3 * d for d in reflex.delay_ci95_s)
+    quick, slow = (1e3 * m for m in reflex.muscle_ci95_s)
+    size = f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f})"
+    if slow > LITTLE_MUSCLE_MS:
+        size += f" by a muscle of {1e3 * reflex.muscle_s:.0f} ms ({quick:.0f} to {slow:.0f})"
+    size += f" of K_r {_range(reflex.K_r, reflex.ci95)} N m/rad"
+    if abs(reflex.B_r) > LITTLE * RATE_S * K:
+        size += f" and B_r {_range(reflex.B_r, reflex.B_r_ci95)}"
+    return size
+
+
+def _range(value: float, limits: tuple[float, float]) -> str:
+    return f"{value:.3g} ({limits[0]:.3g} to {limits[1]:.3g})"
+
+
+def _at_an_edge(reflex: Reflex) -> str:
+    """A word where delay or muscle may lie beyond what is searched."""
+    answer = reflex.likeliest
+    early, late = answer.delay_s <= EARLIEST_S + EDGE_S, answer.delay_s >= LATEST_S - EDGE_S
+    if not (early or late or answer.muscle_s >= SLOWEST_S - EDGE_S):
+        return ""
+    return (
+        f"; it lies at the edge of what is searched ({1e3 * EARLIEST_S:.0f} to "
+        f"{1e3 * LATEST_S:.0f} ms, muscles up to {1e3 * SLOWEST_S:.0f} ms): its delay and K beside "
+        "it may lie beyond these intervals"
+    )
+
+
+def _of_skew(late: Lateness, reflex: Reflex, either: bool, little_s: float) -> Finding:
+    low, high = (1e3 * T for T in late.ci95_s)
+    size = f"{1e3 * late.value_s:+.2f} ms ({low:+.2f} to {high:+.2f})"
+    smallest = f"{1e3 * late.smallest_s:.2g} ms"
+    if late.probability > SURE and abs(late.value_s) > little_s:
+        said = (
+            f"the angle comes {size} after the torque; the estimate allows for it; look for the "
+            "filter or converter that delays one channel"
+        )
+        return Finding("skew", "warning", said, smallest)
+    likely = LIKELY if reflex.probability > SURE else 1 - SURE
+    if either and late.probability > likely and abs(late.if_late_s) > little_s:
+        if reflex.probability > SURE:
+            said = f"beside the reflex the channels may be out of step: {size}; the intervals allow"
+            return Finding("skew", "cannot tell", f"{said} for it", smallest)
+        said = (
+            f"in step, or the angle {1e3 * late.if_late_s:+.2f} ms after the torque: see reflex; "
+            "the intervals hold both"
+        )
+        return Finding("skew", "cannot tell", said, smallest)
+    return Finding("skew", "ok", f"angle after torque by {size}", smallest)
+
+
+def _of_amplitude(amplitude: Amplitude, K: float) -> Finding:
+    smallest = f"{100 * amplitude.smallest:.2g} % of K at {amplitude.deflection:.2g} rad rms"
+    said = []
+    if amplitude.stiffens:
+        said.append(
+            f"the stiffness depends on the deflection: {amplitude.more_stiffness:+.3g} N m/rad at "
+            f"{amplitude.deflection:.2g} rad rms; I, B, K are those of small motion, K {K:.3g}"
+        )
+    if amplitude.rubs:
+        said.append(
+            f"the joint resists like friction, {amplitude.friction:.2g} N m against any motion; "
+            "I, B, K are those beside it"
+        )
+    if said:
+        advice = "perturb by the amplitude that you ask about"
+        return Finding("amplitude", "warning", "; ".join([*said, advice]), smallest)
+    return Finding("amplitude", "ok", "small and large motion give one limb", smallest)
+
+
+def band_finding(parameters: Parameters, excess: FloatArray) -> Finding:
+    """Whether I, B and K are the same in all parts of the band; `excess` as of `bands`."""
+    smallest = f"{np.sqrt(NO_CHANCE):.0f} standard errors"
+    if (excess == 1).all():
+        return Finding("band", "ok", "every part of the band gives the same I, B and K", smallest)
+    half = parameters.interval()[:, 1] - parameters.values
+    said = ", ".join(
+        f"{name} {value:.3g} +- {each:.2g}"
+        for name, value, each, more in zip("IBK", parameters.values, half, excess, strict=True)
+        if more > 1
+    )
+    return Finding(
+        "band",
+        "warning",
+        f"no limb that was fitted is the same in all parts of the band: {said} from part to part, "
+        "which the interval holds; soft tissue, a strap, a lag or a second joint; choose the band "
+        "that you ask about with --lowest-hz and --cutoff-hz",
+        smallest,
+    )
+
+
+def unlike_finding(own: Parameters, found: Parameters) -> Finding:
+    """Where answer, skew and bend replace the limb instead of standing beside it."""
+    pairs = zip("IBK", own.values, found.values, strict=True)
+    said = ", ".join(f"{name} {one:.3g} or {other:.3g}" for name, one, other in pairs)
+    return Finding(
+        "band",
+        "warning",
+        f"no limb that was fitted describes the record: {said}, without and with a late answer, a "
+        "skew and a bend, and the interval holds both; soft tissue, a strap, a lag or "
+        "the wrong rig; choose the band that you ask about with --lowest-hz and --cutoff-hz",
+    )
