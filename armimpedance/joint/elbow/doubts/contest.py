@@ -221,25 +221,47 @@ def _settled(
     rounds: int,
     kinds: tuple[Kind, ...] = KINDS,
 ) -> Contest:
-    """Linearised about what fits best, until that moves no more.
+    """Linearised about what fits best, until that moves no more; else the best of all rounds.
 
     `model`, `reference`: where it begins, and the noise (n,) that this leaves.
+    Raises LinAlgError: not even the first round has finite numbers.
     """
+    best: tuple[float, Contest] | None = None
     for _ in range(rounds):
-        rows = posed(doubted, driver, model, _powers(doubted, model, reference))
-        cells = together([all_cells(), PathwayCells.about(model.pathway)])
-        products = Products.of(rows, cells, np.zeros(len(reference)))
-        stiffness = float(model.limb[2])
-        fits = {
-            kind: roughly(rows, columns_of(kind, stiffness, bends), products, cells)
-            for kind in kinds
-        }
-        made = Contest(fits, model, bends, reference, rows)
+        try:
+            made = _round(doubted, driver, model, reference, bends, kinds)
+        except np.linalg.LinAlgError:
+            if best is None:
+                raise
+            break
         before = model
         model, reference = _next(made, *_best(made))
-        if _moved(doubted, rows, before, model) < _SETTLED**2:
-            break
-    return made
+        if _moved(doubted, made.rows, before, model) < _SETTLED**2:
+            return made
+        score = _score(doubted, driver, made)
+        if best is None or score < best[0]:
+            best = (score, made)
+    assert best is not None  # noqa: S101 - there is a round
+    return best[1]
+
+
+def _round(
+    doubted: Doubted,
+    driver: Driver,
+    model: LimbModel,
+    reference: FloatArray,
+    bends: tuple[int, ...],
+    kinds: tuple[Kind, ...],
+) -> Contest:
+    """All kinds, roughly, about one model."""
+    rows = posed(doubted, driver, model, _powers(doubted, model, reference))
+    cells = together([all_cells(), PathwayCells.about(model.pathway)])
+    products = Products.of(rows, cells, np.zeros(len(reference)))
+    stiffness = float(model.limb[2])
+    fits = {
+        kind: roughly(rows, columns_of(kind, stiffness, bends), products, cells) for kind in kinds
+    }
+    return Contest(fits, model, bends, reference, rows)
 
 
 def _moved(doubted: Doubted, rows: Posed, before: LimbModel, after: LimbModel) -> float:

@@ -100,9 +100,8 @@ class Amplitude:
     smallest: float
 
 
-#: From here on what may be hidden needs a word: its interval over that of the estimate, and its
-#: half-width as part of K.
-_WIDER: Final = 1.5
+#: From here on what may be hidden needs a word: by how much its interval reaches beyond that of the
+#: estimate, as part of K.
 _HIDES: Final = 0.05
 
 
@@ -111,7 +110,7 @@ class Hidden:
     """What a late answer or a skew that the record does not exclude would make of K.
 
     `low`, `high`: N m/rad.
-    `matters`: the estimate's own interval is much narrower.
+    `matters`: it reaches clearly beyond the estimate's own interval.
     """
 
     low: float
@@ -121,9 +120,9 @@ class Hidden:
     @classmethod
     def of(cls, own: Parameters, allowing: Parameters) -> Hidden:
         """By the intervals without and with them."""
-        (low, high), K = allowing.interval()[2], float(own.values[2])
-        half, alone = (high - low) / 2, float(np.diff(own.interval()[2])[0]) / 2
-        return cls(float(low), float(high), half > max(_WIDER * alone, _HIDES * K))
+        (low, high), (first, last) = allowing.interval()[2], own.interval()[2]
+        beyond = max(float(first - low), float(high - last))
+        return cls(float(low), float(high), beyond > _HIDES * float(own.values[2]))
 
     def __str__(self) -> str:
         return f"K would be {self.low:.3g} to {self.high:.3g} N m/rad"

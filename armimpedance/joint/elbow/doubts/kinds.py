@@ -180,7 +180,10 @@ class _Over(NamedTuple):
 
 
 def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
-    """Every pathway's parameters, with its cell for a prior."""
+    """Every pathway's parameters, with its cell for a prior.
+
+    Raises LinAlgError: what is not finite.
+    """
     products = products.with_columns(columns.chosen)
     D, a, p = len(cells), len(columns.kind.answers), len(columns.order)
     answers = np.zeros((D, 5, a))
@@ -205,6 +208,8 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     information = N[:, :p, :p] - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
     information = information - columns.bound * np.eye(p)
     occam = np.linalg.slogdet(own * size[:, :, None] * size[:, None, :])[1]
+    if not np.isfinite(squares + occam).all():
+        raise np.linalg.LinAlgError("the motion of a pathway is lost in rounding")
     moved = np.clip(values[:, p:], -np.sqrt(12) * size, np.sqrt(12) * size)
     pathways = cells.delay_s + moved[:, 0], np.maximum(cells.muscle_s + moved[:, 1], 0.0)
     return _Over(values[:, :p], information, squares, *pathways, squares + occam)

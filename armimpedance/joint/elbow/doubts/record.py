@@ -29,6 +29,8 @@ from armimpedance.joint.elbow.stationary.weights import hats, knots_of
 
 #: The terms of amplitude: two of stiffness, two of friction.
 BENDS: Final = ("theta^2", "theta^3", "sign theta'", "theta' |theta'|")
+#: Weighed columns whose squares are less hold rounding alone.
+_LEAST_SQUARES: Final = 1e-30
 #: Below this part of its rms a velocity has no sign.
 _SLOW: Final = 0.1
 
@@ -326,6 +328,7 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
 
     `driver`: of the doubted band.
     `power` one (n,) of each trial: noise of the equation that the lines are weighed by.
+    Raises LinAlgError: about this model nothing is left of the motion.
     """
     parts, shares, moved = [], [], []
     for row, (bins, past) in enumerate(zip(doubted.band.trials, doubted.trials, strict=True)):
@@ -337,6 +340,8 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
         n, left = len(bins.s), 1 - (Q**2).sum(axis=1)
         shares.append((left[:n] + left[n:]).clip(1e-3))
     table = np.concatenate(parts)
+    if not (table[..., :3] ** 2).sum(axis=(0, 1)).min() > _LEAST_SQUARES:
+        raise np.linalg.LinAlgError("nothing is left of the motion")
     frequency = np.concatenate([b.frequency_hz for b in doubted.band.trials])
     spectrum = Spectrum.over(frequency, np.concatenate(shares))
     return Posed(table[..., :-1], table[..., -1], spectrum, tuple(moved))
