@@ -29,10 +29,12 @@ def numbers_of(parameters: Sequence[NamedParameter]) -> dict[str, tuple[float, f
 
 
 def ask_elbow(made: Made) -> Answer:
-    """I, B and K."""
+    """I, B and K; where a reflex may hide, what the warning says that they then would be."""
     fit = elbow(made.record)
     summary = fit.summary
-    return Answer(numbers_of(summary.parameters), **said(summary.checks, fit.warnings))
+    hides = any(c.name == "reflex" and c.verdict == "cannot tell" for c in summary.checks)
+    parameters = fit.allowing if hides and fit.allowing is not None else fit.parameters
+    return Answer(numbers_of(list(parameters)), **said(summary.checks, fit.warnings))
 
 
 def of_simulator(indices: Sequence[int]) -> list[Made]:

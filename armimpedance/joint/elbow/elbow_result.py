@@ -96,8 +96,8 @@ class ElbowFit(FittedResult, FrozenRecord):
     checks : tuple of Finding
         Every assumption of the model that was held against the record.
     allowing : Parameters or None
-        I, B, K over all limbs that the record does not exclude: a late answer or a skew that it is
-        too weak to show. Where one is seen, they are `parameters`.
+        I, B, K were there a late answer or a skew that the record is too weak to exclude. Where one
+        is seen, they are `parameters`.
 
     Examples
     --------

@@ -67,7 +67,7 @@ class Doubt:
     """An estimate after its doubts.
 
     `parameters`: of the limb that the record asks for.
-    `allowing`: the same over all limbs that it does not exclude.
+    `allowing`: the same were there a late answer or a skew that it does not exclude.
     `checks`: "reflex", "skew", "amplitude".
     `seen`: the limb has more than I, B and K: what they leave is explained.
     `chance`: probability that chance alone departs so far from I, B and K over frequency; 0 where
@@ -179,13 +179,15 @@ def _concluded(
 
 
 def _allowing(own: Parameters, believed: Posterior) -> Parameters:
-    """The estimate, moved and widened by what lateness and answer would do to it."""
-    shift = believed.weight @ believed.shift
-    spread = believed.excess + _outer(believed.shift - shift)
-    covariance = own.covariance + np.tensordot(believed.weight, spread, 1)
-    more = np.maximum(np.diagonal(believed.excess, axis1=1, axis2=2), 0.0)
+    """The estimate, moved and widened by what lateness or answer would do to it, were there one."""
+    among = believed.late_angle | believed.answers
+    weight, shifts, excess = believed.share(among), believed.shift[among], believed.excess[among]
+    shift = weight @ shifts
+    spread = excess + _outer(shifts - shift)
+    covariance = own.covariance + np.tensordot(weight, spread, 1)
+    more = np.maximum(np.diagonal(excess, axis1=1, axis2=2), 0.0)
     sd = np.sqrt(own.sd**2 + more) * t_factor(own.dof) / _NORMAL
-    half = half_widths(believed.weight, believed.shift, sd, shift)
+    half = half_widths(weight, shifts, sd, shift)
     covariance = _scaled(covariance, half / t_factor(own.dof))
     return replace(own, values=own.values + shift, covariance=covariance)
 

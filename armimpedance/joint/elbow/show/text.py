@@ -61,7 +61,7 @@ def elbow_text(fit: ElbowFit) -> str:
 
 
 def _allowing(fit: ElbowFit) -> list[str]:
-    """What I, B, K would be over all limbs that the record does not exclude, where that differs."""
+    """What I, B, K would be with what the record does not exclude, where that differs."""
     if fit.allowing is None or fit.allowing is fit.parameters:
         return []
     own, wide = (np.diff(p.interval(), axis=1) for p in (fit.parameters, fit.allowing))

@@ -110,10 +110,10 @@ def test_a_reflex_of_a_tenth_is_named_and_allowed_for(delay_s):
 def test_what_cannot_be_parted_is_said_and_the_interval_holds_it():
     """On a joint that creeps a reflex of a quarter hides in the subject's own torque."""
     fits = [identify_elbow(s) for s in records(CREEPS, 3, answer=2.25, own=0.15)]
-    # Of 60 other records 87 % hold K, and 15 % say nothing: less than five of eight, .01; more than
-    # four without a word, .003.
-    assert (held(fits, CREEPS, "allowing") >= 5).all()
-    assert sum(verdicts(fit)["reflex"] == "ok" for fit in fits) <= 4
+    # Of 60 other records 95 % hold K, and 2 % say nothing: less than six of eight, .006; more than
+    # one without a word, .01.
+    assert (held(fits, CREEPS, "allowing") >= 6).all()
+    assert sum(verdicts(fit)["reflex"] == "ok" for fit in fits) <= 1
     half = np.median([np.diff(fit.allowing.interval()[2])[0] / 2 for fit in fits])
     assert half > 0.1 * CREEPS[2]
 
