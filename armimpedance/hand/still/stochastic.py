@@ -24,8 +24,8 @@ BLOCK_S = 1.0
 LOW_COHERENCE = 0.8
 #: Support of the differentiating kernel, in periods of the band's upper edge.
 KERNEL_PERIODS = 0.6
-#: Standard errors by which half of the band must differ from all of it: chance does so, of any of
-#: four numbers of one joint in two halves, once in 400 records.
+#: Standard errors by which half of the band must differ from all of it: by chance one of three
+#: numbers of a joint does so in one of 360 records.
 BEYOND_CHANCE = 3.5
 #: Smaller differences are of no consequence, however sure.
 SMALL = 0.02
@@ -52,12 +52,7 @@ def estimate_stochastic(
     Raises InputError: if the band does not fit the sample rate or a trial is too short.
     Raises NotIdentifiableError: if the motion does not determine all parameters.
     """
-    # only the factors of a stretch are kept: a record may last for hours
-    parts = [
-        impedance_factors(response, group.kind, nuisance_per_trial=0)
-        for response in _responses(recording, band_hz)
-    ]
-    factors, coherence = _joined(parts), _coherence(recording, band_hz)
+    factors, coherence = _factors(recording, group, band_hz), _coherence(recording, band_hz)
     made = to_estimate(factors, group, method=METHOD, covariance=covariance, coherence=coherence)
     low, high = band_hz
     made = _as_sure_as_the_band(made, recording, group, band_hz)
@@ -80,6 +75,16 @@ def estimate_stochastic(
     )
 
 
+def _factors(recording: Recording, group: Group, band_hz: tuple[float, float]) -> TrialFactors:
+    # only the factors of a stretch are kept: a record may last for hours
+    return _joined(
+        [
+            impedance_factors(response, group.kind, nuisance_per_trial=0)
+            for response in _responses(recording, band_hz)
+        ]
+    )
+
+
 def _as_sure_as_the_band(
     made: ImpedanceEstimate, recording: Recording, group: Group, band_hz: tuple[float, float]
 ) -> ImpedanceEstimate:
@@ -89,34 +94,29 @@ def _as_sure_as_the_band(
     allowed, said = np.zeros(len(made.covariance)), []
     for half in ((low, middle), (middle, high)):
         try:
-            parts = [
-                impedance_factors(response, group.kind, nuisance_per_trial=0)
-                for response in _responses(recording, half)
-            ]
-            other = to_estimate(_joined(parts), group, method=METHOD, covariance="cr3")
+            factors = _factors(recording, group, half)
+            other = to_estimate(factors, group, method=METHOD, covariance="cr3")
         except (InputError, NotIdentifiableError):
             continue
-        off = other.parameters - made.parameters
+        off = np.abs(other.parameters - made.parameters)
         # Errors of the two are partly common: their sum is an upper limit.
         sd = np.sqrt(np.diag(made.covariance) + np.diag(other.covariance))
-        enough = np.maximum(BEYOND_CHANCE * sd, SMALL * np.abs(made.parameters))
-        clear = np.abs(off) > enough
-        if clear.any():
-            which = int(np.where(clear, np.abs(off) / sd, 0.0).argmax())
+        off[off <= np.maximum(BEYOND_CHANCE * sd, SMALL * np.abs(made.parameters))] = 0.0
+        allowed = np.maximum(allowed, off)
+        if off.any():
+            which = int((off / sd).argmax())
+            one, whole = other.parameters[which], made.parameters[which]
             said.append(
-                f"{made.parameter_names[which]} {other.parameters[which]:.3g} from {half[0]:.3g} "
-                f"to {half[1]:.3g} Hz"
+                f"{made.parameter_names[which]} is {one:.3g} from {half[0]:.3g} to {half[1]:.3g} "
+                f"Hz, {whole:.3g} in all of it"
             )
-            allowed = np.maximum(allowed, np.where(clear, np.abs(off), 0.0))
     if not said:
         return made
-    which = int(np.argmax(allowed / np.maximum(made.sd.ravel(), np.finfo(float).tiny)))
     sentence = (
-        f"the band decides: {', '.join(said)}, and in all of it {made.parameter_names[which]} is "
-        f"{made.parameters[which]:.3g}: a reflex, a limb of another kind or the subject's own "
-        "force; the intervals hold the halves of the band"
+        f"the band decides: {'; '.join(said)}; a reflex, a limb of another kind or the subject's "
+        "own force; the intervals hold the halves of the band"
     )
-    # C + diag(d)^2 (3 k^2, 3 k^2), d what the halves give otherwise: a half-width more or less
+    # C + diag(d / t)^2 (3 k^2, 3 k^2), d what the halves give otherwise: a half-width more or less
     more = np.diag((allowed / t_factor(made.dof)) ** 2)
     return replace(made, covariance=made.covariance + more, warnings=(*made.warnings, sentence))
 

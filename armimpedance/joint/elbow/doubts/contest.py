@@ -97,7 +97,8 @@ def _gram(left: FloatArray, right: FloatArray, weight: FloatArray) -> FloatArray
 #: of the best kind by less than this part of the noise of one line.
 ROUNDS: Final = 12
 _SETTLED: Final = 0.3
-#: Rounds that find the skew alone, where they come first; whether to go on from there.
+#: Rounds that find the skew alone, where they come first, and by how much that may then be worse
+#: for the others to begin there.
 _SKEW_FIRST: Final = 3
 _WORTH_A_START: Final = 200.0
 #: By how much the deviance must fall for each further parameter of the next round's model.
@@ -189,8 +190,12 @@ def contest(
             other = _settled(doubted, driver, about, reference, bends, ROUNDS)
             if _score(doubted, driver, other) < _score(doubted, driver, made):
                 made = other
-    columns = {kind: columns_of(kind, float(made.about.limb[2]), bends) for kind in KINDS}
-    return replace(made, fits={kind: fitted(made.rows, columns[kind]) for kind in KINDS})
+    stiffness = float(made.about.limb[2])
+    fits = {
+        kind: fitted(made.rows, columns_of(kind, stiffness, bends), rough)
+        for kind, rough in made.fits.items()
+    }
+    return replace(made, fits=fits)
 
 
 def _best(made: Contest) -> tuple[Kind, int]:

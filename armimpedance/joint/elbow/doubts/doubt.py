@@ -102,7 +102,7 @@ def doubt(estimate: Estimate, prepared: PreparedSamples, band: Band) -> Doubt:
                 made = again
         found = _concluded(own, made, curved, deflection, prepared.source.sample_rate_hz)
         frequency = np.concatenate([bins.frequency_hz for bins in record.band.trials])
-        if _another(own, found.allowing):
+        if _another(own, found.parameters):
             return _unlike(own, found)
         return _over_bands(found, made.excess_over_bands(frequency))
     except (InputError, EstimationError, np.linalg.LinAlgError) as error:
@@ -117,7 +117,7 @@ def _another(own: Parameters, found: Parameters) -> bool:
 
 def _unlike(own: Parameters, found: Doubt) -> Doubt:
     """The estimate without additions; its interval holds what it would be with them."""
-    other = found.allowing
+    other = found.parameters
     wide = np.abs(other.values - own.values) + t_factor(other.dof) * other.sd
     sd = np.maximum(wide / t_factor(own.dof), own.sd)
     check = unlike_finding(own, other)

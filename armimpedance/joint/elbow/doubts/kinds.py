@@ -28,8 +28,6 @@ _ANY_LATENESS_S: Final = 20e-3
 _ANY_ANSWER: Final = 3.0
 #: A velocity is worth this much of a deflection, s.
 RATE_S: Final = 0.1
-#: How often the best pathway's spectrum is estimated before others are weighed by it.
-_SPECTRA: Final = 2
 #: Columns of each pathway: of K_r, of B_r, and of their derivatives by delay and time constant.
 _SHAPES: Final = 5
 #: A cell without a height is as high as this, s.
@@ -114,25 +112,23 @@ def columns_of(kind: Kind, stiffness: float, bends: tuple[int, ...]) -> Columns:
     return Columns(kind, chosen, bound, np.r_[:first, q : q + len(answers), first:q])
 
 
-def fitted(rows: Posed, columns: Columns) -> KindFit:
-    """One kind, over all pathways that the record does not exclude."""
+def fitted(rows: Posed, columns: Columns, rough: KindFit) -> KindFit:
+    """One kind, over all pathways that the record does not exclude.
+
+    `rough`: the same, roughly; its best pathway's spectrum is what all are weighed by.
+    """
     if not columns.kind.answers:
-        return _without_answer(rows, columns)
-    cells, eta = all_cells(), np.zeros(len(rows.y))
-    over = _over(columns, Products.of(rows, cells, eta), cells)
-    for _ in range(_SPECTRA):
-        eta, _ = _own(rows, columns, over.likeliest)
-        over = _over(columns, Products.of(rows, cells, eta), cells)
+        return rough
 
-    def evaluate(finer: PathwayCells) -> list[FloatArray]:
-        return list(_over(columns, Products.of(rows, finer, eta), finer))
+    def evaluate(some: PathwayCells) -> list[FloatArray]:
+        return list(_over(columns, Products.of(rows, some, rough.eta), some))
 
-    cells, evaluated = not_excluded(cells, list(over), evaluate)
+    cells, evaluated = not_excluded(all_cells(), evaluate)
     return _compared(rows, columns, cells, _Over(*evaluated))
 
 
 def roughly(rows: Posed, columns: Columns, products: Products, cells: PathwayCells) -> KindFit:
-    """The same over some cells; `products`: theirs, weighed by the reference."""
+    """One kind over some cells; `products`: theirs, weighed by the reference."""
     if not columns.kind.answers:
         return _without_answer(rows, columns)
     return _compared(rows, columns, cells, _over(columns, products, cells))
@@ -186,7 +182,7 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     """
     products = products.with_columns(columns.chosen)
     D, a, p = len(cells), len(columns.kind.answers), len(columns.order)
-    answers = np.zeros((D, 5, a))
+    answers = np.zeros((D, _SHAPES, a))
     answers[:, list(columns.kind.answers), range(a)] = 1
     bound = np.broadcast_to(columns.bound, (D, p))
     middle = products.solved(answers, columns.order, bound)[0]
@@ -194,7 +190,7 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     amplitude = np.zeros((D, 2))
     first = 3 + columns.kind.late_angle
     amplitude[:, list(columns.kind.answers)] = middle[:, first : first + a]
-    slopes = np.zeros((D, 5, 2))
+    slopes = np.zeros((D, _SHAPES, 2))
     slopes[:, 1:3, 0], slopes[:, 3:5, 1] = -amplitude, -2 * amplitude
     size = np.stack([cells.wide_s, np.maximum(cells.high_s, _POINT_S)], axis=1) / np.sqrt(12)
     q = len(columns.chosen)
@@ -206,7 +202,6 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     # What is known of the p parameters once the pathway is summed over its cell
     own, across = N[:, p:, p:], N[:, :p, p:]
     information = N[:, :p, :p] - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
-    information = information - columns.bound * np.eye(p)
     occam = np.linalg.slogdet(own * size[:, :, None] * size[:, None, :])[1]
     if not np.isfinite(squares + occam).all():
         raise np.linalg.LinAlgError("the motion of a pathway is lost in rounding")

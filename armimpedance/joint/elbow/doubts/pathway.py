@@ -174,14 +174,13 @@ def all_cells() -> PathwayCells:
 
 
 def not_excluded(
-    cells: PathwayCells,
-    evaluated: list[FloatArray],
-    evaluate: Callable[[PathwayCells], list[FloatArray]],
+    cells: PathwayCells, evaluate: Callable[[PathwayCells], list[FloatArray]]
 ) -> tuple[PathwayCells, list[FloatArray]]:
     """Cells and what `evaluate` gives of each, divided where the record does not exclude them.
 
-    `evaluated`: of `cells`; the last array (D,) is the deviance.
+    `evaluate`: gives arrays whose rows are those of its cells; the last (D,) is the deviance.
     """
+    evaluated = evaluate(cells)
     for _ in range(_MOST_DIVISIONS):
         above = evaluated[-1] - evaluated[-1].min()
         if (above < _LIKELY).sum() >= _ENOUGH_CELLS:
