@@ -23,9 +23,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import numpy as np
-from broken.joint_plant import RATE_HZ, Bent, Joint, bent
+from broken.joint_plant import Bent, Joint, bent
 from scipy.signal import lfilter
+from snr import relative_bound
 
+from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.joint.elbow import ElbowFit, estimate_joint, from_recording, identify_elbow
 
 SWINGS = Joint()
@@ -100,7 +102,7 @@ def asked(job: tuple[Case, int]) -> tuple[Case, dict[str, Any] | None]:
     try:
         samples = case.samples(index)
         fit = identify_elbow(samples)
-    except Exception:  # a refusal is counted, whatever its kind
+    except ArmImpedanceError:
         return case, None
     truth = np.array([case.joint.I, case.joint.B, case.joint.K])
     numbers = {"error": fit.parameters.values / truth - 1, **held(fit, truth)}
@@ -123,22 +125,10 @@ def held(fit: ElbowFit, truth: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def bound(joint: Joint, index: int) -> np.ndarray:
-    """Cramer-Rao bound of I, B, K, relative, (3,): the motion unknown, all frequencies.
-
-    Information ``sum |s^j Theta|^2 / (s_theta^2 |Z|^2 + s_tau^2)`` over the coefficients.
-    """
+    """Cramer-Rao bound of I, B, K, relative, (3,)."""
     clean = replace(joint, snr_db=300.0).record(index, "reflexes").record
-    theta, tau = clean.position[:, 0], clean.force[:, 0]
-    size = 10 ** (-joint.snr_db / 20)
-    n, window = len(theta), np.hanning(len(theta)) * np.sqrt(8 / 3)
-    motion = np.fft.rfft(theta * window)[1:] / np.sqrt(n)
-    s = 2j * np.pi * np.fft.rfftfreq(n, 1 / RATE_HZ)[1:]
-    powers = np.stack([s**2, s, np.ones_like(s)], axis=1)
     truth = np.array([joint.I, joint.B, joint.K])
-    noise = (size * theta.std()) ** 2 * np.abs(powers @ truth) ** 2 + (size * tau.std()) ** 2
-    rows = powers * (motion * np.sqrt(2 / noise))[:, None]
-    information = (rows.conj().T @ rows).real
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information))) / truth)
+    return relative_bound(truth, clean.force[:, 0], clean.position[:, 0], joint.snr_db)
 
 
 def shown(values: np.ndarray) -> str:

@@ -139,23 +139,27 @@ class Bench:
         return JointSamples(1000.0, ("1",), ends, torque, angle, perturbation=self.torque[run])
 
     def bound(self, run: int, snr_db: float) -> np.ndarray:
-        """Cramer-Rao bound of I, B, K, relative, (3,): the motion known or not, all frequencies.
+        """See `relative_bound`."""
+        return relative_bound(self.joint, self.torque[run], self.angle[run], snr_db)
 
-        Information ``sum |s^j Theta|^2 / (s_theta^2 |Z|^2 + s_tau^2)`` over the coefficients.
-        """
-        count = len(self.torque[run])
-        window = np.hanning(count) * np.sqrt(8 / 3)
-        theta = np.fft.rfft(self.angle[run] * window)[1:] / np.sqrt(count)
-        s = 2j * np.pi * np.fft.rfftfreq(count, 1e-3)[1:]
-        inertia, viscosity, stiffness = self.joint
-        power = 10 ** (-snr_db / 10) * (
-            self.angle[run].var() * np.abs(inertia * s**2 + viscosity * s + stiffness) ** 2
-            + self.torque[run].var()
-        )
-        columns = np.stack([s**2, s, np.ones_like(s)], axis=1) * theta[:, None]
-        rows = np.sqrt(2 / power)[:, None] * columns * self.joint
-        rows = np.concatenate([rows.real, rows.imag])
-        return np.sqrt(np.diag(np.linalg.inv(rows.T @ rows)))
+
+def relative_bound(
+    joint: np.ndarray, torque: np.ndarray, angle: np.ndarray, snr_db: float
+) -> np.ndarray:
+    """Cramer-Rao bound of I, B, K, relative, (3,): the motion known or not, all frequencies.
+
+    Information ``sum |s^j Theta|^2 / (s_theta^2 |Z|^2 + s_tau^2)`` over the coefficients of torque
+    and angle (S,) without noise, at 1 kHz.
+    """
+    count = len(angle)
+    window = np.hanning(count) * np.sqrt(8 / 3)
+    theta = np.fft.rfft(angle * window)[1:] / np.sqrt(count)
+    s = 2j * np.pi * np.fft.rfftfreq(count, 1e-3)[1:]
+    powers = np.stack([s**2, s, np.ones_like(s)], axis=1)
+    noise = angle.var() * np.abs(powers @ joint) ** 2 + torque.var()
+    rows = np.sqrt(2 * 10 ** (snr_db / 10) / noise)[:, None] * powers * theta[:, None] * joint
+    rows = np.concatenate([rows.real, rows.imag])
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(rows.T @ rows))))
 
 
 def errors(way: Way, bench: Bench, runs: int, snr_db: float) -> np.ndarray | None:
