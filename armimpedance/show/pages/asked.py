@@ -144,8 +144,8 @@ ADVICE: Final = {
     "(--by set).",
     "labels": "Look at the protocol of the set that is named, and at its labels.",
     "skew": "Record all channels on one clock, or say how much later one of them is.",
-    "reflex": "Take the limb's own part with its interval; shorter disturbances, or a random one of "
-    "a wider band, part it better.",
+    "reflex": "Take the limb's own part with its interval; shorter disturbances, or random ones "
+    "of a wider band, part it better.",
     "own motion": "Take --method instruments or frequency, repeat each direction more often, or a "
     "robot that imposes the motion.",
     "amplitude": "Use smaller motions, and say at which amplitude the numbers hold.",
