@@ -25,6 +25,7 @@ MASS = ("mass", "masses", "table")
 #: "trials" contradict each other: its message says muscles, or markers that slide.
 RELAXED = ("muscles silent", "relaxed", "voluntary", "trials")
 CURVE = ("amplitude", "curvature", "quadratic")
+LAWS = ("damping", "friction")
 
 
 def ask_filmed(made: Made) -> Answer:
@@ -84,6 +85,12 @@ def rounder(factor: float) -> Callable[[Any, Any], Any]:
     return change
 
 
+def y_is_up(record: Any, _rng: np.random.Generator) -> Any:
+    """The file's y pointed up, and was read as if z did."""
+    x, y, z = np.moveaxis(record.positions, -1, 0)
+    return replace(record, positions=np.stack([x, z, -y], axis=-1))
+
+
 def rate(factor: float) -> Callable[[Any, Any], Any]:
     """The film's rate is another than the file says."""
     return lambda record, _rng: replace(
@@ -109,6 +116,8 @@ class Machine:
         Of the torque.
     quadratic : float
         N m/rad^2, ``K (q - q_r)^2``.
+    drag, sticks, bristle_rad : float
+        Other laws of damping and friction, as in `swing_plant`.
     """
 
     k: float = 3.0
@@ -121,6 +130,9 @@ class Machine:
     help_Nm: float = 0.0
     late_s: float = 0.0
     quadratic: float = 0.0
+    drag: float = 0.0
+    sticks: float = 0.0
+    bristle_rad: float = 0.0
 
     def record(self, index: int) -> Made:
         """Three swings of 10 s at 100 Hz."""
@@ -141,7 +153,8 @@ class Machine:
 
             q, v, acc = at(t - self.late_s)
             way = q - self.q_r
-            tau = self.k * way + self.quadratic * way**2 + self.h * v + self.f * np.sign(v)
+            tau = self.k * way + self.quadratic * way**2 + self.h * v
+            tau = tau + self.drag * np.abs(v) * v + self.f * self._sign(v, hertz)
             tau = tau + self.weight_Nm * np.sin(q) + self.inertia * acc
             own = np.cumsum(rng.standard_normal(n)) * 0.05
             tau = tau + self.own_Nm * (own - own.mean()) / own.std()
@@ -160,6 +173,17 @@ class Machine:
             subject=Subject("own elbow", 70.0, 1.75, 0.31, 0.35),
         )
         return Made(record, {name: getattr(self, name) for name in NAMES})
+
+    def _sign(self, v: np.ndarray, hertz: float) -> np.ndarray:
+        """The law of dry friction along a velocity (n,)."""
+        if not self.bristle_rad:
+            return np.sign(v) * (1 + self.sticks * np.exp(-np.abs(v) / 0.1))
+        bent = np.full(len(v), np.sign(v[0]))
+        for i, speed in enumerate(v[:-1]):
+            # z' = v - |v| z / z_s, exact for a velocity that is held
+            end, way = np.sign(speed), np.abs(speed) / hertz / self.bristle_rad
+            bent[i + 1] = end + (bent[i] - end) * np.exp(-way)
+        return bent
 
 
 def machine(how: Machine | None = None) -> Callable[[Sequence[int]], list[Made]]:
@@ -216,6 +240,7 @@ def cells() -> list[Cell]:
          filmed(K=0.8)),
         ("markers lost", "10 % of the frames", ("markers", "dropout", "gaps"),
          filmed(studio=Studio(0.5e-3, 0.0, 0.1))),
+        ("axes of the file", "y up, read as z up", ("axes",), damaged(SWING, on_record(y_is_up))),
         ("markers in mm", "x 1000", ("units", "markers"),
          damaged(SWING, on_record(damage.gain("positions", 1000.0)))),
     ]  # fmt: skip
@@ -241,6 +266,19 @@ def cells() -> list[Cell]:
         ),
         ("stiffness is not linear", "K .8 N m/rad^2", CURVE,
          machine(Machine(quadratic=0.8))),
+        *(
+            ("damping by the square of the velocity", f"{n:g} N m s^2/rad^2", LAWS,
+             machine(Machine(drag=n)))
+            for n in (0.05, 0.2)
+        ),
+        *(
+            ("joint sticks", f"{100 * n:g} % more at rest", LAWS, machine(Machine(sticks=n)))
+            for n in (0.5, 2.0)
+        ),
+        *(
+            ("joint yields like muscle", f"over {n:g} rad", LAWS, machine(Machine(bristle_rad=n)))
+            for n in (0.05, 0.2)
+        ),
         ("a gain changes in the middle", "10 %", ("trials",),
          damaged(MACHINE, on_record(damage.gain_from("force", 1.1, 0.5)))),
         ("a gain drifts", "10 %", ("trials",),
@@ -254,6 +292,15 @@ def cells() -> list[Cell]:
     own = [
         Cell(OWN, "person helps for .5 s", f"{n:g} N m", RELAXED, forearm(Forearm(own_Nm=n)))
         for n in (0.1, 0.3)
+    ]
+    laws = [
+        *((LAWS, f"{n:g} N m s^2/rad^2", Forearm(drag=n)) for n in (0.005, 0.03)),
+        *((LAWS, f"{100 * n:g} % more at rest", Forearm(sticks=n)) for n in (1.0, 4.0)),
+        *((LAWS, f"yields over {n:g} rad", Forearm(bristle_rad=n)) for n in (0.05, 0.2)),
+    ]
+    own += [
+        Cell(OWN, "another law of damping or friction", size, names, forearm(how))
+        for names, size, how in laws
     ]
     return [
         *own,

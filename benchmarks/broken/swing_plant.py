@@ -1,8 +1,11 @@
 """A forearm let go below an elbow that is held: an equation of our own, filmed with noise.
 
-    J q'' = -(k (q - q_r) + h q' + f sign(q')) - m g c sin q + own(t)
+    J q'' = -(k (q - q_r) + h q' + d |q'| q' + f law(q')) - m g c sin q + own(t)
 
-Somebody who does not quite let go helps or hinders for half a second in every swing.
+The law of dry friction is the sign; or more at rest than in motion (``1 + s exp(-|q'| / v_s)``
+times the sign); or a bristle that has to be bent before it slides (``z' = q' - |q'| z / z_s``,
+``z / z_s`` in place of the sign), as relaxed muscle is stiff over its first degrees. Somebody who
+does not quite let go helps or hinders for half a second in every swing.
 """
 
 from __future__ import annotations
@@ -32,6 +35,12 @@ class Forearm:
         Peak of the person's own torque, one bump a swing with any sign.
     own_s : float
         How long it lasts.
+    drag : float
+        d, N m s^2/rad^2: damping that grows with the square of the velocity.
+    sticks : float
+        s, what friction at rest exceeds that of motion by, a fraction; v_s is .1 rad/s.
+    bristle_rad : float
+        z_s; 0: the sign.
     """
 
     k: float = 2.0
@@ -41,6 +50,9 @@ class Forearm:
     own_Nm: float = 0.0
     own_s: float = 0.5
     noise_rad: float = 2e-3
+    drag: float = 0.0
+    sticks: float = 0.0
+    bristle_rad: float = 0.0
 
     def record(self, index: int) -> Made:
         """One record, and what is true of it."""
@@ -48,28 +60,24 @@ class Forearm:
         frames, trials, rate, fine = 300, 3, 60.0, 16
         step = 1 / (rate * fine)
         q = rng.uniform(-0.4, -0.1, trials)
-        v = np.zeros(trials)
+        state = np.stack([q, np.zeros(trials), np.zeros(trials)])
         begins = rng.uniform(0.2, 2.0, trials)
         size = self.own_Nm * rng.choice([-1.0, 1.0], trials)
-        J = INERTIA + MASS * CENTRE**2
 
-        def faster(t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        def rate_of(t: float, state: np.ndarray) -> np.ndarray:
             inside = np.clip((t - begins) / self.own_s, 0, 1)
-            own = size * np.sin(np.pi * inside) ** 2
-            passive = self.k * (q - self.q_r) + self.h * v + self.f * np.tanh(v / 0.005)
-            return (own - passive - MASS * GRAVITY_M_S2 * CENTRE * np.sin(q)) / J
+            return self._rates(state, size * np.sin(np.pi * inside) ** 2)
 
         rows = [q]
         for i in range(fine * (frames - 1)):
             t = i * step
-            k1 = faster(t, q, v)
-            k2 = faster(t + step / 2, q + step / 2 * v, v + step / 2 * k1)
-            k3 = faster(t + step / 2, q + step / 2 * v + step**2 / 4 * k1, v + step / 2 * k2)
-            k4 = faster(t + step, q + step * v + step**2 / 2 * k2, v + step * k3)
-            q = q + step * v + step**2 / 6 * (k1 + k2 + k3)
-            v = v + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            k1 = rate_of(t, state)
+            k2 = rate_of(t + step / 2, state + step / 2 * k1)
+            k3 = rate_of(t + step / 2, state + step / 2 * k2)
+            k4 = rate_of(t + step, state + step * k3)
+            state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
             if (i + 1) % fine == 0:
-                rows.append(q)
+                rows.append(state[0])
         coordinates = np.zeros((frames * trials, 7))
         coordinates[:, 6] = np.array(rows).T.ravel()
         coordinates[:, 6] += self.noise_rad * rng.standard_normal(frames * trials)
@@ -83,3 +91,14 @@ class Forearm:
             skeleton=SKELETON,
         )
         return Made(record, {name: getattr(self, name) for name in ("k", "h", "f", "q_r")})
+
+    def _rates(self, state: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """Rates (3, T) of angle, velocity and bristle under the person's torque (T,)."""
+        q, v, z = state
+        sign = np.tanh(v / 0.005) * (1 + self.sticks * np.exp(-np.abs(v) / 0.1))
+        if self.bristle_rad:
+            sign = z / self.bristle_rad
+        passive = self.k * (q - self.q_r) + (self.h + self.drag * np.abs(v)) * v + self.f * sign
+        weight = MASS * GRAVITY_M_S2 * CENTRE * np.sin(q)
+        bent = v - np.abs(v) * z / self.bristle_rad if self.bristle_rad else 0.0 * z
+        return np.stack([v, (own - passive - weight) / (INERTIA + MASS * CENTRE**2), bent])

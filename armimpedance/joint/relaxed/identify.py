@@ -12,10 +12,11 @@ from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputEr
 from armimpedance.core.progress import Progress
 from armimpedance.joint.relaxed.doubts.checks import doubts
 from armimpedance.joint.relaxed.equations import RestAngle, Terms, check_excitation
+from armimpedance.joint.relaxed.hinge import harmonics_at
 from armimpedance.joint.relaxed.linear import TwoFits, rest_angle_note
 from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.passive_fit import CrossValidation, PassiveFit, PassiveFits
-from armimpedance.joint.relaxed.samples import PassiveSamples, harmonics_at
+from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.numerics.regression import Fit, Parameters
 
 if TYPE_CHECKING:

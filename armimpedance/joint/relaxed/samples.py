@@ -9,14 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray, frozen_array
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.core.motion import MotionRecording
 from armimpedance.core.trials import check_rate, trial_slices
+from armimpedance.joint.relaxed.hinge import (
+    SUBSTEPS,
+    HingeDynamics,
+    harmonics_at,
+    hinge_coefficients,
+    weight_harmonics,
+)
 from armimpedance.limb.arm import skeleton_model
 from armimpedance.numerics.signals import (
     SPLINE_DEGREE,
@@ -24,81 +31,6 @@ from armimpedance.numerics.signals import (
     refuse_degrees,
     smoothed_derivatives,
 )
-
-# One hinge of a skeleton that moves freely while the other coordinates move as measured.
-#
-# The generalised force of hinge j is ``H_j = I(t) qdd + B(t) qd + g(t, q)``: its own turning makes
-# no centrifugal torque about its own axis, and what the other coordinates do enters through one
-# rotation by q or two, so that g is a trigonometric polynomial of degree 2 in q. Five angles and
-# two unit motions give all of it.
-
-#: Steps of the forward simulation per sample.
-SUBSTEPS: Final = 4
-
-#: Five equally spaced angles determine 1, cos, sin, cos 2q, sin 2q.
-_ANGLES: Final = 2 * np.pi * np.arange(5) / 5
-
-
-@dataclass(frozen=True)
-class HingeDynamics:
-    """Coefficients of H_j, per trial, on a grid of ``2 SUBSTEPS`` points per sample.
-
-    `coefficients` tuple of T (2 SUBSTEPS (S_t - 1) + 1, 7): I (kg m^2), B (N m s/rad), then g in N
-    m: 1, cos q, sin q, cos 2q, sin 2q.
-    """
-
-    coefficients: tuple[FloatArray, ...]
-
-    def __post_init__(self) -> None:
-        checked = tuple(frozen_array(c, "coefficients", (None, 7)) for c in self.coefficients)
-        object.__setattr__(self, "coefficients", checked)
-
-    def select(self, rows: list[int]) -> HingeDynamics:
-        """The dynamics of these trials only."""
-        return HingeDynamics(tuple(self.coefficients[r] for r in rows))
-
-    def cut(self, edges: list[int]) -> HingeDynamics:
-        """A single trial cut at these samples, the first 0 and the last its number of samples."""
-        per = 2 * SUBSTEPS
-        parts = zip(edges[:-1], edges[1:], strict=True)
-        whole = self.coefficients[0]
-        return HingeDynamics(tuple(whole[per * a : per * (b - 1) + 1] for a, b in parts))
-
-
-def hinge_coefficients(
-    model: Any, joint: int, q: FloatArray, qd: FloatArray, qdd: FloatArray
-) -> FloatArray:
-    """Coefficients (N, 7) of H_joint from the motion (N, n) of all coordinates.
-
-    `q`, `qd`, `qdd` (N, n).
-    `joint`: number of the coordinate that is free; its own motion is not used.
-    """
-    import pinocchio as pin
-
-    data = model.createData()
-    q, qd, qdd = q.copy(), qd.copy(), qdd.copy()
-    qd[:, joint] = qdd[:, joint] = 0.0
-    at_angles = np.empty((len(q), 5))
-    own = np.empty((len(q), 2))
-    for i in range(len(q)):
-        position, velocity, acceleration = q[i], qd[i], qdd[i]
-        for a, angle in enumerate(_ANGLES):
-            position[joint] = angle
-            at_angles[i, a] = pin.rnea(model, data, position, velocity, acceleration)[joint]
-        # still at the last angle: one unit of acceleration, one unit of velocity
-        acceleration[joint] = 1.0
-        own[i, 0] = pin.rnea(model, data, position, velocity, acceleration)[joint]
-        acceleration[joint], velocity[joint] = 0.0, 1.0
-        own[i, 1] = pin.rnea(model, data, position, velocity, acceleration)[joint]
-    own -= at_angles[:, -1:]
-    # g (N, 5) = h (N, 5) A^-T, A (5, 5) the harmonics at the five angles
-    harmonics = at_angles @ np.linalg.inv(harmonics_at(_ANGLES)).T
-    return np.concatenate([own, harmonics], axis=1)
-
-
-def harmonics_at(q: FloatArray) -> FloatArray:
-    """``1, cos q, sin q, cos 2q, sin 2q``, (..., 5)."""
-    return np.stack([np.ones_like(q), np.cos(q), np.sin(q), np.cos(2 * q), np.sin(2 * q)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -220,6 +152,23 @@ class PassiveSamples(FrozenRecord):
         hinges = self.hinges and tuple(h.cut(edges) for h in self.hinges)
         return replace(self, offsets=np.array(edges), hinges=hinges, trials=names)
 
+    def pointing(self, up: str) -> PassiveSamples:
+        """A single joint of a skeleton, were another axis up (``x``, ``-x``, ...) than z.
+
+        Raises
+        ------
+        InputError
+            No skeleton.
+        """
+        if self.hinges is None:
+            raise InputError("no skeleton", expected="samples from a motion recording")
+        hinge = self.hinges[0].pointing(up)
+        per = 2 * SUBSTEPS
+        pairs = zip(hinge.coefficients, self.hinges[0].coefficients, strict=True)
+        more = np.concatenate([(new - old)[::per, 2:] for new, old in pairs])
+        weight = (more * harmonics_at(self.q[:, 0])).sum(axis=-1)
+        return replace(self, hinges=(hinge,), torque=self.torque - weight[:, None])
+
     def with_torque_turned(self, sentence: str) -> PassiveSamples:
         """A copy whose torque has the other sign, and a note that says so."""
         turned = None if self.measured_torque is None else -self.measured_torque
@@ -327,7 +276,10 @@ def from_motion(
         cutoff_hz=cutoff_hz,
         qdd=qdd[:, chosen],
         hinges=tuple(
-            HingeDynamics(tuple(hinge_coefficients(model, j, *trial) for trial in fine))
+            HingeDynamics(
+                tuple(hinge_coefficients(model, j, *trial) for trial in fine),
+                tuple(weight_harmonics(model, j, q) for q in still),
+            )
             for j in chosen
         ),
         trials=tuple(str(t) for t in motion.trials["trial"]),

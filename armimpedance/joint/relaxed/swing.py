@@ -17,8 +17,9 @@ import numpy as np
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.joint.relaxed.equations import Equations, Terms, parallel_equations
+from armimpedance.joint.relaxed.hinge import SUBSTEPS
 from armimpedance.joint.relaxed.linear import TwoFits, solve_linear
-from armimpedance.joint.relaxed.samples import SUBSTEPS, PassiveSamples
+from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.joint.relaxed.state_noise import StateSteps
 from armimpedance.numerics.regression import Fit
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.joint.relaxed.doubts.friction_laws import FRICTION_COLUMNS, friction_columns
 from armimpedance.joint.relaxed.equations import Terms
+from armimpedance.joint.relaxed.hinge import harmonics_at
 from armimpedance.joint.relaxed.joint_spline import TrialSpline, smoothest, trial_spline
-from armimpedance.joint.relaxed.samples import SUBSTEPS, PassiveSamples, harmonics_at
+from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.joint.relaxed.state_noise import StateSteps
 from armimpedance.joint.relaxed.swing import linearised, push_ratios, settled, swings_of
 
@@ -61,25 +63,35 @@ class RowEvidence:
     noises: tuple[WhiteningNoise, ...]
     count: int
 
-    def fit(self, columns: Sequence[str], *, slow: bool = True) -> WhiteFit:
-        """Fit these columns by the likeliest noise, with or without slow torque."""
-        chosen = [self.names.index(name) for name in columns]
-        tried = [noise for noise in self.noises if slow or noise.slow == 0]
-        return min((self._fit(chosen, noise) for noise in tried), key=lambda fit: fit.deviance)
+    def fit(
+        self, columns: Sequence[str], *, slow: bool = True, known: Mapping[str, float] | None = None
+    ) -> WhiteFit:
+        """Fit these columns by the likeliest noise, with or without slow torque.
 
-    def _fit(self, chosen: list[int], noise: WhiteningNoise) -> WhiteFit:
+        `known`: columns that are there too, with their size.
+        """
+        chosen = [self.names.index(name) for name in columns]
+        sizes = np.zeros(len(self.names))
+        for name, size in (known or {}).items():
+            sizes[self.names.index(name)] = size
+        tried = [noise for noise in self.noises if slow or noise.slow == 0]
+        fits = (self._fit(chosen, sizes, noise) for noise in tried)
+        return min(fits, key=lambda fit: fit.deviance)
+
+    def _fit(self, chosen: list[int], known: FloatArray, noise: WhiteningNoise) -> WhiteFit:
         rows, c = noise.triangle, len(chosen)
+        left = rows[:, -1] - rows[:, :-1] @ known
         scale = np.linalg.norm(rows[:, chosen], axis=0)
         scale = np.where(scale > 0, scale, 1.0)
         # y (r,) = X (r, c) theta by X = Q R, with columns of length one
-        stacked = np.column_stack([rows[:, chosen] / scale, rows[:, -1]])
+        stacked = np.column_stack([rows[:, chosen] / scale, left])
         R: FloatArray = np.asarray(np.linalg.qr(stacked, mode="r"))
-        left = float((R[c:, c] ** 2).sum()) + float(np.finfo(np.float64).tiny)
+        square = float((R[c:, c] ** 2).sum()) + float(np.finfo(np.float64).tiny)
         inverse = np.linalg.pinv(R[:c, :c], rcond=1e-10) / scale[:, None]
-        variance = left / (self.count - c)
+        variance = square / (self.count - c)
         sigma = float(np.sqrt(variance))
         return WhiteFit(
-            self.count * np.log(left) + noise.lost,
+            self.count * np.log(square) + noise.lost,
             inverse @ R[:c, c],
             variance * inverse @ inverse.T,
             sigma * noise.slow,
@@ -173,13 +185,14 @@ class TorqueRows:
         names: tuple[str, ...] = terms.columns
         if more:
             terms = replace(terms, quadratic=True, cubic=True)
-            names = (*terms.columns, "cos", "sin", "inertia")
+            names = (*terms.columns, "cos", "sin", "inertia", *FRICTION_COLUMNS)
         columns = []
         for late in late_s:
             q, v, a = trial.motion(curve, t - late)
             columns.append(terms.matrix(q, v, trial.sign(v)))
             if more:
                 columns.append(np.stack([np.cos(q), np.sin(q), a], axis=-1))
+                columns.append(friction_columns(v, trial.sign(v), 1 / rate))
         columns.append(trial.torque[end : count - end, None])
         both, block = np.concatenate(columns, axis=1), self.block
         kept = len(both) // block * block
@@ -235,9 +248,12 @@ def _longer(columns: FloatArray, count: int) -> FloatArray:
 # Evidence of a filmed swing: what a torque that the model lacks would do to it.
 #
 # The steps from one sample to the next are linear in any small torque. Columns: the model's own,
-# the stiffness's terms of second and third order, gravity's torque (which a wrong clock or a wrong
-# place of the mass makes larger or smaller), and slow torque, linear between nodes and of any size.
+# the stiffness's terms of second and third order, the weight's torque (which a wrong clock or a
+# wrong place of the mass makes larger or smaller, and wrong axes turn), other laws of friction, and
+# slow torque, linear between nodes and of any size.
 
+#: Columns of the limb's weight, were x, y or z up.
+WEIGHT_COLUMNS: Final = ("weight x", "weight y", "weight z")
 #: Seconds between nodes of a slow torque; more where a trial would have over `_MOST_NODES`.
 _NODE_S: Final = 0.25
 _MOST_NODES: Final = 60
@@ -256,8 +272,9 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> RowEvidence:
     swings = swings_of(samples, terms)
     linear = linearised(swings, found.fit.parameters, found.states, found.fit.sd)
     more = replace(terms, quadratic=True, cubic=True)
-    names = (*terms.columns, *(n for n in more.columns if n not in terms.columns), "gravity")
-    phi = _torques(found.states, terms, _gravity(samples))
+    lacking = (n for n in more.columns if n not in terms.columns)
+    names = (*terms.columns, *lacking, *WEIGHT_COLUMNS, *FRICTION_COLUMNS)
+    phi = _torques(found.states, terms, samples)
     slow = _nodes(samples, len(found.states) - 1)
     T, p, e, H = swings.seen.shape[1], len(terms.columns), phi.shape[2], slow.shape[1]
 
@@ -279,21 +296,24 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> RowEvidence:
     return RowEvidence(names, tuple(_noises(rows, lost, H, p, count)), count)
 
 
-def _gravity(samples: PassiveSamples) -> FloatArray:
-    """Mean harmonics (T, 5) of the hinge's torque in each trial.
-
-    Gravity alone: what the other coordinates' acceleration adds has a mean of zero.
-    """
-    parts = samples.hinges[0].coefficients if samples.hinges else ()
-    return np.stack([c[:: 2 * SUBSTEPS, 2:].mean(axis=0) for c in parts])
-
-
-def _torques(states: FloatArray, terms: Terms, gravity: FloatArray) -> FloatArray:
+def _torques(states: FloatArray, terms: Terms, samples: PassiveSamples) -> FloatArray:
     """Torques (S - 1, T, e) that the model may lack, at the middle of each step."""
-    q = (states[:-1, :, 0] + states[1:, :, 0]) / 2
-    columns = [] if terms.quadratic else [q**2]
-    columns += [q**3, (harmonics_at(q) * gravity).sum(axis=-1)]
-    return np.stack(columns, axis=-1)
+    q, v = np.moveaxis((states[:-1] + states[1:]) / 2, -1, 0)
+    columns = [q**3] if terms.quadratic else [q**2, q**3]
+    # of the weight (S - 1, T, 3): harmonics (S - 1, T, 3, 5) times those of the angle
+    weight = np.einsum("stdh,sth->std", _weights(samples, len(q)), harmonics_at(q))
+    friction = friction_columns(v, np.sign(v), 1 / samples.sample_rate_hz)
+    return np.concatenate([np.stack(columns, axis=-1), weight, friction], axis=-1)
+
+
+def _weights(samples: PassiveSamples, steps: int) -> FloatArray:
+    """The weight's harmonics (steps, T, 3, 5) in every step; shorter trials hold their last."""
+    parts = samples.hinges[0].weights if samples.hinges else ()
+    short = ((0, max(steps - len(part), 0)) for part in parts)
+    padded = (
+        np.pad(p, (s, (0, 0), (0, 0)), mode="edge") for p, s in zip(parts, short, strict=True)
+    )
+    return np.stack([part[:steps] for part in padded], axis=1)
 
 
 def _nodes(samples: PassiveSamples, steps: int) -> FloatArray:

@@ -17,6 +17,7 @@ from scipy.special import chdtri
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.findings import Finding
+from armimpedance.joint.relaxed.doubts.cause import LEVEL, SEEN, Cause, Inquiry
 from armimpedance.joint.relaxed.doubts.evidence import (
     LATEST_S,
     RowEvidence,
@@ -25,73 +26,24 @@ from armimpedance.joint.relaxed.doubts.evidence import (
     swing_evidence,
     torque_rows,
 )
+from armimpedance.joint.relaxed.doubts.film_causes import axes_of_file, clock_and_mass
+from armimpedance.joint.relaxed.doubts.friction_laws import (
+    BRISTLES,
+    COULOMB,
+    DRAG,
+    STICKING,
+    FrictionLaw,
+)
 from armimpedance.joint.relaxed.equations import Terms
 from armimpedance.joint.relaxed.samples import PassiveSamples
 
-#: Chance at which a cause is named on data that have none.
-_LEVEL: Final = 2e-4
-#: A departure that a check with this level sees in half of the cases, in standard errors.
-_SEEN: Final = 3.7
 #: Twice the log-likelihood by which causes may differ and still count as equal (odds of 20).
 _EQUAL: Final = 6.0
-#: Sd of the weight's moment over the inertia between tables of a forearm with hand, a fraction.
-TABLE_RATIO_SD: Final = 0.08
+#: Error of a law's size, as a fraction: its columns follow the motion that the model shows.
+_OF_SIZE: Final = 0.05
 #: Latenesses, s: first all over, then finely about the best.
 _COARSE_S: Final = np.linspace(-LATEST_S, LATEST_S, 41)
 _FINE_S: Final = np.linspace(-0.005, 0.005, 21)
-
-
-@dataclass(frozen=True)
-class Cause:
-    """A cause and what it explains.
-
-    `gain`: of twice the log-likelihood, less `price` times `parameters` where causes are compared.
-    `says`: what it would be, and what to do.
-    `fine`: what is said where it is not needed.
-    `fit`, `alone`: with and without slow torque beside it.
-    """
-
-    name: str
-    gain: float
-    parameters: int
-    price: float
-    says: str
-    fine: str
-    smallest: str
-    fit: WhiteFit
-    alone: WhiteFit
-
-    @property
-    def seen(self) -> bool:
-        """Whether it is needed, were it the only one."""
-        return self.gain > float(chdtri(self.parameters, _LEVEL))
-
-    @property
-    def worth(self) -> float:
-        """The gain less what parameters gain by chance."""
-        return self.gain - self.parameters * self.price
-
-
-@dataclass(frozen=True)
-class Inquiry:
-    """The evidence, and its fit by the model as it is."""
-
-    terms: Terms
-    evidence: RowEvidence
-    base: WhiteFit
-    alone: WhiteFit
-
-    @property
-    def price(self) -> float:
-        """Of a parameter."""
-        return float(np.log(self.evidence.count))
-
-    def ask(self, columns: Sequence[str]) -> tuple[WhiteFit, WhiteFit, float]:
-        """The fits with these columns too, with and without slow torque, and the gain."""
-        every = (*self.terms.columns, *columns)
-        fit = self.evidence.fit(every)
-        gain = self.base.deviance - fit.deviance
-        return fit, self.evidence.fit(every, slow=False), gain
 
 
 def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
@@ -104,11 +56,12 @@ def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]
     terms = replace(terms, rest_angle="free")
     if samples.hinges is not None:
         asked = _inquiry(terms, swing_evidence(samples, terms))
-        causes = [_amplitude(samples, asked), *_clock_and_mass(asked)]
+        causes = [_amplitude(samples, asked), *clock_and_mass(asked), axes_of_file(samples, asked)]
     else:
         rows = torque_rows(samples, terms)
         asked = _inquiry(terms, *rows.evidence())
         causes = [_amplitude(samples, asked), _weight(asked), _inertia(asked), _skew(asked, rows)]
+    causes += [_damping(samples, asked), _friction(asked)]
     best = max(causes, key=lambda one: (one.seen, one.worth))
     equal = [one for one in causes if one.seen and best.worth - one.worth <= _EQUAL]
     fits = (best.fit, best.alone) if best.seen else (asked.base, asked.alone)
@@ -133,8 +86,8 @@ def _judged(one: Cause, equal: Sequence[Cause]) -> Finding:
 def _voluntary(fit: WhiteFit, alone: WhiteFit) -> Finding:
     """Whether there is slow torque beside the passive one."""
     name = "voluntary"
-    seen = f"a torque of {_SEEN * alone.bump_sd_Nm:.2g} N m that comes and goes within .5 s"
-    if alone.deviance - fit.deviance <= chdtri(1, _LEVEL):
+    seen = f"a torque of {SEEN * alone.bump_sd_Nm:.2g} N m that comes and goes within .5 s"
+    if alone.deviance - fit.deviance <= chdtri(1, LEVEL):
         return Finding(name, "ok", "no slow torque beside the passive one", seen)
     return Finding(
         name,
@@ -165,43 +118,75 @@ def _amplitude(samples: PassiveSamples, asked: Inquiry) -> Cause:
         "to end of the motion: k, h, f and q_r are those of a straight line through a "
         f"curve{hint}, and smaller swings show less of it",
         "the stiffness is the same all over the motion",
-        f"a change of {_SEEN * error:.2g} N m/rad from end to end of the motion",
+        f"a change of {SEEN * error:.2g} N m/rad from end to end of the motion",
         fit,
         alone,
     )
 
 
-def _clock_and_mass(asked: Inquiry) -> list[Cause]:
-    """Gravity against inertia: the clock of the film, or where the limb's mass sits.
-
-    They do the same to the motion; what tables of limbs allow speaks for the one or the other.
-    """
-    fit, alone, gain = asked.ask(["gravity"])
-    more, error = float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1]))
-    ratio = max(1 + more, 0.0)
-    # a film whose rate is told r too high shows accelerations r^2 as large, and gravity stays
-    time = (
-        f"gravity pulls {ratio:.3f} +- {error:.1g} times as strongly as inertia and frames "
-        f"allow: the film's rate is {100 * (np.sqrt(ratio) - 1):+.1f} % off; film a clock or a "
-        f"ball that falls; with the rate mended k is {_part(fit.values[0], ratio):.3g} N m/rad"
+def _damping(samples: PassiveSamples, asked: Inquiry) -> Cause:
+    """Damping by the square of the velocity."""
+    law = _Tried(DRAG, *asked.ask(DRAG.columns))
+    h, size, error = float(law.fit.values[1]), law.size, law.error
+    fast = float(np.quantile(np.abs(samples.qd[:, 0]), 0.95))
+    return Cause(
+        "damping",
+        law.gain,
+        1,
+        asked.price,
+        f"{DRAG.says}, {size:.3g} +- {error:.1g} N m s^2/rad^2: h and f are those of a straight "
+        f"line through a curve; h is then {h:.3g} N m s/rad at rest and {h + 2 * size * fast:.3g} "
+        f"at {fast:.2g} rad/s",
+        "damping is in proportion to the velocity",
+        f"{SEEN * error:.2g} N m s^2/rad^2",
+        law.fit,
+        law.alone,
     )
-    mass = (
-        f"the limb's inertia about the joint, over its weight's moment, is {_part(1.0, ratio):.3g} "
-        f"+- {error:.1g} of the skeleton's, which tables give to {100 * TABLE_RATIO_SD:g} %: let "
-        "the limb swing by gravity alone, or scale the segment to the person; k goes with it"
+
+
+def _friction(asked: Inquiry) -> Cause:
+    """Dry friction by another law: none where there is some, larger at rest, or a bristle's."""
+    dry = asked.terms.friction
+    laws = (*STICKING, *BRISTLES) if dry else (COULOMB,)
+    tried = [_Tried(law, *asked.ask(law.columns)) for law in laws]
+    more = [one for one in tried if one.size > 0]
+    best = max(more or tried, key=lambda one: one.gain - asked.price * len(one.law.columns))
+    says = best.law.says if more else "it is smaller where the motion turns than elsewhere"
+    return Cause(
+        "friction",
+        best.gain,
+        # the law's own size, its scale where there is a choice
+        len(best.law.columns) + dry,
+        asked.price,
+        f"{says}, {best.size:.2g} +- {best.error:.1g} N m: f is that of another law; k is then "
+        f"{best.fit.values[0]:.3g} N m/rad, h {best.fit.values[1]:.3g} N m s/rad",
+        "dry friction is as its model has it",
+        f"{SEEN * best.error:.2g} N m",
+        best.fit,
+        best.alone,
     )
-    known = gain - (more / TABLE_RATIO_SD) ** 2
-    fits, price = (fit, alone), asked.price
-    rate, share = f"a rate {50 * _SEEN * error:.2g} % off", f"{100 * _SEEN * error:.2g} %"
-    fine = "gravity pulls as the skeleton's inertia and the frames' times tell"
-    return [
-        Cause("time", gain, 1, price, time, fine, rate, *fits),
-        Cause("inertia", known, 1, price, mass, fine, share, *fits),
-    ]
 
 
-def _part(whole: float, ratio: float) -> float:
-    return float(whole / ratio) if ratio > 0 else float("nan")
+@dataclass(frozen=True)
+class _Tried:
+    """A law of friction and the fits with it."""
+
+    law: FrictionLaw
+    fit: WhiteFit
+    alone: WhiteFit
+    gain: float
+
+    @property
+    def size(self) -> float:
+        """Its torque, N m."""
+        return float(self.fit.values[-len(self.law.columns) :].sum())
+
+    @property
+    def error(self) -> float:
+        """The standard error of it, N m."""
+        own = slice(-len(self.law.columns), None)
+        of_fit = np.sqrt(self.fit.covariance[own, own].sum())
+        return float(np.hypot(of_fit, _OF_SIZE * self.size))
 
 
 def _weight(asked: Inquiry) -> Cause:
@@ -217,7 +202,7 @@ def _weight(asked: Inquiry) -> Cause:
         f"{error:.1g} N m: the limb's weight was left in; record the limb at rest at several "
         f"angles and take that off (k is then {fit.values[0]:.3g} N m/rad)",
         "no weight is left in the torque",
-        f"{_SEEN * error:.2g} N m",
+        f"{SEEN * error:.2g} N m",
         fit,
         alone,
     )
@@ -236,7 +221,7 @@ def _inertia(asked: Inquiry) -> Cause:
         "kg m^2: inertia was left in, or too much taken off; move slowly, or take off that of "
         f"limb and device (k is then {fit.values[0]:.3g} N m/rad)",
         "no inertia is left in the torque",
-        f"{_SEEN * error:.2g} kg m^2",
+        f"{SEEN * error:.2g} kg m^2",
         fit,
         alone,
     )
@@ -259,7 +244,7 @@ def _skew(asked: Inquiry, rows: TorqueRows) -> Cause:
         "on one clock, or move one of them by that much "
         f"(h is then {fit.values[1]:.3g} N m s/rad)",
         "angle and torque are in step",
-        f"{1e3 * _SEEN * error:.2g} ms",
+        f"{1e3 * SEEN * error:.2g} ms",
         fit,
         alone,
     )

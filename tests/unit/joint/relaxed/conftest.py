@@ -28,6 +28,7 @@ def swings(  # noqa: PLR0913
     place_noise=0.0,
     substeps=32,
     quadratic=0.0,
+    drag=0.0,
 ):
     """(MotionRecording, exact): trials of a forearm let go, its pivot shaken along x and z.
 
@@ -49,7 +50,8 @@ def swings(  # noqa: PLR0913
 
     def passive(q, v):
         about = q - truth.q_r
-        return truth.k * about + quadratic * about**2 + truth.h * v + truth.f * np.tanh(v / 0.01)
+        damping = (truth.h + drag * np.abs(v)) * v + truth.f * np.tanh(v / 0.01)
+        return truth.k * about + quadratic * about**2 + damping
 
     def acceleration(q, v, a):
         swing = MASS * CENTRE * (a[0] * np.cos(q) + (a[1] + GRAVITY_M_S2) * np.sin(q))
