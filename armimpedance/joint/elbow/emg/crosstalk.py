@@ -36,7 +36,9 @@ UNLIKELY: Final = 1e-3
 _ROUNDS, _SETTLED = 30, 1e-7
 #: Gains that would be seen from this on only are not told at all.
 VAGUE: Final = 0.2
-#: Crosstalk that is supposed where it cannot be told.
+#: Sd of the part of another muscle that a channel is supposed to hear where it cannot be told:
+#: surface electrodes over neighbours hear up to 17 % (C. J. De Luca, R. Merletti, Electroenceph.
+#: Clin. Neurophysiol. 69 (1988) 568-575).
 SUPPOSED: Final = 0.1
 #: Highest frequency over the rate; condition of the regressors beyond which nothing is told.
 HIGHEST: Final = 0.45
@@ -109,21 +111,10 @@ class Crosstalk(FrozenRecord):
         errors = np.linalg.cholesky(self.covariance).T
         return tuple(_unmixed(pair, self.gain + error) for error in errors)
 
-    @staticmethod
-    def supposed(amplitude: FloatArray) -> FloatArray:
-        """Amplitudes (L, 2) of the muscles themselves, were there `SUPPOSED` in both channels."""
-        square = np.array([[1.0, SUPPOSED**2], [SUPPOSED**2, 1.0]])
-        # squares m^2 (L, 2) = s^2 square: what the electrodes read of the muscles' own s
-        return np.sqrt(np.maximum(amplitude**2 @ np.linalg.inv(square), 0.0))
-
-    def finding(self, muscles: tuple[str, ...], cost: str = "") -> Finding:
-        """What to say of it.
-
-        `muscles`: names of the channels.
-        `cost`: what it could do to what is made of the amplitudes, where it cannot be told.
-        """
+    def finding(self, muscles: tuple[str, ...]) -> Finding:
+        """What to say of it, of channels of these names."""
         if self.covariance is None or not self.told:
-            said = f"the EMG does not tell it (no raw EMG, or levels that are all alike){cost}"
+            said = "the EMG does not tell it (no raw EMG, or levels that are all alike)"
             return Finding("crosstalk", "cannot tell", said)
         sd = np.sqrt(np.diag(self.covariance))
         sizes = [f"{100 * c:+.1f} +-{200 * s:.1f} %" for c, s in zip(self.gain, sd, strict=True)]

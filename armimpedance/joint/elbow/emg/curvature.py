@@ -4,6 +4,10 @@
 
 The points' scatter about the bent law is its own measure, so that errors of the points that were
 stated too small, or not at all, do not pass for a bend.
+
+A bend that is not seen may be there all the same. All muscles' slopes fall by the same part from
+silence to the largest amplitude, a part of the straight law's that is N(0, `PRIOR_SD`^2), or the
+law is straight, with even odds; the intervals hold what the points leave of it.
 """
 
 from __future__ import annotations
@@ -27,18 +31,37 @@ FOR_EACH: Final = 14
 #: moves them by less than that part is none.
 MATTERS: Final = 0.6
 LEAST: Final = 0.02
+#: Sd of that part. ``s / (1 + 3.3 s)``, half at 30 % of the maximum, falls by one of its chord's
+#: slope over levels up to .17.
+PRIOR_SD: Final = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """What was found, and by how much a bend moves the coefficients of the straight law.
+    """What was found, and what a bend does to the straight law.
 
-    `shift` (m + 1,): coefficients of the bent law at silent muscles less those of the straight one;
-    0 where no bend was found.
+    The bent law is ``W c + z (sum_i c_i s_i^2 - W moved)``: the straight one, and the part of its
+    muscles' squares that no straight law follows.
+
+    `slopes` (m,): c_i of the straight law.
+    `moved` (m + 1,): coefficients of the straight law through the muscles' squares.
+    `variance`: mean square of z.
     """
 
     finding: Finding
-    shift: FloatArray
+    slopes: FloatArray
+    moved: FloatArray
+    variance: float
+
+    @property
+    def covariance(self) -> FloatArray:
+        """What it adds to that of the coefficients as those of silent muscles, (m + 1, m + 1)."""
+        return self.variance * np.outer(self.moved, self.moved)
+
+    def of_prediction(self, amplitude: FloatArray) -> FloatArray:
+        """What it adds to the variance (P,) of what the law says at amplitudes (P, m)."""
+        W = np.column_stack([np.ones(len(amplitude)), amplitude])
+        return np.asarray(self.variance * (amplitude**2 @ self.slopes - W @ self.moved) ** 2)
 
 
 def bend_of(
@@ -53,12 +76,12 @@ def bend_of(
     L, p = W.shape
     root = 1 / np.sqrt(variance)
     squares = W[:, 1:] ** 2
-    alike = squares @ slopes
-    further = squares if L >= FOR_EACH else alike[:, None]
+    shared = _Shared.of(W, y, root, slopes)
+    further = squares if L >= FOR_EACH else (squares @ slopes)[:, None]
     q = further.shape[1]
     if L - p - q < 1:
-        said = f"{symbol}: {L} points are too few to show a bend"
-        return Bend(Finding("curvature", "cannot tell", said), np.zeros(p))
+        said = f"{symbol}: {L} points are too few to show a bend; intervals allow for one"
+        return shared.bend(Finding("curvature", "cannot tell", said), shared.unseen(1.0))
     X, z = np.column_stack([W, further]) * root[:, None], y * root
     # X (L, p + q) [c, q] = z (L,), and the straight law W c = z
     bent, straight = (np.asarray(np.linalg.lstsq(X[:, :k], z)[0], dtype=float) for k in (p + q, p))
@@ -67,24 +90,64 @@ def bend_of(
     chance = float(fdtrc(q, L - p - q, max(gained, 0.0) / q / max(left, 1e-300)))
     shift = bent[:p] - straight
     # a bend that is told half of the times gains so much
-    needed = left * q * float(fdtri(q, L - p - q, 1 - UNLIKELY))
-    hidden = _hidden(X[:, :p], alike * root, needed, slopes)
+    hidden = shared.hidden(left * q * float(fdtri(q, L - p - q, 1 - UNLIKELY)))
     smallest = f"slopes {100 * hidden:.0f} % off"
     if chance < UNLIKELY and np.abs(shift[1:]).max() > LEAST * np.abs(slopes).max():
-        return Bend(_bent(symbol, chance, bent[:p], straight, smallest), shift)
+        finding = _bent(symbol, chance, bent[:p], straight, smallest)
+        return Bend(finding, bent[p:] if q > 1 else bent[p] * slopes, -shift, 1.0)
+    unseen = shared.unseen(max(left, 1.0))
     if hidden > MATTERS:
-        said = f"{symbol}: too few or too scattered points to show one (p = {chance:.2g})"
-        return Bend(Finding("curvature", "cannot tell", said, smallest), np.zeros(p))
+        said = (
+            f"{symbol}: too few or too scattered points to show one (p = {chance:.2g}); intervals "
+            "allow for one"
+        )
+        return shared.bend(Finding("curvature", "cannot tell", said, smallest), unseen)
     said = f"{symbol}: no bend is seen (p = {chance:.2g})"
-    return Bend(Finding("curvature", "ok", said, smallest), np.zeros(p))
+    return shared.bend(Finding("curvature", "ok", said, smallest), unseen)
 
 
-def _hidden(W: FloatArray, alike: FloatArray, needed: float, slopes: FloatArray) -> float:
-    """Part of a slope by which a bend that all muscles share may move it without being told."""
-    moved, *_ = np.linalg.lstsq(W, alike, rcond=None)
-    own = float(np.linalg.norm(alike - W @ moved))
-    size = np.sqrt(needed) / max(own, 1e-300)
-    return float(np.abs(size * moved[1:]).max() / max(np.abs(slopes).max(), 1e-300))
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """A bend by which all muscles' slopes fall alike.
+
+    `moved` (p,): what it does to the straight law. `own` (L,): its weighted part that no straight
+    law follows. `reach`: the largest amplitude. `size`: of it, as the points have it.
+    """
+
+    slopes: FloatArray
+    moved: FloatArray
+    own: float
+    reach: float
+    size: float
+
+    @classmethod
+    def of(cls, W: FloatArray, y: FloatArray, root: FloatArray, slopes: FloatArray) -> _Shared:
+        X, alike = W * root[:, None], (W[:, 1:] ** 2 @ slopes) * root
+        # alike (L,) = X (L, p) moved + own
+        moved = np.asarray(np.linalg.lstsq(X, alike)[0], dtype=float)
+        own = alike - X @ moved
+        square = max(float(own @ own), 1e-300)
+        size = float(own @ (y * root)) / square
+        return cls(slopes, moved, np.sqrt(square), float(W[:, 1:].max()), size)
+
+    def bend(self, finding: Finding, variance: float) -> Bend:
+        return Bend(finding, self.slopes, self.moved, variance)
+
+    def hidden(self, needed: float) -> float:
+        """Part of a slope that a bend may move by without gaining what is needed to tell it."""
+        moved = np.sqrt(needed) / self.own * np.abs(self.moved[1:]).max()
+        return float(moved / max(np.abs(self.slopes).max(), 1e-300))
+
+    def unseen(self, left: float) -> float:
+        """Mean square of it given the points, whose errors have the variance `left`."""
+        # sum_i c_i (s_i + z s_i^2): slopes fall by 2 z s from 0 to s
+        prior = (PRIOR_SD / (2 * max(self.reach, 1e-300))) ** 2
+        error = left / self.own**2
+        ratio = prior / (prior + error)
+        # odds of a bend of that prior over none
+        gain = min(0.5 * self.size**2 / error * ratio, 500.0)
+        odds = float(np.sqrt(1 - ratio) * np.exp(gain))
+        return odds / (1 + odds) * ((self.size * ratio) ** 2 + error * ratio)
 
 
 def _bent(

@@ -140,7 +140,7 @@ def imcj(
     a = law.slopes
     signed = s * np.sign(a)
     # variance (...,) = signed (..., m) C (m, m) signed^T + sum (a sd)^2
-    variance = np.einsum("...i,ij,...j->...", signed, law.parameters.covariance[1:, 1:], signed)
+    variance = np.einsum("...i,ij,...j->...", signed, law.covariance[1:, 1:], signed)
     errors = np.broadcast_to(np.asarray(amplitude_sd, dtype=np.float64), s.shape)
     variance = variance + ((a * errors) ** 2).sum(axis=-1)
     return np.asarray(s @ np.abs(a)), np.sqrt(variance)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import FloatArray, frozen_array
 from armimpedance.core.errors import InputError
 from armimpedance.joint.elbow.elbow_result import ElbowFit
+from armimpedance.joint.elbow.emg.crosstalk import SUPPOSED
 from armimpedance.joint.elbow.emg.curvature import (
     Bend,
     bend_of,
@@ -44,6 +45,7 @@ def fit_emg_law(
     viscosity: ArrayLike | None = None,
     viscosity_sd: ArrayLike | None = None,
     muscles: Sequence[str] = ("flexor", "extensor"),
+    crosstalk_sd: float = SUPPOSED,
 ) -> EmgLaw:
     """Fit (4) to L operating points.
 
@@ -52,6 +54,8 @@ def fit_emg_law(
     `amplitude` (L, m): parts of the maximum contraction.
     `amplitude_sd` (L, m), (m,) or: standard errors.
     `viscosity`, `viscosity_sd` (L,): N m s/rad.
+    `crosstalk_sd`: of the part of another muscle's amplitude in a channel, for which the intervals
+    of single muscles allow; 0: none, or none is left.
     Raises InputError: shapes that do not belong together, negative errors, no more points than
     coefficients.
     Raises NotIdentifiableError: amplitudes that do not vary, that vary together, or that are errors
@@ -59,10 +63,11 @@ def fit_emg_law(
     Raises EstimationError: weights and slopes do not settle.
     """
     K = fit_law("K", stiffness, stiffness_sd, amplitude, amplitude_sd, muscles=muscles)
-    if viscosity is None:
-        return EmgLaw(K)
-    sd = np.zeros(len(np.asarray(viscosity))) if viscosity_sd is None else viscosity_sd
-    return EmgLaw(K, fit_law("B", viscosity, sd, amplitude, amplitude_sd, muscles=muscles))
+    B = None
+    if viscosity is not None:
+        sd = np.zeros(len(np.asarray(viscosity))) if viscosity_sd is None else viscosity_sd
+        B = fit_law("B", viscosity, sd, amplitude, amplitude_sd, muscles=muscles)
+    return EmgLaw(K, B).with_crosstalk(crosstalk_sd)
 
 
 def fit_emg_law_of(
@@ -73,6 +78,7 @@ def fit_emg_law_of(
     muscles: Sequence[str] = ("flexor", "extensor"),
     torque: ArrayLike | None = None,
     roles: Mapping[str, Action] | None = None,
+    crosstalk_sd: float = SUPPOSED,
 ) -> EmgLaw:
     """K and B linear in the amplitudes, of one fit per operating point.
 
@@ -90,6 +96,9 @@ def fit_emg_law_of(
         muscles hold. Their names are held against it.
     roles : mapping of muscle to "flexor" or "extensor", optional
         For muscles whose names do not say it.
+    crosstalk_sd : float
+        Sd of the part of another muscle's amplitude in a channel, for which the intervals of
+        single muscles allow; 0 where there is none, or none is left.
 
     Returns
     -------
@@ -109,11 +118,12 @@ def fit_emg_law_of(
         viscosity=[b.value for b in B],
         viscosity_sd=[b.sd_robust for b in B],
         muscles=muscles,
+        crosstalk_sd=crosstalk_sd,
     )
     if torque is None:
         return law
     held = fit_law("torque", torque, 0.0, amplitude, amplitude_sd, muscles=muscles)
-    return replace(law, of_trials=(check_names(held, roles),))
+    return replace(law, of_trials=(*law.of_trials, check_names(held, roles)))
 
 
 def fit_law(
@@ -169,6 +179,8 @@ def fit_law(
         symbol=symbol,
         muscles=tuple(muscles),
         parameters=_parameters(symbol, muscles, solved, bend),
+        covariance=solved.covariance,
+        bend=bend,
         naive=solved.naive,
         scatter=scatter,
         r2=1 - float(weight @ residual**2) / max(float(weight @ about**2), 1e-300),
@@ -178,7 +190,6 @@ def fit_law(
         lowest=s.min(axis=0),
         highest=s.max(axis=0),
         n=len(y),
-        checks=(bend.finding,),
     )
     return _warned(law, solved)
 
@@ -190,7 +201,7 @@ def _parameters(symbol: str, muscles: Sequence[str], solved: Corrected, bend: Be
         names=(f"{letter}0", *(f"{letter}_{muscle}" for muscle in muscles)),
         units=(means.unit,) * (1 + len(muscles)),
         values=solved.coefficients,
-        covariance=solved.covariance + np.outer(bend.shift, bend.shift),
+        covariance=solved.covariance + bend.covariance,
         covariance_kind="cr3",
         dof=solved.dof,
         plain_covariance=solved.naive_covariance,

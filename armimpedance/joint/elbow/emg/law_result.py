@@ -14,6 +14,7 @@ from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.joint.elbow.elbow_result import ElbowFit
+from armimpedance.joint.elbow.emg.curvature import Bend
 from armimpedance.numerics.regression import FitSummary, Parameters, t_interval
 from armimpedance.show.files import FittedResult
 
@@ -61,7 +62,13 @@ class LinearLaw(FrozenRecord):
     muscles : tuple of m str
     parameters : Parameters
         The coefficients ``k0, k_<muscle>, ...`` (m + 1,), errors of the amplitudes accounted for;
-        the plain covariance is that of least squares.
+        the plain covariance is that of least squares. Their intervals hold those of silent
+        muscles, were the law bent by what the points do not exclude, and those of single muscles,
+        were there crosstalk that the amplitudes do not show.
+    covariance : (m + 1, m + 1)
+        Of the straight law over these channels; what it predicts is no surer of its muscles.
+    bend : Bend
+        Whether the law is straight, and what a bend does to it.
     naive : (m + 1,)
         The same by plain (weighted) least squares.
     scatter : float
@@ -77,13 +84,13 @@ class LinearLaw(FrozenRecord):
     n : int
         Points L.
     warnings : tuple of str
-    checks : tuple of Finding
-        Whether the law is straight.
     """
 
     symbol: str
     muscles: Annotated[tuple[str, ...], "m"]
     parameters: Parameters
+    covariance: Annotated[FloatArray, "m+1 m+1"]
+    bend: Bend
     naive: Annotated[FloatArray, "m+1"]
     scatter: float
     r2: float
@@ -94,7 +101,11 @@ class LinearLaw(FrozenRecord):
     highest: Annotated[FloatArray, "m"]
     n: int
     warnings: tuple[str, ...] = ()
-    checks: tuple[Finding, ...] = ()
+
+    @property
+    def checks(self) -> tuple[Finding, ...]:
+        """Whether the law is straight."""
+        return (self.bend.finding,)
 
     @property
     def unit(self) -> str:
@@ -126,7 +137,7 @@ class LinearLaw(FrozenRecord):
             raise InputError(f"amplitudes of shape {s.shape}", expected=f"(points, {m})")
         errors = np.broadcast_to(np.asarray(amplitude_sd, dtype=np.float64), s.shape)
         W = constant_and(s)
-        variance = np.einsum("pi,ij,pj->p", W, self.parameters.covariance, W)
+        variance = np.einsum("pi,ij,pj->p", W, self.covariance, W) + self.bend.of_prediction(s)
         variance += ((errors * self.slopes) ** 2).sum(axis=1)
         slack = _BEYOND * (self.highest - self.lowest)
         beyond = (s < self.lowest - slack) | (s > self.highest + slack)
@@ -138,6 +149,17 @@ class LinearLaw(FrozenRecord):
         shift = other.parameters.values - self.parameters.values
         wider = self.parameters.covariance + np.outer(shift, shift)
         return replace(self, parameters=replace(self.parameters, covariance=wider))
+
+    def with_crosstalk(self, sd: float) -> LinearLaw:
+        """The same law, whose channels may each hear any other muscle.
+
+        `sd`: of the part of another muscle's amplitude in a channel.
+        """
+        k = self.slopes
+        # s_seen = A s, A = 1 + C: k (m,) = A^T k_seen, each c_ij ~ N(0, sd^2) but on the diagonal
+        wider = np.diag([0.0, *sd**2 * ((k**2).sum() - k**2)])
+        covariance = self.parameters.covariance + wider
+        return replace(self, parameters=replace(self.parameters, covariance=covariance))
 
     def to_frame(self) -> pd.DataFrame:
         """One row a coefficient: value, standard error, 95 % limits, unit, least squares."""
@@ -152,7 +174,7 @@ class LinearLaw(FrozenRecord):
             "scatter": self.scatter,
             "r2": self.r2,
             "reliability": self.reliability,
-            "covariance": self.parameters.covariance,
+            "covariance": self.covariance,
             "amplitudes": {"lowest": self.lowest, "highest": self.highest},
         }
 
@@ -286,6 +308,23 @@ class EmgLaw(FittedResult, FrozenRecord):
         if self.viscosity is None or other.viscosity is None:
             return replace(self, stiffness=K)
         return replace(self, stiffness=K, viscosity=self.viscosity.widened_to(other.viscosity))
+
+    def with_crosstalk(self, sd: float) -> EmgLaw:
+        """The same laws, their intervals wider by crosstalk that the amplitudes do not show."""
+        if sd == 0:
+            return self
+        B = self.viscosity
+        said = (
+            f"amplitudes do not show it: the intervals of single muscles allow for {100 * sd:g} % "
+            "(sd) of the other muscle in each channel; what the law predicts for the same "
+            "electrodes does not depend on it"
+        )
+        return replace(
+            self,
+            stiffness=self.stiffness.with_crosstalk(sd),
+            viscosity=None if B is None else B.with_crosstalk(sd),
+            of_trials=(Finding("crosstalk", "cannot tell", said), *self.of_trials),
+        )
 
     @property
     def checks(self) -> tuple[Finding, ...]:

@@ -12,10 +12,10 @@ from armimpedance.core.findings import Finding
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
-from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
+from armimpedance.joint.elbow.emg.crosstalk import SUPPOSED, Crosstalk
 from armimpedance.joint.elbow.emg.imcj import ImcjCalibration, calibrate_imcj, imcj as index_of
 from armimpedance.joint.elbow.emg.law import fit_emg_law_of
-from armimpedance.joint.elbow.emg.law_result import EmgLaw, LinearLaw, OperatingPoints
+from armimpedance.joint.elbow.emg.law_result import EmgLaw, OperatingPoints
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.numerics.criticism import check_joint_size
@@ -133,20 +133,17 @@ def _law_of(
     """The law of the trials' fits, with what the electrodes hear, and of which muscle they are."""
     rows, of_fits = list(fits), list(fits.values())
 
-    def law_of(own: FloatArray, **torque: Any) -> EmgLaw:
-        return fit_emg_law_of(of_fits, own, amplitude_sd, muscles=pair.muscles, **torque)
+    def law_of(own: FloatArray, **more: Any) -> EmgLaw:
+        left = 0.0 if heard.told else SUPPOSED
+        return fit_emg_law_of(
+            of_fits, own, amplitude_sd, muscles=pair.muscles, crosstalk_sd=left, **more
+        )
 
-    law, cost = law_of(amplitude, torque=held_Nm, roles=roles), "; record raw EMG"
+    law = law_of(amplitude, torque=held_Nm, roles=roles)
     for near in heard.neighbours(pair):
         law = law.widened_to(law_of(segment_amplitude(near).amplitude[rows]))
-    if not heard.told:
-        try:
-            cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
-        except _NO_FIT:
-            cost = f"; 10 % would leave no law{cost}"
-    return replace(
-        law, of_trials=(heard.finding(pair.muscles, cost), _size(fits, expected), *law.of_trials)
-    )
+    own = (heard.finding(pair.muscles),) if heard.told else ()
+    return replace(law, of_trials=(*own, *law.of_trials, _size(fits, expected)))
 
 
 def _told(flexor: str, extensor: str) -> dict[str, _Action]:
@@ -159,14 +156,6 @@ def _size(fits: Mapping[int, ElbowFit], expected: float | None) -> Finding:
     inertia = [fit.inertia for fit in fits.values()]
     middle = sorted(inertia, key=lambda one: one.value)[len(inertia) // 2]
     return check_joint_size("inertia", middle.value, middle.sd_robust, expected)
-
-
-def _cost(law: LinearLaw, without: LinearLaw) -> str:
-    """By how much the slopes would change, were there crosstalk to take out."""
-    names = law.parameters.names[1:]
-    change = zip(names, 100 * (without.slopes / law.slopes - 1), strict=True)
-    parts = ", ".join(f"{name} by {percent:+.0f} %" for name, percent in change)
-    return f"; 10 % in each channel, taken out, would change {parts}"
 
 
 def _each_trial(
