@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from scipy.special import expit
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.findings import Finding
@@ -218,11 +219,15 @@ class ActivationMisfit:
         """The same with so much more (p, p) in the covariance of single muscles."""
         return replace(self, of_muscles=self.of_muscles + more)
 
+    @property
+    def chance(self) -> float:
+        """Of a lack of fit that is there: one where it is seen, even odds just below that."""
+        return 1.0 if self.seen else float(expit((self.gain - SEEN) / 2))
+
     def matrix_covariance(self, covariance: FloatArray) -> FloatArray:
         """Covariance of theta, the constant matrix taking what no theta follows."""
         out = np.array(covariance)
-        if self.seen:
-            out[:3, :3] += self.missed
+        out[:3, :3] += self.chance * self.missed
         return out
 
     def muscle_covariance(self) -> FloatArray:

@@ -58,9 +58,7 @@ def test_standard_error_is_the_spread_of_the_index_over_draws_of_the_gains(two):
     """20,000 draws: a standard deviation known to 0.5 %; no |a_i| changes its sign here."""
     made = calibrate_imcj(two[0])
     rng = np.random.default_rng(5)
-    a = rng.multivariate_normal(made.law.parameters.values, made.law.parameters.covariance, 20_000)[
-        :, 1:
-    ]
+    a = rng.multivariate_normal(made.law.parameters.values, made.law.covariance, 20_000)[:, 1:]
     s = np.array([0.3, 0.1])
     assert imcj(made, s)[1] == pytest.approx((np.abs(a) @ s).std(), rel=0.02)
 
