@@ -25,10 +25,10 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.hand.random.lines import Complex, Explained, Lines
 from armimpedance.hand.still import (
-    INNER_DAMPING,
     INNER_DIRECTIONS,
-    INNER_HZ,
+    INNER_MODES,
     Elbow,
+    InnerFits,
     averaged_inner,
     half_sphere,
     with_inner,
@@ -133,13 +133,9 @@ def noise_weight(lines: Lines, left: Complex) -> Complex:
 
 # A mode inside the limb, as of a free elbow, under random perturbations.
 #
-# At once the limb answers with ``K + S n n^T``, at rest with K, between them (w natural frequency,
-# z damping, see `hand.still.doubts.inner`) with
-#
-#     K + S n n^T g(s),      g(s) = (s^2 + 2 z w s) / (s^2 + 2 z w s + w^2).
-#
-# For one w and n that is one more column of the impedance equation, linear in S; over many of them
-# the answer is a mean, as for returning disturbances.
+# Beside M, B and K stands ``S n n^T g(s)`` (`hand.still.doubts.inner_modes`): for one mode and one
+# direction n one more column of the impedance equation, linear in S; over many of them the answer
+# is a mean, as for returning disturbances.
 
 
 def allow_for_inner(
@@ -155,44 +151,37 @@ def allow_for_inner(
     `weight` (L, d, d) complex: inverse of the noise's spectrum.
     """
     d = one.k
-    scale = float(np.trace(one.stiffness)) / d
-    found: dict[str, tuple[float, float, float]] = {}
-    shifts: dict[str, FloatArray] = {}
-    for hz in INNER_HZ:
-        equations = with_kernel(lines, explained, weight, _kernel(lines.s, hz))
-        for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
-            name = f"inner {hz} {i}"
-            size, error, shifts[name] = _sized(equations, _along(n, scale, d), d)
-            found[name] = (size, error, 1.0)
-    return with_inner(one, averaged_inner(found, shifts, elbow), correct=True)
+    n = half_sphere(INNER_DIRECTIONS)
+    pairs = float(np.trace(one.stiffness)) / d * (n[:, :, None] * n[:, None]).reshape(len(n), -1)
+    made = (with_kernel(lines, explained, weight, mode.response(lines.s)) for mode in INNER_MODES)
+    sizes = [_sized(equations, pairs, d) for equations in made]
+    size, error, shift = (np.array(part) for part in zip(*sizes, strict=True))
+    fits = InnerFits(INNER_MODES, size, error, shift)
+    return with_inner(one, averaged_inner(fits, elbow), correct=True)
 
 
-def _kernel(s: Complex, hz: float) -> Complex:
-    """g(s) of one natural frequency."""
-    w = 2 * np.pi * hz
-    late = s**2 + 2 * INNER_DAMPING * w * s
-    return np.asarray(late / (late + w**2))
+def _sized(
+    equations: RandomEquations, pairs: FloatArray, d: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """S (c,) along c directions, its standard error, and by how much M, B, K (c, 3 d^2) are wrong.
 
-
-def _sized(equations: RandomEquations, D: FloatArray, d: int) -> tuple[float, float, FloatArray]:
-    """S with its standard error, and by how much M, B, K (3 d^2,) are wrong for one unit of it."""
-    A, b = D.T @ equations.A[:-1, :-1] @ D, D.T @ equations.b[:-1]
-    meat = D.T @ equations.meat[:-1, :-1] @ D
-    unit = 1 / np.sqrt(np.diag(meat))
-    inverse = np.linalg.inv(A * unit[:, None] * unit) * unit[:, None] * unit
-    error = float(np.sqrt((inverse @ meat @ inverse.T)[-1, -1]))
-    # M, B, K (S) = A_11^-1 (b_1 - A_12 S): the last column of the inverse, by its corner
-    shift = -inverse[:-1, -1] / inverse[-1, -1]
-    return float((inverse @ b)[-1]), error, shift[_by_matrix(d)]
-
-
-def _along(n: FloatArray, scale: float, d: int) -> FloatArray:
-    """From rows of [M B K] and S to rows of [M B K G], G = scale S n n^T."""
+    `pairs` (c, d^2): what one unit of S adds to G, the last matrix in rows of [M B K G].
+    """
     rows = np.arange(4 * d * d).reshape(d, 4, d)
-    D = np.zeros((4 * d * d, 3 * d * d + 1))
-    D[rows[:, :3].ravel(), np.arange(3 * d * d)] = 1.0
-    D[rows[:, 3].ravel(), -1] = scale * np.outer(n, n).ravel()
-    return D
+    limb, own = rows[:, :3].ravel(), rows[:, 3].ravel()
+    A, meat, b = equations.A, equations.meat, equations.b
+    # without M, B, K: (A_gg - A_gl A_ll^-1 A_lg) along a pair, and what is left of b
+    inverse = np.linalg.inv(A[np.ix_(limb, limb)])
+    left, right = A[np.ix_(own, limb)] @ inverse, inverse @ A[np.ix_(limb, own)]
+    spare = A[np.ix_(own, own)] - left @ A[np.ix_(limb, own)]
+    known = np.einsum("ci,ij,cj->c", pairs, spare, pairs)
+    size = pairs @ (b[own] - left @ b[limb]) / known
+    # variance: row [-A_gl A_ll^-1, 1] of the inverse on either side of the meat
+    row = np.zeros((len(pairs), 4 * d * d))
+    row[:, limb], row[:, own] = -pairs @ left, pairs
+    spread = np.einsum("ci,ij,cj->c", row, meat[:-1, :-1], row)
+    shift = pairs @ right.T
+    return size, np.sqrt(spread) / np.abs(known), shift[:, _by_matrix(d)]
 
 
 def _by_matrix(d: int) -> np.ndarray:

@@ -4,16 +4,18 @@ from .doubts.allowance import allowing as allowing
 from .doubts.departures import session_blocks as session_blocks
 from .doubts.filter import in_step as in_step
 from .doubts.inner import (
-    INNER_DAMPING as INNER_DAMPING,
-    INNER_DIRECTIONS as INNER_DIRECTIONS,
-    INNER_HZ as INNER_HZ,
     WRIST as WRIST,
     Elbow as Elbow,
     averaged_inner as averaged_inner,
     elbow_told as elbow_told,
-    half_sphere as half_sphere,
     is_wrist_free as is_wrist_free,
     with_inner as with_inner,
+)
+from .doubts.inner_fit import InnerFits as InnerFits
+from .doubts.inner_modes import (
+    INNER_DIRECTIONS as INNER_DIRECTIONS,
+    INNER_MODES as INNER_MODES,
+    half_sphere as half_sphere,
 )
 from .estimation import (
     Options as Options,

@@ -175,28 +175,50 @@ def _names(kind: Kind, d: int, matrices: int) -> tuple[tuple[str, ...], tuple[st
 LEAST_SHARED = 0.8
 
 
+@dataclass(frozen=True, eq=False)
+class SharedCourse:
+    """The course over time that all displacements share.
+
+    `along` (T, d): how far each trial's displacement follows it along each axis.
+    """
+
+    along: FloatArray
+
+    @classmethod
+    def of(cls, equation: ModalEquation) -> SharedCourse | None:
+        """That of an equation's trials; None if they are few or unlike."""
+        displacement = equation.motion[:, 2]
+        T, d, n = displacement.shape
+        if T < 3:
+            return None
+        # the course that explains most displacement over trials and axes
+        course = np.linalg.svd(displacement.reshape(T * d, n), full_matrices=False)[2][0]
+        along = displacement @ course
+        whole = np.maximum((displacement**2).sum(axis=(1, 2)), 1e-300)
+        explained = (along**2).sum(axis=1) / whole
+        return cls(along) if explained.min() >= LEAST_SHARED else None
+
+    def expected(self, motion: FloatArray) -> FloatArray:
+        """What motion (T, r, d, n) of every trial is to be, by that of the others."""
+        along = self.along
+        # (T, r, n): motion along the trial's own direction, weighted by its size
+        parts = (motion * along[:, None, :, None]).sum(axis=2)
+        power = (along**2).sum(axis=1)
+        others = (parts.sum(axis=0) - parts) / (power.sum() - power)[:, None, None]
+        return np.asarray(others[:, :, None, :] * along[:, None, :, None])
+
+
 def expected_motion(equation: ModalEquation) -> FloatArray | None:
     """Regressors (T, r d, n) of every trial as expected from the others; None if they are unlike.
 
     The course over time that all other trials share, along the trial's own direction. Disturbances
     of one group have one course even where every direction was tried only once.
     """
-    motion = equation.motion
-    displacement = motion[:, 2]
-    T, d, n = displacement.shape
-    if T < 3:
+    shared = SharedCourse.of(equation)
+    if shared is None:
         return None
-    # the course that explains most displacement over trials and axes
-    course = np.linalg.svd(displacement.reshape(T * d, n), full_matrices=False)[2][0]
-    along = displacement @ course
-    explained = (along**2).sum(axis=1) / np.maximum((displacement**2).sum(axis=(1, 2)), 1e-300)
-    if not explained.min() >= LEAST_SHARED:
-        return None
-    # (T, r, n): motion along the trial's own direction, weighted by its size
-    parts = (motion * along[:, None, :, None]).sum(axis=2)
-    power = (along**2).sum(axis=1)
-    others = (parts.sum(axis=0) - parts) / (power.sum() - power)[:, None, None]
-    return np.asarray((others[:, :, None, :] * along[:, None, :, None]).reshape(T, -1, n))
+    expected = shared.expected(equation.motion)
+    return expected.reshape(equation.trials, -1, equation.modes.count)
 
 
 def mean_of_others(columns: FloatArray, labels: IntArray) -> FloatArray:

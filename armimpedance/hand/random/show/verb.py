@@ -63,7 +63,8 @@ def random(
     Raises
     ------
     InputError
-        The recording cannot be read, lacks commands, is short, or its hand does not follow them.
+        The recording cannot be read, lacks commands, is short, its hand does not follow them, or
+        its wrist was free.
     NotIdentifiableError
         The commands do not move the hand along all axes.
     EstimationError
@@ -77,13 +78,15 @@ def random(
     >>> random(recording).names
     ('random',)
     """
+    from armimpedance.hand.random.doubts import check_wrist
     from armimpedance.hand.random.identify import identify_random
     from armimpedance.hand.random.show.random_estimates import RandomEstimates
     from armimpedance.hand.show.estimates import opened
-    from armimpedance.show.verbs.checks import checked
+    from armimpedance.show.verbs.checks import TopicChecks, checked
 
     with opened(recording, by, 0, force_by) as (read, columns):
-        marks = tuple(m for m in checked(read, despite) if not m.startswith("imposed"))
+        marks = checked(read, despite, TopicChecks(response=check_wrist))
+        marks = tuple(mark for mark in marks if not mark.startswith("imposed"))
         fits = identify_random(read, columns, band_hz, progress)
         fits = [replace(fit, estimate=fit.estimate.marked(marks)) for fit in fits]
         made = tuple(fit.estimate for fit in fits)

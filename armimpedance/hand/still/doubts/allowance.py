@@ -24,19 +24,15 @@ from armimpedance.core.conventions import AXES
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.still.doubts.changed_gain import possible_gains, wrong_by_gains
 from armimpedance.hand.still.doubts.departures import MOST_CONDITIONS, POSITIVE, models_of
-from armimpedance.hand.still.doubts.inner import (
-    FEWEST_AXES,
-    Elbow,
-    averaged_inner,
-    freedom_told,
-    with_inner,
-)
+from armimpedance.hand.still.doubts.inner import averaged_inner, freedom_told, with_inner
 from armimpedance.hand.still.doubts.model import (
     COLUMNS,
     LARGEST_GAIN,
     Model,
+    beside_inner,
     family,
     gain_of,
+    inner_of,
     pooled,
     rows_of,
 )
@@ -114,7 +110,8 @@ def allowing(
     if not longest:
         return list(estimates)
     known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
-    likely, uneven = _likely(known), _uneven(known)
+    limb = inner_of(known, freedom_told(recording, np.arange(recording.n_trials)))
+    likely, uneven = _likely(known, beside_inner(limb)), _uneven(known)
     gains = possible_gains(recording, [(groups[g][longest[g].usable], longest[g]) for g in longest])
     # A model is as large as its trials' windows: of the others one at a time is kept.
     wider, errors = [], []
@@ -125,8 +122,10 @@ def allowing(
             used = rows[model.usable]
             errors[-1]["gain in the session"] = wrong_by_gains(gains, used, model)
         one = one if model is None else _wider(one, errors[-1])
-        elbow = freedom_told(recording, rows) if one.k >= FEWEST_AXES else "held"
-        wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
+        if model is not None and model.inner is not None:
+            inner = averaged_inner(model.inner, freedom_told(recording, rows))
+            one = with_inner(one, inner, correct=one.method == BOUNDED)
+        wider.append(one)
     shared = in_common(errors)
     return [
         replace(one, shared_errors={**one.shared_errors, **own})
@@ -157,9 +156,13 @@ def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Mode
     return found
 
 
-def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
-    """Probability of every column that matters, for its tails, and its number's mean square."""
-    found = {column: pooled(models, column) for names in COLUMNS.values() for column in names}
+def _likely(models: Sequence[Model], beside: str | None) -> dict[str, tuple[float, float]]:
+    """Probability of every column that matters, for its tails, and its number's mean square.
+
+    `beside`: a column that explains something for sure.
+    """
+    columns = [column for names in COLUMNS.values() for column in names]
+    found = {column: pooled(models, column, beside) for column in columns}
     # one measure of noise for all: that of single columns is known from few trials only
     scale = float(np.median([one.error / one.expected for one in found.values()]))
     none = 1 - sum(prior for prior, _ in BEFOREHAND.values())
@@ -229,14 +232,3 @@ def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> Impedanc
     bound = None if one.bound is None else one.bound + more
     wider = replace(one, covariance=one.covariance + more, bound=bound)
     return replace(wider, provenance=(*one.provenance, note))
-
-
-def _inner(one: ImpedanceEstimate, model: Model, elbow: Elbow | None) -> ImpedanceEstimate:
-    """One group's estimate with a mode inside the limb allowed for."""
-    found = {c: model.departure(c) for c in model.columns if family(c) == "inner"}
-    # one measure of noise for all, as above
-    scale = float(np.median([d.error / d.expected for d in found.values()]))
-    wider = {c: t_factor(d.dof) / t_factor(np.inf) for c, d in found.items()}
-    sizes = {c: (d.size, scale * d.expected, wider[c]) for c, d in found.items()}
-    shifts = {c: model.shift(c) for c in found}
-    return with_inner(one, averaged_inner(sizes, shifts, elbow), correct=one.method == BOUNDED)

@@ -16,13 +16,20 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
-from armimpedance.hand.still.doubts.inner import CARRIED, FEWEST_AXES, freedom_told, is_wrist_free
+from armimpedance.hand.still.doubts.inner import (
+    FEWEST_AXES,
+    Inner,
+    freedom_told,
+    is_wrist_free,
+)
 from armimpedance.hand.still.doubts.labels import check_labels
 from armimpedance.hand.still.doubts.model import (
     COLUMNS,
     Departure,
     Model,
+    beside_inner,
     check_symmetry,
+    inner_of,
     late_s,
     pooled,
 )
@@ -215,16 +222,20 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     if any(one.verdict == "warning" for one in own):
         hidden = "the person's own motion hides it"
         return (*own, *(Finding(name, "cannot tell", hidden) for name in COLUMNS))
+    limb = inner_of(models, freedom_told(recording, np.arange(recording.n_trials)))
+    inner = _check_inner(limb)
+    beside = beside_inner(limb)
     names = {name: _best(models, columns) for name, columns in COLUMNS.items()}
-    single = {name: pooled(models, column) for name, column in names.items()}
+    single = {name: pooled(models, column, beside) for name, column in names.items()}
     told = _told(models, names, single)
     for name, usual in USUAL.items():
         if name not in told:
-            names[name], single[name] = usual, pooled(models, usual)
+            names[name], single[name] = usual, pooled(models, usual, beside)
     what = _meanings(recording, models, names)
-    wrist = any(CARRIED in column for column in models[0].columns)
-    found = [_finding(name, one, told, what, wrist) for name, one in single.items()]
-    inner = _check_inner(recording, models)
+    found = [
+        _finding(name, one, told, what, limb is not None and limb.wrist)
+        for name, one in single.items()
+    ]
     told = (*told, *(one.name for one in inner if one.verdict == "warning"))
     return (
         *own,
@@ -256,35 +267,27 @@ def _finding(
     return Finding(name, "warning", f"{text}; {ADVICE[name]}", smallest)
 
 
-def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding, ...]:
-    """The finding "inner mode" of a limb in space whose elbow nobody held; else none."""
-    columns = [name for name in models[0].columns if name.startswith("inner")]
-    if not columns:
+def _check_inner(inner: Inner | None) -> tuple[Finding, ...]:
+    """The finding "inner mode" of a limb in space; none where the elbow was held as was said."""
+    if inner is None or (inner.elbow == "held" and not inner.contradicts):
         return ()
-    elbow = freedom_told(recording, np.arange(recording.n_trials))
-    if elbow == "held":
-        return ()
-    found = {column: pooled(models, column) for column in columns}
-    best = max(found, key=lambda column: found[column].z)
-    one = found[best]
-    hz = float(best.split()[1])
-    smallest = f"{100 * USUAL_PART * one.limit:.2g} % of K"
-    if one.size > one.limit and CARRIED in best:
+    if inner.seen and inner.mode.carried:
         text = (
-            f"a free wrist lets go of forearm and hand at some {hz:g} Hz and makes K along its "
-            "soft axes too small: lock the wrist, or stay out for a second"
+            f"a free wrist lets go of forearm and hand at some {inner.mode.hz:g} Hz and makes K "
+            "along its soft axes too small: lock the wrist, or stay out for a second"
         )
-        return (Finding("inner mode", "warning", text, smallest),)
-    if one.size > one.limit:
+        return (Finding("inner mode", "warning", text),)
+    if inner.seen:
+        said = "the elbow was said to be held, and " if inner.contradicts else ""
         text = (
-            f"a mode inside the limb, some {hz:g} Hz, makes K along one direction up to "
-            f"{100 * USUAL_PART * one.size:.0f} % of its mean wrong: hold the elbow, or stay out "
-            "for 0.3 s and longer"
+            f"{said}a mode inside the limb, some {inner.mode.hz:g} Hz, makes K along one direction "
+            f"up to {100 * USUAL_PART * inner.size:.0f} % of its mean wrong: hold the elbow, or "
+            "stay out for 0.3 s and longer"
         )
-        return (Finding("inner mode", "warning", text, smallest),)
-    said = "" if elbow else "; say in a column `elbow` whether it was held or free"
+        return (Finding("inner mode", "warning", text),)
+    said = "" if inner.elbow else "; say in a column `elbow` whether it was held or free"
     text = f"no mode of a free elbow stands out of the noise; the intervals allow for one{said}"
-    return (Finding("inner mode", "cannot tell", text, smallest),)
+    return (Finding("inner mode", "cannot tell", text),)
 
 
 def _best(models: Sequence[Model], columns: Sequence[str]) -> str:

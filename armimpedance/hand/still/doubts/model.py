@@ -17,7 +17,9 @@ from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.conventions import AXES, Kind
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Window
-from armimpedance.hand.still.doubts.inner import inner_columns
+from armimpedance.hand.still.doubts.inner import FEWEST_AXES, Elbow, Inner, averaged_inner
+from armimpedance.hand.still.doubts.inner_fit import InnerFits, InnerSetting, together
+from armimpedance.hand.still.doubts.inner_modes import INNER_DIRECTIONS, half_sphere
 from armimpedance.hand.still.modal import (
     ModalEquation,
     expected_motion,
@@ -25,7 +27,7 @@ from armimpedance.hand.still.modal import (
     weighted_equations,
 )
 from armimpedance.hand.still.weighing import compensated_equations, weighted_fit
-from armimpedance.numerics.regression import TrialEquations, solve_equations
+from armimpedance.numerics.regression import TrialEquations, solve_equations, t_factor
 from armimpedance.numerics.signals import delayed
 
 # One more column z for each departure from ``M x'' + B x' + K x = y``, y = -f.
@@ -144,7 +146,6 @@ LEVEL: Final = {
     "amplitude": 0.007,
     "friction": 0.003,
     "voluntary": 0.002,
-    "inner": 0.0005,
 }
 
 
@@ -197,6 +198,7 @@ class Model:
     `parameters` (3 d^2,): theirs.
     `way`: median peak displacement.
     `usable` (window's trials,): which of the window's trials are the T of the fit.
+    `inner`: sizes of inner modes, of a hand in space; the column "inner" is the likeliest.
     """
 
     equation: ModalEquation
@@ -208,6 +210,7 @@ class Model:
     columns: dict[str, FloatArray]
     way: float
     usable: BoolArray
+    inner: InnerFits | None = None
 
     @classmethod
     def of(cls, window: Window, kind: Kind, free_wrist: bool = False) -> Model:
@@ -217,7 +220,8 @@ class Model:
         V = (V + V.T) / 2
         Z = expected_motion(found.equation)
         plain = compensated_equations(found.equation, found.noise, V, Z, kind)
-        return cls._of(window, found.equation, V, Z, plain, free_wrist)
+        made = cls._of(window, found.equation, V, Z, plain)
+        return made if found.equation.axes < FEWEST_AXES else made._with_inner(window, free_wrist)
 
     @classmethod
     def weighted(cls, window: Window, kind: Kind, V: FloatArray) -> Model:
@@ -225,7 +229,7 @@ class Model:
         equation = modal_equation(window)
         Z = expected_motion(equation)
         plain = weighted_equations(equation, V, kind, instruments=Z)
-        return cls._of(window, equation, V, Z, plain, False)
+        return cls._of(window, equation, V, Z, plain)
 
     @classmethod
     def _of(
@@ -235,14 +239,33 @@ class Model:
         V: FloatArray,
         Z: FloatArray | None,
         plain: TrialEquations,
-        free_wrist: bool,
     ) -> Model:
         solved = solve_equations(plain)
         columns, way = columns_of(window, equation, Z, solved.parameters)
-        columns |= inner_columns(window, equation, solved.parameters, free_wrist)
         theta, covariance = solved.parameters, solved.covariance
         used = np.asarray(window.usable)
         return cls(equation, V, Z, plain, theta, covariance, columns, way, used)
+
+    def _with_inner(self, window: Window, free_wrist: bool) -> Model:
+        """The same with the inner modes of a hand in space, and the likeliest as a column."""
+        setting = InnerSetting(
+            window,
+            self.equation,
+            self.weight,
+            self.instruments,
+            self.equations,
+            self.parameters,
+        )
+        fits = setting.fits(free_wrist)
+        mode, direction = fits.best
+        n = half_sphere(INNER_DIRECTIONS)[direction]
+        along = np.tensordot(setting.column(fits.modes[mode]), n, axes=(1, 0))
+        columns = {**self.columns, "inner": n[None, :, None] * along[:, None]}
+        # errors of the noise's covariance against those by trials: one measure for all
+        expected = np.diag(np.linalg.inv(self.equations.A.sum(axis=0)))
+        measured = float(np.sqrt(np.median(np.diag(self.covariance) / np.abs(expected))))
+        wider = measured * t_factor(self.equation.trials - 1) / t_factor(np.inf)
+        return replace(self, columns=columns, inner=fits.wider(wider))
 
     def left(self, column: str | None = None) -> float:
         """Weighted squares that the fit leaves, with the number of one departure in it or without.
@@ -329,6 +352,23 @@ def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> D
         dof=float(parts.sum() ** 2 / (parts**2 @ [1 / one.dof for one in found])),
         level=LEVEL[family(column)],
     )
+
+
+def inner_of(models: Sequence[Model], elbow: Elbow | None) -> Inner | None:
+    """What the conditions together say of an inner mode; None in fewer than three axes.
+
+    `elbow`: what was said of it.
+    """
+    fits = [model.inner for model in models if model.inner is not None]
+    return averaged_inner(together(fits), elbow) if fits else None
+
+
+def beside_inner(limb: Inner | None) -> str | None:
+    """The column beside which departures are asked: what an inner mode explains is none.
+
+    `limb`: with a mode that is more likely than not, by the trials and by what was said.
+    """
+    return "inner" if limb is not None and limb.probability > 0.5 else None
 
 
 # Is the inertia symmetric? It is by physics, whatever the person does.

@@ -7,6 +7,8 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.hand.random import identify_random
+from armimpedance.hand.random.equations import RandomEquations, _sized
+from armimpedance.hand.random.show import random
 from manipulandum_sim.hand import Reflex, find_subject
 from manipulandum_sim.random_hand import RandomRig, simulate_random
 from manipulandum_sim.random_hand.limbs import SpaceLimb
@@ -54,6 +56,35 @@ def test_the_reflex_at_the_hand_is_what_a_delayed_stretch_pulls():
 def test_a_rig_that_cannot_be_is_refused(wrong):
     with pytest.raises(InputError):
         RandomRig(**wrong)
+
+
+def test_a_free_wrist_is_refused_by_name():
+    recording, _ = simulate_random(seed=4, axes=3, wrist="free", trials=1, duration_s=10.0)
+    with pytest.raises(InputError, match="wrist"):
+        random(recording)
+    assert random(recording, despite="wrist")[0].warnings[0].startswith("despite wrist")
+
+
+def test_the_size_of_an_inner_mode_is_that_of_its_own_column():
+    """All directions at once against the equations written out for one."""
+    rng = np.random.default_rng(6)
+    d, p = 3, 37
+    A, root = rng.standard_normal((p, p)) + 8 * np.eye(p), rng.standard_normal((p, p))
+    equations = RandomEquations(A, rng.standard_normal(p), root @ root.T)
+    pairs = rng.standard_normal((4, 9))
+    size, error, shift = _sized(equations, pairs, d)
+    rows = np.arange(36).reshape(d, 4, d)
+    order = rows[:, :3].transpose(1, 0, 2).ravel()  # M, B, K row by row
+    for c, pair in enumerate(pairs):
+        D = np.zeros((36, 28))
+        D[order, np.arange(27)], D[rows[:, 3].ravel(), 27] = 1.0, pair
+        small, meat = D.T @ A[:-1, :-1] @ D, D.T @ equations.meat[:-1, :-1] @ D
+        inverse = np.linalg.inv(small)
+        theta = inverse @ D.T @ equations.b[:-1]
+        assert size[c] == pytest.approx(theta[-1])
+        assert error[c] == pytest.approx(np.sqrt((inverse @ meat @ inverse.T)[-1, -1]))
+        alone = np.linalg.solve(small[:-1, :-1], (D.T @ equations.b[:-1])[:-1])
+        assert shift[c] == pytest.approx((alone - theta[:-1]) / theta[-1])
 
 
 @pytest.mark.study

@@ -1,0 +1,153 @@
+"""The size of every inner mode along every direction, beside M, B and K of a weighted fit.
+
+A mode's column is bilinear in its direction n, so that nine sums a mode are enough for all of them.
+The motion in it is the one that is expected from the other trials: a column with its own noise in
+it would take the noise that M x'' has for a mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.records import Window
+from armimpedance.hand.still.doubts.inner_modes import (
+    INNER_DIRECTIONS,
+    InnerMode,
+    half_sphere,
+    modes_of,
+)
+from armimpedance.hand.still.modal import ModalEquation, SharedCourse
+from armimpedance.numerics.regression import TrialEquations
+
+
+@dataclass(frozen=True, eq=False)
+class InnerFits:
+    """Sizes S of g modes along c directions, parts of K's (or M's) mean diagonal.
+
+    `size`, `error` (g, c): the error by the noise's covariance.
+    `shift` (g, c, 3 d^2): by how much M, B and K are wrong for one unit of S.
+    """
+
+    modes: tuple[InnerMode, ...]
+    size: FloatArray
+    error: FloatArray
+    shift: FloatArray
+
+    @cached_property
+    def best(self) -> tuple[int, int]:
+        """Mode and direction whose size is largest beside its error."""
+        at = np.unravel_index(int(np.argmax(self.size / self.error)), self.size.shape)
+        return int(at[0]), int(at[1])
+
+    def wider(self, factor: float) -> InnerFits:
+        """The same with errors that are larger by a factor."""
+        return InnerFits(self.modes, self.size, factor * self.error, self.shift)
+
+
+def together(fits: Sequence[InnerFits]) -> InnerFits:
+    """The mean over conditions, weighted by what each knows of a size."""
+    weight = np.array([one.error**-2.0 for one in fits])
+    total = weight.sum(axis=0)
+    size = (weight * [one.size for one in fits]).sum(axis=0) / total
+    shift = np.mean([one.shift for one in fits], axis=0)
+    return InnerFits(fits[0].modes, size, total**-0.5, shift)
+
+
+@dataclass(frozen=True, eq=False)
+class InnerSetting:
+    """A weighted fit, of which inner modes are asked.
+
+    `weight` (d n, d n): V. `instruments` (T, 3 d, n) or None: Z, None where it is W itself.
+    `plain`: sums of ``Z^T V W`` and ``Z^T V y``. `theta` (3 d^2,): M, B, K.
+    """
+
+    window: Window
+    equation: ModalEquation
+    weight: FloatArray
+    instruments: FloatArray | None
+    plain: TrialEquations
+    theta: FloatArray
+
+    @cached_property
+    def _blocks(self) -> FloatArray:
+        """V as (d, n, d, n)."""
+        d, n = self.equation.axes, self.equation.modes.count
+        return self.weight.reshape(d, n, d, n)
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        return np.asarray(np.linalg.inv(self.plain.A.sum(axis=0)))
+
+    @cached_property
+    def _displacement(self) -> FloatArray:
+        used = self.window.usable
+        return self.window.position[used] - self.window.position_at_onset[used][:, None]
+
+    def column(self, mode: InnerMode) -> FloatArray:
+        """g x (T, d, n) of a mode, in the unit of S."""
+        smooth, rate = self.equation.modes.smooth, self.window.sample_rate_hz
+        return self._unit(mode) * mode.columns(self._displacement, smooth, rate)
+
+    def _unit(self, mode: InnerMode) -> float:
+        """What a size of one is: the mean of M's or K's diagonal."""
+        d = self.equation.axes
+        mass, _, stiffness = (float(np.trace(part)) / d for part in self.theta.reshape(3, d, d))
+        return mass if mode.carried else stiffness
+
+    def fits(self, free_wrist: bool) -> InnerFits:
+        """The sizes of all modes along all directions.
+
+        M and B are those of a sudden motion; with a free wrist, which always gives way, those of a
+        slow one.
+        """
+        n = half_sphere(INNER_DIRECTIONS)
+        pairs = (n[:, :, None] * n[:, None]).reshape(len(n), -1)
+        modes = modes_of(free_wrist)
+        shared = None if self.instruments is None else SharedCourse.of(self.equation)
+        made = [self._sized(self.column(mode), shared, pairs) for mode in modes]
+        size, error, shift = (np.array(part) for part in zip(*made, strict=True))
+        if free_wrist:
+            slow = np.array([[curve, slope, 0.0] for slope, curve in (m.slow for m in modes)])
+            unit = np.array([self._unit(mode) for mode in modes])
+            more = np.einsum("g,gm,cp->gcmp", unit, slow, pairs)
+            shift = shift - more.reshape(shift.shape)
+        return InnerFits(modes, size, error, shift)
+
+    def _sized(
+        self, z: FloatArray, shared: SharedCourse | None, pairs: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """S (c,) of one mode, its error, and shifts (c, 3 d^2) along ``n n^T`` (c, d^2)."""
+        expected = z if shared is None else shared.expected(z[:, None])[:, 0]
+        W = self.equation.regressors
+        Z = W if self.instruments is None else self.instruments
+        V, inverse, b = self._blocks, self._inverse, self.plain.b.sum(axis=0)
+        d = self.equation.axes
+        # e_a z_b^T are columns (a, b): C^T V C (d^2, d^2), C^T V W and (Z^T V C)^T (d^2, 3 d^2)
+        own = np.einsum("anck,bnek->abce", V, _summed(expected, z), optimize=True)
+        own = own.reshape(d * d, -1)
+        left, right = (_against(V, _summed(*two), d) for two in ((expected, W), (z, Z)))
+        force = np.einsum("anck,tck->tan", V, self.equation.force, optimize=True)
+        target = np.einsum("tbn,tan->ab", expected, force).ravel()
+        # (C^T V C - C^T V W P^-1 Z^T V C) along n n^T
+        spare = own - left @ inverse @ right.T
+        known = np.maximum(np.einsum("ci,ij,cj->c", pairs, spare, pairs), 1e-300)
+        size = pairs @ (target - left @ inverse @ b) / known
+        return size, known**-0.5, pairs @ (inverse @ right.T).T
+
+
+def _summed(one: FloatArray, other: FloatArray) -> FloatArray:
+    """``sum_t one_t (b, n) other_t (r, k)``, (b, n, r, k)."""
+    T = len(one)
+    flat = one.reshape(T, -1).T @ other.reshape(T, -1)
+    return flat.reshape(*one.shape[1:], *other.shape[1:])
+
+
+def _against(V: FloatArray, sums: FloatArray, d: int) -> FloatArray:
+    """C^T V W (d^2, 3 d^2): columns e_a z_b^T against those of M, B, K, row by row."""
+    found = np.einsum("anik,bnrk->abri", V, sums, optimize=True)
+    return found.reshape(d, d, -1, d, d).transpose(0, 1, 2, 4, 3).reshape(d * d, -1)
