@@ -117,7 +117,16 @@ def modes_of(free_wrist: bool) -> tuple[InnerMode, ...]:
 
 
 def half_sphere(count: int) -> FloatArray:
-    """Unit vectors (count, 3) evenly over half a sphere: a spiral of the golden angle."""
+    """Unit vectors evenly over half a sphere: a spiral of the golden angle.
+
+    Parameters
+    ----------
+    count : int
+
+    Returns
+    -------
+    (count, 3)
+    """
     steps = np.arange(count) + 0.5
     z, turn = steps / count, np.pi * (1 + np.sqrt(5.0)) * steps
     level = np.sqrt(1 - z**2)
