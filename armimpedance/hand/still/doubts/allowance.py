@@ -159,7 +159,7 @@ def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Mode
 def _likely(models: Sequence[Model], beside: str | None) -> dict[str, tuple[float, float]]:
     """Probability of every column that matters, for its tails, and its number's mean square.
 
-    `beside`: a column that explains something for sure.
+    `beside`: a column that is in the model, too.
     """
     columns = [column for names in COLUMNS.values() for column in names]
     found = {column: pooled(models, column, beside) for column in columns}

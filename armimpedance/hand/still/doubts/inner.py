@@ -45,8 +45,6 @@ NAMED: Final = 300.0
 NOT_HELD: Final = 0.75
 #: What is less of the softest stiffness is not told.
 LEAST_TOLD: Final = 0.05
-
-
 #: Axes from which on a limb has joints that the hand does not show.
 FEWEST_AXES: Final = 3
 

@@ -59,7 +59,7 @@ def axes_of_file(samples: PassiveSamples, asked: Inquiry) -> Cause:
         up = max(tried, key=lambda one: tried[one][2])
     fit, alone, gain = tried[up]
     return Cause(
-        "axes",
+        "up axis",
         gain,
         1,
         asked.price,

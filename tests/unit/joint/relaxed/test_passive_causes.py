@@ -204,8 +204,8 @@ def test_a_swing_tells_which_way_is_up(forearm, up):
     samples = from_motion(replace(motion, coordinates=coordinates), [forearm.elbow])
     found = {one.name: one for one in cause_findings(samples, FREE)}
     # the weight's sine along another axis and a stiffness of third order are nearly the same
-    assert {"axes"} <= warned(found.values()) <= {"axes", "amplitude"}
-    said = found["axes"].message
+    assert {"up axis"} <= warned(found.values()) <= {"up axis", "amplitude"}
+    said = found["up axis"].message
     assert f"as if {up} pointed up" in said
     k = float(said.split("k is then ")[1].split()[0])
     assert k == pytest.approx(forearm.truth.k, rel=0.05)

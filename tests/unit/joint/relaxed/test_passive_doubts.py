@@ -35,7 +35,16 @@ def clean(forearm):
 
 def test_a_clean_release_is_not_doubted_and_holds_its_truth(forearm, clean):
     (fit,) = identify_passive(from_motion(clean, [forearm.elbow]), rest_angle="free")
-    asked = {"amplitude", "damping", "friction", "time", "inertia", "axes", "voluntary", "trials"}
+    asked = {
+        "amplitude",
+        "damping",
+        "friction",
+        "time",
+        "inertia",
+        "up axis",
+        "voluntary",
+        "trials",
+    }
     assert set(verdicts(fit)) == asked
     assert set(verdicts(fit).values()) == {"ok"}
     for name in ("k", "h", "f", "q_r"):
