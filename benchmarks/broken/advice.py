@@ -24,10 +24,16 @@ _GAIN: Final = (
 _SESSION: Final = (
     "Look at the trial that is named, calibrate the sensor, estimate the parts apart (`--by set`)."
 )
+_LAW: Final = "Take k and h beside the law that is named; swing at the speeds that you ask about."
 _FILTER: Final = "Record force and position through the same filter, or through none."
 
 #: Violation -> what to do.
 ADVICE: Final[dict[str, str]] = {
+    "another law of damping or friction": _LAW,
+    "damping by the square of the velocity": _LAW,
+    "joint sticks": _LAW,
+    "joint yields like muscle": _LAW,
+    "axes of the file": "Name the file's axes forward, left and up where it is converted.",
     "a gain changes in the middle": _SESSION,
     "a gain drifts": _SESSION,
     "one channel from the middle on": _SESSION,

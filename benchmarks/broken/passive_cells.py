@@ -240,7 +240,8 @@ def cells() -> list[Cell]:
          filmed(K=0.8)),
         ("markers lost", "10 % of the frames", ("markers", "dropout", "gaps"),
          filmed(studio=Studio(0.5e-3, 0.0, 0.1))),
-        ("axes of the file", "y up, read as z up", ("up axis",), damaged(SWING, on_record(y_is_up))),
+        ("axes of the file", "y up, read as z up", ("up axis",),
+         damaged(SWING, on_record(y_is_up))),
         ("markers in mm", "x 1000", ("units", "markers"),
          damaged(SWING, on_record(damage.gain("positions", 1000.0)))),
     ]  # fmt: skip

@@ -163,7 +163,7 @@ ADVICE: Final = {
     "disturbance": "Look at the trials that the message names; leave them out.",
     "returns to start": "Any method but `paper` allows for a hand that does not return.",
     "coherence": "Look whether something disturbed the limb at all, and at its units.",
-    "up axis": "Name the axes that point forward, left and up where the file is converted (--axes).",
+    "up axis": "Name the file's axes forward, left and up where it is converted (--axes).",
     "inner mode": "Hold the elbow, or stay out for 0.3 s and longer.",
     "crosstalk": "Move the electrodes apart, or record the raw EMG.",
     "curvature": "Fit the law over a smaller range.",
