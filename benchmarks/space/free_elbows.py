@@ -28,9 +28,7 @@ from armimpedance.hand.still import allowing, check_response, estimate
 from armimpedance.limb.arm import SpatialArm, TwoLinkArm
 from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.hand import find_subject
-from manipulandum_sim.space import SpaceCondition, SpaceTruth, simulate_space
-from manipulandum_sim.space.arm import SpaceArm
-from manipulandum_sim.space.conditions import POSTURES_RAD
+from manipulandum_sim.space import SpaceArm, SpaceCondition, SpaceTruth, simulate_space
 
 CASES: Final[dict[str, dict[str, Any]]] = {
     "bump": {},
@@ -44,7 +42,7 @@ def arms(seed: int, count: int, rig: dict[str, Any]) -> Iterator[tuple[Recording
     """Sessions of 78 trials, each of another arm in balance."""
     who = find_subject("A")
     here = SpaceArm.of(who)
-    middle = here.hand(np.array([POSTURES_RAD["nominal"]]))[0]
+    middle = here.hand(np.array([SpaceCondition().angles]))[0]
     parts = (who.upper_arm, who.forearm_hand)
     links = TwoLinkArm(
         *(who.upper_arm_m, who.forearm_hand_m),
