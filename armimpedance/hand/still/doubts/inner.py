@@ -41,8 +41,6 @@ OF_MODEL: Final = 0.5
 OF_COLUMN: Final = 0.1
 #: Trials that make a mode so many times as likely as none name it.
 NAMED: Final = 300.0
-#: The elbow was said to be held, and the trials make a mode more likely than this all the same.
-NOT_HELD: Final = 0.75
 #: What is less of the softest stiffness is not told.
 LEAST_TOLD: Final = 0.05
 #: Axes from which on a limb has joints that the hand does not show.
@@ -80,7 +78,7 @@ class Inner:
     @property
     def contradicts(self) -> bool:
         """Whether the elbow was said to be held and was not."""
-        return self.elbow == "held" and self.probability > NOT_HELD
+        return self.elbow == "held" and self.seen
 
 
 def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:

@@ -84,6 +84,13 @@ class InnerSetting:
         return np.asarray(np.linalg.inv(self.plain.A.sum(axis=0)))
 
     @cached_property
+    def _force(self) -> FloatArray:
+        """V y, (T, d, n)."""
+        return np.asarray(
+            np.einsum("anck,tck->tan", self._blocks, self.equation.force, optimize=True)
+        )
+
+    @cached_property
     def _displacement(self) -> FloatArray:
         used = self.window.usable
         return self.window.position[used] - self.window.position_at_onset[used][:, None]
@@ -131,13 +138,13 @@ class InnerSetting:
         own = np.einsum("anck,bnek->abce", V, _summed(expected, z), optimize=True)
         own = own.reshape(d * d, -1)
         left, right = (_against(V, _summed(*two), d) for two in ((expected, W), (z, Z)))
-        force = np.einsum("anck,tck->tan", V, self.equation.force, optimize=True)
-        target = np.einsum("tbn,tan->ab", expected, force).ravel()
+        target = np.einsum("tbn,tan->ab", expected, self._force).ravel()
         # (C^T V C - C^T V W P^-1 Z^T V C) along n n^T
-        spare = own - left @ inverse @ right.T
-        known = np.maximum(np.einsum("ci,ij,cj->c", pairs, spare, pairs), 1e-300)
+        solved = inverse @ right.T
+        known = np.einsum("ci,ij,cj->c", pairs, own - left @ solved, pairs)
+        known = np.maximum(known, 1e-300)
         size = pairs @ (target - left @ inverse @ b) / known
-        return size, known**-0.5, pairs @ (inverse @ right.T).T
+        return size, known**-0.5, pairs @ solved.T
 
 
 def _summed(one: FloatArray, other: FloatArray) -> FloatArray:

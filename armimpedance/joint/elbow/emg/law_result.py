@@ -317,7 +317,7 @@ class EmgLaw(FittedResult, FrozenRecord):
         said = (
             f"amplitudes do not show it: the intervals of single muscles allow for {100 * sd:g} % "
             "(sd) of the other muscle in each channel; what the law predicts for the same "
-            "electrodes does not depend on it"
+            "electrodes does not depend on it; record raw EMG"
         )
         return replace(
             self,
