@@ -288,7 +288,9 @@ class Model:
         expected = float(np.sqrt(abs(np.linalg.inv(total)[p, p])))
         of_B = family(column) in ("delay", "friction")
         which = slice(p // 3, 2 * p // 3) if of_B else slice(2 * p // 3, p)
-        own, apart = self.parameters[which], parameters[which]
+        # without this departure, the one beside it in the model all the same
+        plain = self.parameters if beside is None else self._solved(beside)[0]
+        own, apart = plain[which], parameters[which]
         share = float((own - apart) @ own / (own @ own)) / k if k else 0.0
         known = float(np.sqrt(own @ self.covariance[which, which] @ own)) / float(own @ own)
         return Departure(k, error, expected, share, known, dof, LEVEL[family(column)])

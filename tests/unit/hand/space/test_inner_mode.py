@@ -178,3 +178,18 @@ def test_what_a_slow_motion_sees_of_a_mode(mode):
     left = mode.response(p) - slope * p - curve * p**2
     # the rest is of the third order or a higher one: eight times as large at twice the frequency
     assert abs(left[1] / left[0]) > 7.8
+
+
+def test_a_departure_beside_a_mode_is_charged_with_its_own_change_of_K_alone(soft):
+    recording, _ = soft
+    (model,) = models_of(recording, [np.arange(recording.n_trials)])
+    one = model.departure("voluntary 0.13", "inner")
+    with_mode, with_both = (
+        model._solved(*names)[0][18:27] for names in (("inner",), ("voluntary 0.13", "inner"))
+    )
+    change = (with_mode - with_both) @ with_mode / (with_mode @ with_mode)
+    assert one.share * one.size == pytest.approx(change)
+    # the mode itself changes K by far more
+    assert abs(change) < np.linalg.norm(model.parameters[18:] - with_mode) / np.linalg.norm(
+        with_mode
+    )
