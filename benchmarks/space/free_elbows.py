@@ -2,7 +2,8 @@
 
 Every session is another arm: swivel of the elbow -29 to 86 degrees, the hand within 6 cm, 5 to 20 %
 co-contraction, up to 5 N along each axis, muscles whose viscosity is 15 to 90 ms of their
-stiffness. Nothing of `estimate` was chosen on the seeds that are the default here.
+stiffness. What a mode leaves of a limb
+(`hand/still/doubts/inner.py`) was set on other seeds than the default here.
 """
 
 from __future__ import annotations
