@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def draw(studied: StudiedExperiment) -> Figure:
     """Three panels; the two-link model's inertia beside the estimate in the first."""
     models = [studied.model_inertia(found) for found in studied.hand]
-    return plot_estimates(studied.hand, models, studied.subject.upper_arm_m)
+    return plot_estimates(studied.hand, models)
 
 
 def caption(studied: StudiedExperiment) -> str:

@@ -1,7 +1,7 @@
+from .ellipse_map_plot import plot_ellipses as plot_ellipses
 from .ellipse_plot import (
     plot_ellipse as plot_ellipse,
     plot_ellipse_rose as plot_ellipse_rose,
-    plot_ellipses_in_workspace as plot_ellipses_in_workspace,
     plot_ellipses_over_levels as plot_ellipses_over_levels,
 )
 from .ellipse_plot_parts import confidence_band as confidence_band, one_legend as one_legend
@@ -20,4 +20,3 @@ from .quantities import (
     principal_values as principal_values,
 )
 from .results_csv import read_results as read_results, write_results as write_results
-from .verb import plot_ellipses as plot_ellipses

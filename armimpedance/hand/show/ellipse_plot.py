@@ -1,4 +1,4 @@
-"""Force ellipses: one, and many over the workspace.
+"""Force ellipses: one, those of one posture, and a rose of them over the hand's force.
 
 An ellipse is the locus of the force that answers a unit of displacement (1 m), velocity (1 m/s) or
 acceleration (1 m/s^2) in all directions, Tsuji (1997), section 4.2: N per m is N/m and so on.
@@ -14,32 +14,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.conventions import MATRICES, UNITS, group_name
+from armimpedance.core.conventions import MATRICES
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses import Which, locus
 from armimpedance.hand.show.ellipse_plot_parts import (
-    BAND_ALPHA,
-    ONE_PLACE_M,
     default_scale,
-    draw_arms,
     draw_band,
     draw_scale_bar,
-    draw_shoulders,
-    hand_of,
     is_positive_definite,
     legend_above,
     matrix_of,
-    middle_of,
     square_limits,
     unit_of,
 )
 from armimpedance.show.plots import (
-    LINE_STYLES,
     MODEL_LINE_STYLE,
     OKABE_ITO,
-    TWO_COLUMNS_IN,
     label_axes,
+    look,
     new_axes,
     print_style,
 )
@@ -126,97 +119,6 @@ def plot_ellipse(
     return ax
 
 
-def plot_ellipses_in_workspace(
-    estimates: Sequence[ImpedanceEstimate],
-    which: Which = "stiffness",
-    ax: Axes | None = None,
-    reference: Sequence[ArrayLike | ImpedanceEstimate] | None = None,
-    reference_label: str = "model",
-    upper_arm_m: float | None = None,
-    arms_of: Sequence[int] | None = None,
-    scale: float | None = None,
-    show_confidence: bool = True,
-) -> Axes:
-    """Draw each ellipse where the hand was, as in Tsuji (1997), Fig. 7.
-
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-        Of the hand, with two axes and a position.
-    which : {"stiffness", "viscosity", "inertia"}
-        Whose ellipse is drawn.
-    ax : Axes, optional
-        Where to draw; without it a new figure is made.
-    reference : sequence of (2, 2) or ImpedanceEstimate, optional
-        One for each estimate, drawn wide and grey below it, for example a model's inertia.
-    reference_label : str
-        The name of the reference in the legend.
-    upper_arm_m : float, optional
-        Length of the upper arm: draw the arm as sticks, where joint angles are known.
-    arms_of : sequence of int, optional
-        Which estimates' arms (numbers from 0); without it the one in the middle.
-    scale : float, optional
-        Metres on paper per unit of the matrix; by default neighbours just do not touch.
-    show_confidence : bool
-        Shade the 95 % band of each outline.
-
-    Returns
-    -------
-    Axes
-        The axes that hold the ellipses, in metres.
-
-    Raises
-    ------
-    InputError
-        For an estimate of another level, without a position, or not of two axes.
-    """
-    matrices = [matrix_of(estimate, which) for estimate in estimates]
-    hands = np.array([hand_of(estimate) for estimate in estimates])
-    scale = default_scale(matrices, hands) if scale is None else scale
-    with print_style():
-        ax = new_axes(TWO_COLUMNS_IN * 0.6, TWO_COLUMNS_IN * 0.6) if ax is None else ax
-        label_axes(ax, "x (m)", "y (m)")
-        if upper_arm_m is not None:
-            draw_arms(ax, estimates, upper_arm_m, middle_of(hands) if arms_of is None else arms_of)
-        if reference is not None:
-            # Wide and pale below the estimate: where the two agree both are seen.
-            for item, hand in zip(reference, hands, strict=True):
-                matrix = matrix_of(item, which)
-                plot_ellipse(
-                    *(matrix, ax, hand, scale, which),
-                    color="0.75",
-                    linewidth=2.4,
-                    label=reference_label,
-                )
-        looks = _looks(estimates, hands)
-        for estimate, hand, look in zip(estimates, hands, looks, strict=True):
-            plot_ellipse(estimate, ax, hand, scale, which, show_confidence, **look)
-        if show_confidence:
-            ax.fill([], [], color=OKABE_ITO["blue"], alpha=BAND_ALPHA, lw=0, label="95 % band")
-        apart = len(estimates) == 1 or np.ptp(hands, axis=0).max() > ONE_PLACE_M
-        if apart:
-            draw_shoulders(ax, estimates)
-        draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
-        legend_above(ax, columns=3 if apart else 2)
-    return ax
-
-
-def _looks(estimates: Sequence[ImpedanceEstimate], hands: FloatArray) -> list[dict[str, Any]]:
-    """One look where places tell the estimates apart; at one place colour, line and name do."""
-    alike: dict[str, Any] = {"linewidth": FINE_LINE, "label": "estimate"}
-    if len(estimates) == 1 or np.ptp(hands, axis=0).max() > ONE_PLACE_M:
-        return [alike] * len(estimates)
-    colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
-    return [
-        {
-            "color": colors[i % len(colors)],
-            "linestyle": LINE_STYLES[(i + i // len(colors)) % len(LINE_STYLES)],
-            "label": group_name(estimate.keys),
-        }
-        for i, estimate in enumerate(estimates)
-    ]
-
-
 def draw_models(
     ax: Axes,
     reference: Sequence[ArrayLike | ImpedanceEstimate],
@@ -251,6 +153,7 @@ def plot_ellipses_over_levels(
     reference: ArrayLike | ImpedanceEstimate | None = None,
     reference_label: str = "model",
     show_confidence: bool = False,
+    colors: Sequence[str] | None = None,
 ) -> Axes:
     """Draw the ellipses of one posture over one another, as in Tsuji (1997), Fig. 8.
 
@@ -270,6 +173,8 @@ def plot_ellipses_over_levels(
         The name of the reference in the legend.
     show_confidence : bool
         Shade the 95 % band of each outline.
+    colors : sequence of str, optional
+        One for each estimate; without it a cycle that colour-blind readers can tell apart.
 
     Returns
     -------
@@ -287,18 +192,12 @@ def plot_ellipses_over_levels(
     ['cocontraction_10', 'cocontraction_30']
     """
     names = [str(e.keys.get("condition", "")) for e in estimates] if labels is None else labels
-    colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
     with print_style():
         ax = new_axes() if ax is None else ax
         for i, (estimate, name) in enumerate(zip(estimates, names, strict=True)):
+            style = look(i, None if colors is None else colors[i])
             plot_ellipse(
-                estimate,
-                ax,
-                which=which,
-                show_confidence=show_confidence,
-                color=colors[i % len(colors)],
-                linestyle=LINE_STYLES[i % len(LINE_STYLES)],
-                label=name,
+                estimate, ax, which=which, show_confidence=show_confidence, label=name, **style
             )
         if reference is not None:
             place = np.zeros((1, 2))

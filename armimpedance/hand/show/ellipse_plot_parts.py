@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,8 +85,9 @@ def confidence_band(
 ONE_PLACE_M = 0.01
 #: Ellipses may reach into their neighbours' cells by this factor: most are thin and alike.
 OVERLAP = 1.3
-#: Shading of a 95 % band.
+#: Shading of a 95 % band, and from which width on it is seen beside a line (points).
 BAND_ALPHA = 0.35
+_SEEN_PT = 1.6
 #: About how wide a legend's line sample with its gaps is, a letter, and what stands left of
 #: a panel (in).
 _SAMPLE_IN, _LETTER_IN, _MARGIN_IN = 0.45, 0.062, 0.5
@@ -174,41 +175,77 @@ def draw_band(
     ax.autoscale_view()
 
 
-def draw_arms(
-    ax: Axes, estimates: Sequence[ImpedanceEstimate], upper_arm_m: float, chosen: Sequence[int]
-) -> None:
-    """Arms as sticks from shoulder over elbow to hand, where the posture is known."""
-    for i in chosen:
-        estimate = estimates[i]
-        if estimate.joint_angles is None or estimate.shoulder_m is None:
-            continue
-        angle = estimate.joint_angles[0]
-        elbow = estimate.shoulder_m + upper_arm_m * np.array([np.cos(angle), np.sin(angle)])
-        x, y = np.array([estimate.shoulder_m, elbow, hand_of(estimate)]).T
-        ax.plot(x, y, "-o", color="0.7", linewidth=2.5, markersize=4, zorder=0)
+def draw_arm(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
+    """The arm of the hand in the middle as sticks, where its posture is known."""
+    known = [(e, elbow_of(e)) for e in estimates]
+    arms = [(e, elbow) for e, elbow in known if elbow is not None]
+    if not arms:
+        return
+    hands = np.array([hand_of(e) for e, _ in arms])
+    estimate, elbow = arms[int(np.linalg.norm(hands - hands.mean(axis=0), axis=1).argmin())]
+    x, y = np.array([estimate.shoulder_m, elbow, hand_of(estimate)]).T
+    ax.plot(x, y, "-o", color="0.8", linewidth=2.5, markersize=4, zorder=0)
 
 
-def middle_of(places: FloatArray) -> list[int]:
-    """The number of the place nearest to the mean of all."""
-    return [int(np.linalg.norm(places - places.mean(axis=0), axis=1).argmin())]
+#: Both links of an arm are at least so long, m; a straight arm does not tell where its elbow is.
+_LEAST_LINK_M = 0.1
 
 
-def draw_shoulders(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
-    """Mark each place of a shoulder once."""
+def elbow_of(estimate: ImpedanceEstimate) -> FloatArray | None:
+    """The elbow's place (2,) by shoulder, hand and joint angles; None where they do not tell it."""
+    angles, shoulder = estimate.joint_angles, estimate.shoulder_m
+    if angles is None or shoulder is None or len(angles) != 2 or abs(np.sin(angles[1])) < 0.1:
+        return None
+    turned = np.cumsum(angles)
+    # hand - shoulder = [e(q1) e(q1 + q2)] (l1, l2), (2,) = (2, 2) (2,)
+    links = np.linalg.solve(
+        np.stack([np.cos(turned), np.sin(turned)]), hand_of(estimate) - shoulder
+    )
+    if links.min() < _LEAST_LINK_M:
+        return None
+    return np.asarray(shoulder + links[0] * np.array([np.cos(turned[0]), np.sin(turned[0])]))
+
+
+def draw_shoulders(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> list[tuple[float, ...]]:
+    """Mark each place of a shoulder once; the places."""
     known = [tuple(e.shoulder_m.tolist()) for e in estimates if e.shoulder_m is not None]
-    middle = np.mean(ax.get_xlim())
-    for place in dict.fromkeys(known):
+    places = list(dict.fromkeys(known))
+    for place in places:
         ax.plot(*place, "s", color="black", markersize=5)
-        # The word stands towards the middle: outside it would run into the next panel.
-        side = -1 if place[0] > middle else 1
-        ax.annotate(
-            "shoulder",
-            place,
-            (6 * side, 0),
-            textcoords="offset points",
-            ha="left" if side > 0 else "right",
-            va="center",
+    return places
+
+
+def fill_panel(ax: Axes) -> None:
+    """One scale for x and y, and limits as wide as the panel has room.
+
+    A column of places would otherwise make a strip that has no room for its words.
+    """
+    both_shared = all(
+        len(list(group(ax))) > 1
+        for group in (
+            ax.get_shared_x_axes().get_siblings,
+            ax.get_shared_y_axes().get_siblings,
         )
+    )
+    ax.set_aspect("equal", adjustable="box" if both_shared else "datalim")
+
+
+def band_label(ax: Axes, estimates: Sequence[ImpedanceEstimate], which: Which, scale: float) -> str:
+    """How a legend calls the band: it says so where the band cannot be seen beside its line."""
+    low, high = np.array(ax.axis()).reshape(2, 2).T
+    width, height = (_panel_in(ax) * 72, ax.figure.get_figure(root=True).get_size_inches()[1] * 50)
+    point = float(max((high[0] - low[0]) / width, (high[1] - low[1]) / height))
+    widths = [
+        float(np.linalg.norm(outer - inner, axis=1).max())
+        for inner, outer in (
+            confidence_band(e, which, 61)
+            for e in estimates
+            if is_positive_definite(getattr(e, which))
+        )
+    ]
+    if widths and scale * np.median(widths) < _SEEN_PT * point:
+        return "95 % band within the line"
+    return "95 % band"
 
 
 def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit: str) -> None:
@@ -218,8 +255,13 @@ def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit:
     )
 
     value = _round_number(_largest(matrices))
-    low, high = ax.get_ylim()
-    ax.set_ylim(low - 0.13 * (high - low), high)
+    x0, x1, low, high = ax.axis()
+    if ax.get_autoscaley_on():
+        # the limits stay free, so that the panel may be filled
+        ax.update_datalim([(x0, low - 0.1 * (high - low)), (x1, high)])
+        ax.autoscale_view()
+    else:
+        ax.set_ylim(low - 0.13 * (high - low), high)
     ax.add_artist(
         AnchoredSizeBar(
             ax.transData,
@@ -253,20 +295,24 @@ def square_limits(ax: Axes) -> None:
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
-def legend_above(ax: Axes, columns: int = 3) -> None:
-    """A legend above the axes with each label once, in fewer columns where names are long."""
+def legend_above(ax: Axes, columns: int = 3, title: str = "") -> None:
+    """A legend above the axes with each label once, in fewer columns where names are long.
+
+    Inside the axes where nothing would keep room for it above.
+    """
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
+    if not once and not title:
+        return
     entry_in = _SAMPLE_IN + _LETTER_IN * max((len(label) for label in once), default=0)
     columns = max(1, min(columns, int(_panel_in(ax) / entry_in)))
-    ax.legend(
-        list(once.values()),
-        list(once),
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
-        ncols=columns,
-        borderaxespad=0.2,
+    room = ax.figure.get_figure(root=True).get_layout_engine() is not None and not ax.get_title()
+    place: dict[str, Any] = (
+        {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2, "ncols": columns}
+        if room
+        else {"loc": "best"}
     )
+    ax.legend([*once.values()], [*once], title=title or None, alignment="left", **place)
 
 
 def _panel_in(ax: Axes) -> float:
@@ -291,4 +337,6 @@ def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
             legend.remove()
         handles, labels = ax.get_legend_handles_labels()
         once |= dict(zip(labels, handles, strict=True))
+    entry_in = _SAMPLE_IN + _LETTER_IN * max((len(label) for label in once), default=0)
+    columns = max(1, min(columns, int(figure.get_figwidth() / entry_in)))
     figure.legend(list(once.values()), list(once), loc="outside upper center", ncols=columns)

@@ -12,9 +12,11 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.plots import (
+    MOST_LOOKS,
     OKABE_ITO,
     ONE_COLUMN_IN,
     label_axes,
+    look,
     new_axes,
     print_style,
     unit_text,
@@ -73,8 +75,10 @@ def plot_intervals(
     with print_style():
         height = 0.9 + 0.22 * len(values)
         ax = new_axes(ONE_COLUMN_IN, height) if ax is None else ax
-        color = OKABE_ITO["blue"]
-        ax.errorbar(values, rows, xerr=half, fmt="o", color=color, capsize=2, label="95 % interval")
+        for number, (value, width) in enumerate(zip(values, half, strict=True)):
+            color = _color(number, len(values))
+            label = None if number else "95 % interval"
+            ax.errorbar(value, number, xerr=width, fmt="o", color=color, capsize=2, label=label)
         if truth is not None:
             ax.plot(truth, rows, "x", color="black", markersize=6, zorder=3, label="truth")
             ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
@@ -84,6 +88,11 @@ def plot_intervals(
             ax, f"{parameter} ({unit_text(UNITS[estimates[0].level][parameter[0]])})", "condition"
         )
     return ax
+
+
+def _color(number: int, of: int) -> str:
+    """That of the group in every picture; of many groups all are alike."""
+    return str(look(number)["color"]) if of <= MOST_LOOKS else OKABE_ITO["blue"]
 
 
 def _value(estimate: ImpedanceEstimate, parameter: str) -> tuple[float, float]:

@@ -1,4 +1,6 @@
 from .captions import panel_letters as panel_letters, save_with_caption as save_with_caption
+from .looks import MOST_LOOKS as MOST_LOOKS, look as look
+from .room import NamesBeside as NamesBeside, RoomyLocator as RoomyLocator
 from .rows import (
     DrawnRow as DrawnRow,
     Series as Series,

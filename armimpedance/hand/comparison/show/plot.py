@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from heapq import nsmallest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
-from armimpedance.core.conventions import MATRICES, UNITS
+from armimpedance.core.conventions import MATRICES
 from armimpedance.hand.comparison.discrimination import Discrimination
 from armimpedance.hand.comparison.groups import ComparedGroup, Pair
 from armimpedance.hand.ellipses import Which
-from armimpedance.hand.show.ellipse_plot import plot_ellipse
-from armimpedance.hand.show.ellipse_plot_parts import (
-    BAND_ALPHA,
-    draw_scale_bar,
-    draw_shoulders,
-    hand_of,
-    legend_above,
-    matrix_of,
-    usual_scale,
-)
+from armimpedance.hand.show.ellipse_map_plot import EllipseMap
 from armimpedance.hand.show.ellipsoid_plot import plot_ellipsoids
 from armimpedance.show.plots import (
-    LINE_STYLES,
     OKABE_ITO,
     ONE_COLUMN_IN,
     TWO_COLUMNS_IN,
-    few_ticks,
-    label_axes,
     new_axes,
     print_style,
 )
@@ -41,24 +27,19 @@ if TYPE_CHECKING:
 
 #: Pairs whose adjusted p is at most this are joined by a line.
 LEVEL = 0.05
-#: With more groups than this they are told apart by number, not by line.
-_MOST_STYLED = 10
 #: Axes of a hand in space.
 _IN_SPACE = 3
-_COLORS = tuple(OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange"))
 #: With more lines between pairs nobody sees the ellipses: their number is said instead.
 _MOST_JOINED = 4
 #: Names in a column beside the drawing, its width (points) and that of a name (letters).
 _LISTED = 26
 _COLUMN_PT = 130
 _LONGEST = 22
-#: Of longer names one stands in a row of the legend.
-_SHORT_NAME = 9
+#: Room for two such columns, which make two columns of print of one (inches).
+_LIST_IN = TWO_COLUMNS_IN - ONE_COLUMN_IN
 #: Of more names than these, those of the pairs that differ most are drawn.
 _MOST_NAMED = 78
 _FIRST_NAMED = 26
-#: Places closer than this fraction of the spread of all are one place.
-_SAME_PLACE = 0.02
 
 
 def plot_comparison(
@@ -115,51 +96,21 @@ def plot_comparison(
     if groups and all(group.estimate.k == _IN_SPACE for group in groups) and ax is None:
         first: Axes = plot_ellipsoids([group.estimate for group in groups], which).axes[0]
         return first
-    matrices = [matrix_of(group.estimate, which) for group in groups]
-    places = _places(groups)
-    one_place = len(np.unique(places, axis=0)) == 1
-    if aside := one_place and len({group.name for group in groups}) > _MOST_STYLED:
-        places = _side_by_side([group.name for group in groups])
-    scale = usual_scale(matrices, places) if scale is None else scale
-    shown = _Shown(groups, places, which, scale)
+    shown = EllipseMap.of(
+        *([group.estimate for group in groups], [group.name for group in groups], which, scale),
+        together=True,
+    )
     with print_style():
-        ax = _new_axes(shown) if ax is None else ax
-        _draw_groups(ax, shown, pairs, len(everybody))
-        if not one_place:
-            draw_shoulders(ax, [group.estimate for group in groups])
-        draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
-        _name_axes(ax, aside)
-        _name_groups(ax, shown)
+        ax = shown.new_axes(0 if shown.styled else _LIST_IN) if ax is None else ax
+        said = _join(ax, shown, pairs) if shown.single else ""
+        shown.draw(ax, show_confidence=shown.single)
+        if len(groups) < len(everybody):
+            part = f"{len(groups)} of {len(everybody)} groups: where differences are clearest"
+            said = "\n".join(filter(None, [said, part]))
+        shown.finish(ax, show_confidence=shown.single, numbers=True, title=said)
+        if not shown.styled:
+            _list_names(ax, shown.once)
     return ax
-
-
-def _draw_groups(ax: Axes, shown: _Shown, pairs: Sequence[Pair], of: int) -> None:
-    """All groups, and what the legend says of them; `of`: how many there are in all."""
-    if shown.once:
-        _join(ax, shown, pairs)
-    for group, hand in zip(shown.groups, shown.places, strict=True):
-        _draw_group(ax, shown, group, hand)
-    if shown.once:
-        ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
-    if len(shown.groups) < of:
-        label = f"{len(shown.groups)} of {of} groups: where differences are clearest"
-        ax.plot([], [], linestyle="", label=label)
-
-
-def _name_axes(ax: Axes, aside: bool) -> None:
-    if aside:
-        ax.set(xticks=[], yticks=[], xlabel="at one place, drawn side by side", ylabel="")
-        return
-    label_axes(ax, "x (m)", "y (m)")
-    ax.xaxis.set_major_locator(few_ticks())
-    ax.yaxis.set_major_locator(few_ticks())
-
-
-def _name_groups(ax: Axes, shown: _Shown) -> None:
-    longest = max(map(len, shown.names))
-    legend_above(ax, columns=2 if longest <= _SHORT_NAME or not shown.styled else 1)
-    if not shown.styled:
-        _list_names(ax, shown.names)
 
 
 def _drawn(
@@ -182,125 +133,18 @@ def _drawn(
     return [group for group in groups if group.name in chosen]
 
 
-def _new_axes(shown: _Shown) -> Axes:
-    """One column of print; two where names are listed beside the drawing."""
-    if shown.styled:
-        rows = len(shown.names) + 2
-        two = max(map(len, shown.names)) <= _SHORT_NAME
-        return new_axes(ONE_COLUMN_IN, ONE_COLUMN_IN + 0.17 * (rows / 2 if two else rows))
-    return new_axes(TWO_COLUMNS_IN, 4.6)
-
-
-def _side_by_side(names: Sequence[str]) -> FloatArray:
-    """A place for each name in rows and columns, in tenths of a metre, (n, 2)."""
-    once = list(dict.fromkeys(names))
-    columns = int(np.ceil(np.sqrt(len(once))))
-    number = np.array([once.index(name) for name in names])
-    return 0.1 * np.column_stack([number % columns, -(number // columns)])
-
-
-@dataclass(frozen=True)
-class _Shown:
-    """What a figure shows, and how its groups are told apart.
-
-    `places` (n, 2).
-    """
-
-    groups: Sequence[ComparedGroup]
-    places: FloatArray
-    which: Which
-    scale: float
-
-    @property
-    def names(self) -> list[str]:
-        """Every name once, in order."""
-        return list(dict.fromkeys(group.name for group in self.groups))
-
-    @property
-    def styled(self) -> bool:
-        """Whether lines and colours tell the groups apart, and not numbers."""
-        return len(self.names) <= _MOST_STYLED
-
-    @property
-    def once(self) -> bool:
-        """Whether each name is that of one group."""
-        return len(self.names) == len(self.groups)
-
-    def style(self, name: str) -> dict[str, Any]:
-        """Colour, line and label of a group."""
-        if not self.styled:
-            return {"color": _COLORS[0], "linestyle": "-", "linewidth": 0.6, "label": None}
-        number = self.names.index(name)
-        return {
-            "color": _COLORS[number % len(_COLORS)],
-            # the second round of colours has other lines than the first
-            "linestyle": LINE_STYLES[(number + number // 5) % 5],
-            "linewidth": 1.0 if self.once else 0.6,
-            "label": name,
-        }
-
-
-def _draw_group(ax: Axes, shown: _Shown, group: ComparedGroup, hand: FloatArray) -> None:
-    """A group's ellipse, and its number where numbers tell the groups apart."""
-    which, scale = shown.which, shown.scale
-    style = shown.style(group.name)
-    plot_ellipse(group.estimate, ax, hand, scale, which, show_confidence=shown.once, **style)
-    if not shown.styled and (shown.once or group is _last_of(shown.groups, group.name)):
-        number = shown.names.index(group.name) + 1
-        _number(ax, number, matrix_of(group.estimate, which), hand, scale)
-
-
-def _places(groups: Sequence[ComparedGroup]) -> FloatArray:
-    """Where each ellipse stands, (n, 2).
-
-    A group stands at the mean of its subjects' hands; groups whose places differ by the hand's
-    unsteadiness alone share one.
-    """
-    hands = np.array([hand_of(group.estimate) for group in groups])
-    names = np.array([group.name for group in groups])
-    places = np.array([hands[names == name].mean(axis=0) for name in names])
-    spread = max(float(np.ptp(places, axis=0).max()), 0.1)
-    for i in range(len(places)):
-        near = np.linalg.norm(places[:i] - places[i], axis=1) < _SAME_PLACE * spread
-        if near.any():
-            places[i] = places[int(np.argmax(near))]
-    return places
-
-
-def _last_of(groups: Sequence[ComparedGroup], name: str) -> ComparedGroup:
-    """The last group of a name, so that a name is written once."""
-    return [group for group in groups if group.name == name][-1]
-
-
-def _join(ax: Axes, shown: _Shown, pairs: Sequence[Pair]) -> None:
-    """Join groups that differ, where they stand apart and are few enough to read."""
-    where = {group.name: place for group, place in zip(shown.groups, shown.places, strict=True)}
+def _join(ax: Axes, shown: EllipseMap, pairs: Sequence[Pair]) -> str:
+    """Join groups that differ, where they stand apart and are few enough; how many differ."""
+    where = dict(zip(shown.names, shown.places, strict=True))
     row = list(MATRICES).index(shown.which)
     names = [(pair.first, pair.second) for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
     drawn = [(one, two) for one, two in names if one in where and two in where]
     apart = [(one, two) for one, two in drawn if (where[one] != where[two]).any()]
     symbol = MATRICES[shown.which][0]
-    label = f"{symbol} differs in {len(names)} of {len(pairs)} pairs"
-    joined = apart if len(apart) <= _MOST_JOINED else []
-    if pairs and not joined:
-        ax.plot([], [], linestyle="", label=label)
-    for one, two in joined:
+    for one, two in apart if len(apart) <= _MOST_JOINED else []:
         x, y = np.array([where[one], where[two]]).T
-        ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label=label)
-
-
-def _number(ax: Axes, number: int, matrix: FloatArray, hand: FloatArray, scale: float) -> None:
-    """A group's number beyond the upper end of its ellipse's major axis."""
-    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
-    axis = vectors[:, 1] * (1 if vectors[1, 1] >= 0 else -1)
-    ax.annotate(
-        str(number),
-        tuple(hand + scale * values[1] * axis),
-        (7 * axis[0], 7 * axis[1]),
-        textcoords="offset points",
-        ha="center",
-        va="center",
-    )
+        ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label="differ")
+    return f"{symbol} differs in {len(names)} of {len(pairs)} pairs" if pairs else ""
 
 
 def _list_names(ax: Axes, names: Sequence[str]) -> None:

@@ -121,7 +121,7 @@ def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> Non
     before.check()  # pictures and numbers are of one recording
     draw_picture(
         arguments,
-        lambda: plot_estimates(made, upper_arm_m=recording.subject.upper_arm_m),
+        lambda: plot_estimates(made),
         f"Inertia, stiffness and viscosity of each group (method {method}) with 95 % intervals: "
         "ellipses where the hand was, or row by row, each to one scale, beside the elements of K.",
     )

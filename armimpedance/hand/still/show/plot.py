@@ -14,16 +14,9 @@ from armimpedance.core.conventions import AXES, MATRICES, UNITS, Kind, group_nam
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Recording, Response
 from armimpedance.hand.ellipses import Which
-from armimpedance.hand.show.ellipse_plot import (
-    plot_ellipses_in_workspace,
-    plot_ellipses_over_levels,
-)
-from armimpedance.hand.show.ellipse_plot_parts import (
-    ONE_PLACE_M,
-    matrix_of,
-    one_legend,
-    usual_scale,
-)
+from armimpedance.hand.show.ellipse_map_plot import plot_ellipses
+from armimpedance.hand.show.ellipse_plot import plot_ellipses_over_levels
+from armimpedance.hand.show.ellipse_plot_parts import ONE_PLACE_M, one_legend
 from armimpedance.hand.show.ellipsoid_plot import plot_ellipsoids
 from armimpedance.hand.still.show.aligned_trials import ROWS_PER_KERNEL, predicted_force, rows_of
 from armimpedance.numerics.signals import choose_span, cut_windows, ramp_basis, respond
@@ -183,7 +176,6 @@ def _without_ramp(signal: FloatArray, lag_s: FloatArray) -> FloatArray:
 def plot_estimates(
     estimates: Sequence[ImpedanceEstimate],
     model_inertia: Sequence[ArrayLike] | None = None,
-    upper_arm_m: float | None = None,
 ) -> Figure:
     """Draw M, K and B of all rows as in Tsuji (1997), Fig. 7.
 
@@ -198,8 +190,6 @@ def plot_estimates(
         Of one level.
     model_inertia : sequence of (2, 2), optional
         Drawn beside the inertia, dotted.
-    upper_arm_m : float, optional
-        Length of the upper arm: the arm is drawn as sticks where joint angles are known.
 
     Returns
     -------
@@ -225,7 +215,7 @@ def plot_estimates(
     places = [e.position for e in estimates if e.level == "hand" and e.position is not None]
     spread = len(places) == len(estimates) and np.ptp(places, axis=0).max() > ONE_PLACE_M
     if estimates[0].k == 2 and spread:
-        return _over_workspace(estimates, np.array(places), model_inertia, upper_arm_m)
+        return _over_workspace(estimates, model_inertia)
     if estimates[0].k == 2 and len(estimates) <= _MOST_AT_ONE_PLACE:
         return _about_one_centre(estimates)
     if estimates[0].k == 3 and estimates[0].level == "hand" and len(estimates) <= _MOST_IN_SPACE:
@@ -234,30 +224,33 @@ def plot_estimates(
 
 
 def _over_workspace(
-    estimates: Sequence[ImpedanceEstimate],
-    hands: FloatArray,
-    model_inertia: Sequence[ArrayLike] | None,
-    upper_arm_m: float | None,
+    estimates: Sequence[ImpedanceEstimate], model_inertia: Sequence[ArrayLike] | None
 ) -> Figure:
     with print_style():
         figure = new_figure(TWO_COLUMNS_IN, 3.7)
         axes = list(figure.subplots(1, 3))
         for ax, which in zip(axes, _PANELS, strict=True):
-            matrices = [matrix_of(found, which) for found in estimates]
-            plot_ellipses_in_workspace(
+            plot_ellipses(
                 estimates,
-                which,
-                ax,
-                model_inertia if which == "inertia" else None,
-                "two-link model",
-                upper_arm_m,
-                scale=usual_scale(matrices, hands),
+                which=which,
+                ax=ax,
+                reference=model_inertia if which == "inertia" else None,
+                reference_label="two-link model",
             )
             ax.set_title(which)
         _share_limits(figure, axes)
         panel_letters(axes)
+        _one_word_for_bands(axes)
         one_legend(figure, axes)
     return figure
+
+
+def _one_word_for_bands(axes: Sequence[Axes]) -> None:
+    """One legend entry for the bands of all panels, though those of some can hardly be seen."""
+    bands = [p for ax in axes for p in ax.patches if str(p.get_label()).startswith("95 % band")]
+    shortest = min((str(band.get_label()) for band in bands), key=len, default="")
+    for band in bands:
+        band.set_label(shortest)
 
 
 def _share_limits(figure: Figure, axes: Sequence[Axes]) -> None:
@@ -265,12 +258,13 @@ def _share_limits(figure: Figure, axes: Sequence[Axes]) -> None:
     low, high = np.array([ax.axis() for ax in axes]).reshape(-1, 2, 2).transpose(2, 0, 1)
     (left, bottom), (right, top) = low.min(axis=0), high.max(axis=0)
     for number, ax in enumerate(axes):
-        ax.set(xlim=(left, right), ylim=(bottom, top))
+        ax.update_datalim([(left, bottom), (right, top)])
+        ax.autoscale_view()
         ax.tick_params(labelleft=number == 0)
         ax.set_ylabel("y (m)" if number == 0 else "")
     across = (figure.get_figwidth() - 0.75) / 3
     height = across * (top - bottom) / (right - left) + 1.1
-    figure.set_figheight(float(np.clip(height, 2.4, 6.5)))
+    figure.set_figheight(float(np.clip(height, 2.4, 4.2)))
 
 
 def _about_one_centre(estimates: Sequence[ImpedanceEstimate]) -> Figure:

@@ -53,9 +53,9 @@ def test_intervals_are_as_wide_as_the_t_distribution_says(make_estimate):
     ax = plot_intervals(estimates, "K_22", truth=[180.0] * 3)
     assert "(N/m)" in ax.get_xlabel()
     assert ax.get_ylabel()
-    (bars,) = ax.containers
-    np.testing.assert_allclose(bars[0].get_xdata(), 179.3)
-    ends = np.array([segment[:, 0] for segment in bars[2][0].get_segments()])
+    assert [bars[0].get_xdata() for bars in ax.containers] == pytest.approx([179.3] * 3)
+    segments = [bars[2][0].get_segments()[0] for bars in ax.containers]
+    ends = np.array([segment[:, 0] for segment in segments])
     # 2.0227: 97.5 % point of t with 39 degrees of freedom; 6 N/m: the standard error
     np.testing.assert_allclose(ends - 179.3, [[-2.0227 * 6, 2.0227 * 6]] * 3, rtol=1e-4)
     assert [text.get_text() for text in ax.get_yticklabels()] == ["x 0", "x 0.1", "x 0.2"]
