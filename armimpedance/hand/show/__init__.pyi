@@ -9,6 +9,8 @@ from .estimates import (
     Estimates as Estimates,
     LabelledEstimate as LabelledEstimate,
     LabelledMatrix as LabelledMatrix,
+    estimates_of as estimates_of,
+    read_results as read_results,
 )
 from .intervals_plot import plot_intervals as plot_intervals
 from .options import add_by as add_by, add_force_by as add_force_by
@@ -19,4 +21,4 @@ from .quantities import (
     limits_of as limits_of,
     principal_values as principal_values,
 )
-from .results_csv import read_results as read_results, write_results as write_results
+from .results_csv import write_results as write_results

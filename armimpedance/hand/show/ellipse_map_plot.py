@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -29,8 +28,8 @@ from armimpedance.hand.show.ellipse_plot_parts import (
     unit_of,
     usual_scale,
 )
+from armimpedance.hand.show.estimates import GivenEstimates, estimates_of
 from armimpedance.hand.show.quantities import condition_of
-from armimpedance.hand.show.results_csv import read_results
 from armimpedance.show.plots import (
     MOST_LOOKS,
     OKABE_ITO,
@@ -54,7 +53,7 @@ _SAME_PLACE: Final = 0.02
 
 
 def plot_ellipses(
-    estimates: Sequence[ImpedanceEstimate] | str | os.PathLike[str],
+    estimates: GivenEstimates,
     *,
     which: Which = "stiffness",
     ax: Axes | None = None,
@@ -74,7 +73,7 @@ def plot_ellipses(
 
     Parameters
     ----------
-    estimates : sequence of ImpedanceEstimate, or path
+    estimates : Estimates, sequence of ImpedanceEstimate, one of them, or path
         Of two axes each; a path is that of a RESULTS.csv.
     which : {"stiffness", "viscosity", "inertia"}
         The matrix that is drawn.
@@ -105,6 +104,8 @@ def plot_ellipses(
     InputError
         The file cannot be read, nothing to draw, not as many labels or colours as estimates, an
         estimate that does not have two axes, or places known of some only.
+    TypeError
+        Something else is given.
 
     Examples
     --------
@@ -115,7 +116,7 @@ def plot_ellipses(
     >>> ax.get_xlabel()
     'K along x (N/m)'
     """
-    given = read_results(estimates) if isinstance(estimates, str | os.PathLike) else list(estimates)
+    given = list(estimates_of(estimates))
     if not given:
         raise InputError("nothing to draw", expected="at least one estimate")
     names = [condition_of(e) for e in given] if labels is None else [str(name) for name in labels]

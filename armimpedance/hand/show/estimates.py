@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, overload
+from typing import TYPE_CHECKING, Any, Final, Literal, cast, get_args, overload
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from armimpedance.core.findings import by_gravity
 from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
 from armimpedance.hand.ellipses import Ellipse, Which, ellipse_of
 from armimpedance.hand.show.quantities import check_group_columns, condition_of
-from armimpedance.hand.show.results_csv import results_content
+from armimpedance.hand.show.results_csv import read_rows, results_content
 from armimpedance.hand.show.text import estimate_text
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.files import Content, WrittenResult
@@ -37,11 +38,11 @@ if TYPE_CHECKING:
 # Matrices with their intervals and the names of their axes, as a person reads them.
 
 
-@dataclass(frozen=True, repr=False, eq=False)
-class LabelledMatrix(FrozenRecord):
+class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
     """One matrix of an estimate with its 95 % intervals.
 
-    NumPy takes it as the matrix: ``np.linalg.eigvalsh(hand["relaxed"].stiffness)``.
+    It is the matrix, for NumPy and for every function of the package: what is computed from it is a
+    plain array.
 
     Attributes
     ----------
@@ -49,8 +50,8 @@ class LabelledMatrix(FrozenRecord):
         Such as ``K`` and ``N/m``.
     axes : tuple of k str
         Names of the rows and columns.
-    value, sd, low, high : (k, k)
-        Elements, their standard errors and their 95 % limits.
+    sd, low, high : (k, k)
+        Standard errors of the elements and their 95 % limits.
 
     Examples
     --------
@@ -60,20 +61,63 @@ class LabelledMatrix(FrozenRecord):
     >>> stiffness = ai.estimate(session)["cocontraction_10"].stiffness
     >>> stiffness.axes
     ('x', 'y')
-    >>> bool((stiffness.low < stiffness.value).all())
+    >>> bool((stiffness.low < stiffness).all())
     True
     """
 
-    symbol: str
+    symbol: str | None
     unit: str
-    axes: Annotated[tuple[str, ...], "k"]
-    value: Annotated[FloatArray, "k k"]
-    sd: Annotated[FloatArray, "k k"]
-    low: Annotated[FloatArray, "k k"]
-    high: Annotated[FloatArray, "k k"]
+    axes: tuple[str, ...]
+    sd: FloatArray
+    low: FloatArray
+    high: FloatArray
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        return np.array(self.value, dtype=dtype) if copy else np.asarray(self.value, dtype=dtype)
+    @classmethod
+    def of(cls, estimate: ImpedanceEstimate, which: Which) -> LabelledMatrix:
+        """A matrix of an estimate.
+
+        Parameters
+        ----------
+        estimate : ImpedanceEstimate
+        which : {"inertia", "viscosity", "stiffness"}
+
+        Returns
+        -------
+        LabelledMatrix
+        """
+        symbol = MATRICES[which][0]
+        plain = np.asarray(getattr(estimate, which))
+        made: LabelledMatrix = plain.view(cls)
+        made.symbol, made.unit = symbol, UNITS[estimate.level][symbol]
+        made.axes, made.sd = axes_of(estimate), estimate.sd["MBK".index(symbol)]
+        half = t_factor(estimate.dof) * made.sd
+        made.low, made.high = plain - half, plain + half
+        return made
+
+    def __array_finalize__(self, source: Any) -> None:
+        # a part or a copy of it has no labels of its own
+        self.symbol = None
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        plain = np.asarray(array)
+        return plain[()] if return_scalar or plain.ndim == 0 else plain
+
+    def __getitem__(self, key: Any) -> Any:
+        return np.asarray(self)[key]
+
+    def __reduce__(self) -> Any:
+        # another process gets the numbers; an estimate labels them anew
+        return np.asarray(self).__reduce__()
+
+    @property
+    def value(self) -> FloatArray:
+        """The plain matrix."""
+        return np.asarray(self)
+
+    @property
+    def T(self) -> Any:
+        """The plain matrix transposed."""
+        return np.asarray(self).T
 
     def to_frame(self) -> pd.DataFrame:
         """One row an element: its row and column, value, standard error, 95 % limits, unit."""
@@ -94,6 +138,8 @@ class LabelledMatrix(FrozenRecord):
         return [[f"{self.symbol} ({self.unit})", *self.axes], *rows]
 
     def __repr__(self) -> str:
+        if self.symbol is None:
+            return repr(np.asarray(self))
         table = self._table()
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
         return "\n".join(
@@ -101,23 +147,19 @@ class LabelledMatrix(FrozenRecord):
             for row in table
         )
 
+    __str__ = __repr__
+
     def _repr_html_(self) -> str:
-        return html_table(self._table())
+        return repr(self) if self.symbol is None else html_table(self._table())
 
 
-class LabelledEstimate:
-    """One estimate as a person reads it: its matrices with intervals, units and axes.
+class LabelledEstimate(ImpedanceEstimate):
+    """One estimate as a person reads it: its matrices have intervals, units and names of axes.
 
-    Every other attribute is the record's own: ``hand["relaxed"].quality``. `print` shows all of it.
-
-    Parameters
-    ----------
-    estimate : ImpedanceEstimate
+    It is an `ImpedanceEstimate`. `print` shows all of it.
 
     Attributes
     ----------
-    estimate : ImpedanceEstimate
-        The record, with plain arrays.
     inertia, viscosity, stiffness : LabelledMatrix
 
     Examples
@@ -130,23 +172,42 @@ class LabelledEstimate:
     ('N/m', 'kg')
     """
 
-    def __init__(self, estimate: ImpedanceEstimate) -> None:
-        self.estimate = estimate
+    if TYPE_CHECKING:
+        inertia: LabelledMatrix
+        viscosity: LabelledMatrix
+        stiffness: LabelledMatrix
 
-    @property
-    def inertia(self) -> LabelledMatrix:
-        """M, the limb's own."""
-        return self._labelled("inertia")
+    @classmethod
+    def of(cls, estimate: ImpedanceEstimate) -> LabelledEstimate:
+        """The same estimate with labels.
 
-    @property
-    def viscosity(self) -> LabelledMatrix:
-        """B."""
-        return self._labelled("viscosity")
+        Parameters
+        ----------
+        estimate : ImpedanceEstimate
 
-    @property
-    def stiffness(self) -> LabelledMatrix:
-        """K."""
-        return self._labelled("stiffness")
+        Returns
+        -------
+        LabelledEstimate
+        """
+        if isinstance(estimate, cls):
+            return estimate
+        made = object.__new__(cls)
+        # its fields were checked when it was made
+        made.__dict__.update(vars(estimate))
+        made._label()
+        return made
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._label()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        super().__setstate__(state)
+        self._label()
+
+    def _label(self) -> None:
+        for which in get_args(Which):
+            object.__setattr__(self, which, LabelledMatrix.of(self, which))
 
     def ellipse(self, which: Which = "stiffness") -> Ellipse | None:
         """The ellipse of a matrix at the hand with its limits; None where there is none.
@@ -155,25 +216,11 @@ class LabelledEstimate:
         ----------
         which : {"inertia", "viscosity", "stiffness"}
         """
-        return ellipse_of(self.estimate, which)
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "estimate":
-            raise AttributeError(name)
-        return getattr(self.estimate, name)
-
-    def _labelled(self, which: Which) -> LabelledMatrix:
-        estimate, (symbol, _) = self.estimate, MATRICES[which]
-        value, sd = getattr(estimate, which), estimate.sd["MBK".index(symbol)]
-        half = t_factor(estimate.dof) * sd
-        unit = UNITS[estimate.level][symbol]
-        return LabelledMatrix(
-            symbol, unit, axes_of(estimate), value, sd, value - half, value + half
-        )
+        return ellipse_of(self, which)
 
     def __str__(self) -> str:
         """The estimate in full: matrices, their parts and ellipses, quality, warnings."""
-        return estimate_text(self.estimate)
+        return estimate_text(self)
 
     def __repr__(self) -> str:
         return "\n".join(map(repr, (self.inertia, self.viscosity, self.stiffness)))
@@ -202,16 +249,17 @@ _LONGEST_WARNING: Final = 160
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Estimates(WrittenResult, FrozenRecord, Sequence[ImpedanceEstimate]):
+class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
     """Inertia, viscosity and stiffness of several groups of trials.
 
-    It is a sequence of `ImpedanceEstimate`: iteration, a number and a slice give the plain records
-    that all functions of the package take. A group's name gives the same estimate with labelled
-    matrices and their intervals: ``hand["relaxed"].stiffness``.
+    A number, a group's name and iteration give one estimate with labelled matrices and their
+    intervals: ``hand[0]``, ``hand["relaxed"].stiffness``. A slice, a list of names and `where` give
+    several.
 
     Attributes
     ----------
     estimates : tuple of ImpedanceEstimate
+        Labelled when they come in.
     subject : Subject or None
         Who was measured; None where it is not known or where there are several.
     gravity_m_s2 : (d,) tuple or None
@@ -237,33 +285,78 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[ImpedanceEstimate]):
     subject: Subject | None = None
     gravity_m_s2: tuple[float, ...] | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "estimates", tuple(map(LabelledEstimate.of, self.estimates)))
+        super().__post_init__()
+
     def __len__(self) -> int:
         return len(self.estimates)
 
-    def __iter__(self) -> Iterator[ImpedanceEstimate]:
-        return iter(self.estimates)
+    @property
+    def _labelled(self) -> tuple[LabelledEstimate, ...]:
+        return cast(tuple[LabelledEstimate, ...], self.estimates)
+
+    def __iter__(self) -> Iterator[LabelledEstimate]:
+        return iter(self._labelled)
 
     @overload
-    def __getitem__(self, which: int) -> ImpedanceEstimate: ...
+    def __getitem__(self, which: int | str | tuple[Any, ...]) -> LabelledEstimate: ...
     @overload
-    def __getitem__(self, which: slice) -> Estimates: ...
-    @overload
-    def __getitem__(self, which: str | tuple[Any, ...]) -> LabelledEstimate: ...
+    def __getitem__(self, which: slice | list[Any]) -> Estimates: ...
     def __getitem__(
-        self, which: int | slice | str | tuple[Any, ...]
-    ) -> ImpedanceEstimate | Estimates | LabelledEstimate:
+        self, which: int | slice | str | tuple[Any, ...] | list[Any]
+    ) -> LabelledEstimate | Estimates:
         """Look up estimates by position or by name.
 
-        `which`: a position from 0 or a slice gives plain records. A text is the value of one of the
-        group's columns, a tuple holds the values of all of them in their order. Where several
-        methods estimated one group, the method's name comes last.
+        `which`: a position from 0, or a slice. A text is the value of one of the group's columns, a
+        tuple holds the values of all of them in their order. Where several methods estimated one
+        group, the method's name comes last. A list holds several of these.
         Raises InputError: no group has this name, or several have; the message lists the names.
         """
         if isinstance(which, slice):
-            return Estimates(self.estimates[which], self.subject, self.gravity_m_s2)
+            return self._some(self._labelled[which])
+        if isinstance(which, list):
+            return self._some([self[one] for one in which])
         if isinstance(which, int | np.integer):
-            return self.estimates[which]
-        return LabelledEstimate(self.estimates[position_of(which, self._values)])
+            return self._labelled[which]
+        return self._labelled[position_of(which, self._values)]
+
+    def _some(self, estimates: Sequence[LabelledEstimate]) -> Estimates:
+        return Estimates(tuple(estimates), self.subject, self.gravity_m_s2)
+
+    def items(self) -> list[tuple[str, LabelledEstimate]]:
+        """Names and estimates, in their order."""
+        return list(zip(self.names, self._labelled, strict=True))
+
+    def where(self, **columns: Any) -> Estimates:
+        """Those whose columns have these values: ``hand.where(condition="relaxed")``.
+
+        Parameters
+        ----------
+        **columns
+            One value, or several in a list, of each of these columns of the groups.
+
+        Returns
+        -------
+        Estimates
+            May be empty.
+
+        Raises
+        ------
+        InputError
+            A column that the groups do not have.
+        """
+        known = {name for estimate in self.estimates for name in estimate.keys}
+        for name in columns:
+            if name not in known:
+                raise InputError(f"no column {name!r}", expected=f"one of {', '.join(known)}")
+        wanted = {
+            name: set(map(str, value if isinstance(value, list | tuple | set) else [value]))
+            for name, value in columns.items()
+        }
+        return self._some(
+            [e for e in self._labelled if all(str(e.keys.get(n)) in w for n, w in wanted.items())]
+        )
 
     @property
     def _values(self) -> list[tuple[Any, ...]]:
@@ -343,6 +436,74 @@ def _stiffness(estimate: ImpedanceEstimate) -> str:
     K = estimate.stiffness
     values = ", ".join(f"{v:.4g}" for v in np.linalg.eigvalsh((K + K.T) / 2)[::-1])
     return f"K {values} {UNITS[estimate.level]['K']}"
+
+
+def read_results(path: PathLike) -> Estimates:
+    """Read RESULTS.csv, ours or one that a script wrote to the same contract.
+
+    Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`
+    or all of `sd_M_ij, sd_B_ij, sd_K_ij`: with the latter alone the covariance is diagonal and the
+    estimate says so in a warning. `shared_errors` may be missing. Without `dof` it is taken as
+    `n_trials - 1`. Intervals, ellipses and antisymmetric parts are not read: they follow from the
+    rest. Columns that are not the results' own are the group's; there, what looks like a number is
+    one (`condition` stays text).
+    A column without a name, such as a data frame's row numbers, is passed over.
+
+    Parameters
+    ----------
+    path : path
+        RESULTS.csv.
+
+    Returns
+    -------
+    Estimates
+        One for each row of the file, in its order.
+
+    Raises
+    ------
+    InputError
+        With file, row and column of what is missing or is not what it should be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> hand = ai.estimate(recording)
+    >>> with TemporaryDirectory() as folder:
+    ...     hand.to_csv(Path(folder) / "results.csv")
+    ...     again = ai.read_results(Path(folder) / "results.csv")
+    >>> again[0].keys["condition"]
+    'cocontraction_10'
+    """
+    return Estimates(tuple(read_rows(path)))
+
+
+_TAKEN: Final = (
+    "estimates are taken: what `estimate` returns, some of it, or the path of a RESULTS.csv"
+)
+#: Estimates as a person has them: a result, one or several of its estimates, or a RESULTS.csv.
+GivenEstimates = Sequence[ImpedanceEstimate] | ImpedanceEstimate | PathLike
+
+
+def estimates_of(given: GivenEstimates) -> Sequence[ImpedanceEstimate]:
+    """The estimates that a person gives; those of a file are read.
+
+    Raises TypeError: something else is given; the message says what.
+    """
+    if isinstance(given, ImpedanceEstimate):
+        return [given]
+    if isinstance(given, str | os.PathLike):
+        return read_results(given)
+    if not isinstance(given, Iterable) or isinstance(given, Mapping):
+        raise TypeError(f"{type(given).__name__} given; {_TAKEN}")
+    rows: Sequence[Any] = given if isinstance(given, Sequence) else list(given)
+    for row in rows:
+        if not isinstance(row, ImpedanceEstimate):
+            raise TypeError(f"{type(given).__name__} of {type(row).__name__} given; {_TAKEN}")
+    return rows
 
 
 # A recording of the hand, opened with the columns of its groups.

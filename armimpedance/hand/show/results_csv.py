@@ -125,46 +125,8 @@ def _as_cell(value: Any) -> Any:
     return _LINE_BREAKS.sub(" ", value) if isinstance(value, str) else value
 
 
-def read_results(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:
-    """Read RESULTS.csv, ours or one that a script wrote to the same contract.
-
-    Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`
-    or all of `sd_M_ij, sd_B_ij, sd_K_ij`: with the latter alone the covariance is diagonal and the
-    estimate says so in a warning. `shared_errors` may be missing. Without `dof` it is taken as
-    `n_trials - 1`. Intervals, ellipses and antisymmetric parts are not read: they follow from the
-    rest. Columns that are not the results' own are the group's; there, what looks like a number is
-    one (`condition` stays text).
-    A column without a name, such as a data frame's row numbers, is passed over.
-
-    Parameters
-    ----------
-    path : path
-        RESULTS.csv.
-
-    Returns
-    -------
-    list of ImpedanceEstimate
-        One for each row of the file, in its order.
-
-    Raises
-    ------
-    InputError
-        With file, row and column of what is missing or is not what it should be.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> import armimpedance as ai
-    >>> from manipulandum_sim.hand import simulate
-    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
-    >>> hand = ai.estimate(recording)
-    >>> with TemporaryDirectory() as folder:
-    ...     hand.to_csv(Path(folder) / "results.csv")
-    ...     again = ai.read_results(Path(folder) / "results.csv")
-    >>> again[0].keys["condition"]
-    'cocontraction_10'
-    """
+def read_rows(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:
+    """The estimates in RESULTS.csv; `estimates.read_results` says what of it."""
     return [_estimate(row) for row in table_rows(Path(path))]
 
 

@@ -254,6 +254,8 @@ def measured_data(
 
 
 def _row(row: ImpedanceEstimate, owner: Owner) -> dict[str, Any]:
+    hand: ImpedanceEstimate
+    joint: ImpedanceEstimate
     if row.level == "muscle" or row.k != 2:
         raise InputError(f"level {row.level} with {row.k} axes", expected="hand or joints in plane")
     # only the subject, the muscles and the gravity of a recording are asked for

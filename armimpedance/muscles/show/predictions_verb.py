@@ -134,10 +134,23 @@ def at_hand(
     return predicted_at_hand(predicted, arm, force_N, moving=moving)
 
 
+#: No joint of an arm turns so far: larger angles are degrees.
+_MOST_RAD: Final = 2 * np.pi
+
+
 def _postures(given: ArrayLike | PathLike | None) -> FloatArray | None:
-    if isinstance(given, str | os.PathLike):
-        return read_postures(Path(given))
-    return None if given is None else np.atleast_2d(np.asarray(given, dtype=float))
+    if given is None:
+        return None
+    file = given if isinstance(given, str | os.PathLike) else None
+    found = np.atleast_2d(
+        np.asarray(given, dtype=float) if file is None else read_postures(Path(file))
+    )
+    largest = float(np.abs(found).max(initial=0.0))
+    if np.isfinite(largest) and largest > _MOST_RAD:
+        raise InputError(
+            f"a joint angle of {largest:g} rad", file=file, expected="radians: 60 degrees are 1.047"
+        )
+    return found
 
 
 def _activations(given: ArrayLike | PathLike | None, model: Any) -> FloatArray | None:

@@ -14,7 +14,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.levels import Whose, arm_of_whose, moving_joints
-from armimpedance.hand.show import read_results
+from armimpedance.hand.show import estimates_of, read_results
 from armimpedance.limb.arm import FREE_WRIST, LOCKED_WRIST, MuscularArm, SpatialArm
 from armimpedance.muscles.models import (
     MODEL_KINDS,
@@ -372,6 +372,7 @@ def _joint_rows(rows: Rows) -> JointRows | HandRows:
         return rows
     if isinstance(rows, str | os.PathLike):
         return read_joint_rows([Path(rows)])
-    if rows and all(isinstance(row, str | os.PathLike) for row in rows):
-        return read_joint_rows([Path(row) for row in cast(Sequence[str], rows)])
-    return joint_rows(cast(Sequence[ImpedanceEstimate], rows))
+    given = rows if isinstance(rows, Sequence) else ()
+    if given and all(isinstance(row, str | os.PathLike) for row in given):
+        return read_joint_rows([Path(row) for row in cast(Sequence[str], given)])
+    return joint_rows(estimates_of(cast(Sequence[ImpedanceEstimate], rows)))

@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -52,6 +52,8 @@ def read(
     InputError
         There is nothing at the path, it cannot be read, or an option has no meaning for its
         format; the message names file and place.
+    TypeError
+        Something else is given; the message says what.
 
     Examples
     --------
@@ -61,7 +63,12 @@ def read(
     armimpedance.core.errors.InputError: nowhere: no such file or folder (expected a recording)
     """
     if not isinstance(source, str | os.PathLike):
-        return source
+        if isinstance(source, get_args(AnyRecording)):
+            return source
+        raise TypeError(
+            f"{type(source).__name__} given; a recording or its path is taken, and `ai.recording` "
+            "makes one of tables and lists of trials"
+        )
     if isinstance(options.get("skeleton"), str | os.PathLike):
         options["skeleton"] = read_skeleton(options["skeleton"])
     return open_recording(source, ReadOptions(force_by=force_by, **options))

@@ -13,7 +13,7 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
-from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.show import read_results
 from armimpedance.recordings.c3d.c3d_file import parse_c3d
 from armimpedance.recordings.kinarm.dynamics import link_inertias
 from armimpedance.recordings.kinarm.robot import robot_of

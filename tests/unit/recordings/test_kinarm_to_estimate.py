@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.show import read_results
 
 SHOULDER, LENGTHS = (-0.1, 0.05), (0.31, 0.34)
 RIGHT_HAND = np.array([-0.15, 0.45])

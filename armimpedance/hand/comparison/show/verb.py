@@ -27,8 +27,7 @@ from armimpedance.hand.comparison.groups import (
 from armimpedance.hand.comparison.show.table import COMPARED, comparison_content
 from armimpedance.hand.comparison.show.text import comparison_text, subjects_text
 from armimpedance.hand.comparison.subjects import SubjectsChange, compare_subjects
-from armimpedance.hand.show.estimates import ForceBy
-from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.show.estimates import ForceBy, estimates_of
 from armimpedance.hand.still import METHODS, Options, in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content, WrittenResult
@@ -234,6 +233,11 @@ def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tup
     if isinstance(inputs, Mapping):
         return [(str(name), source) for name, source in inputs.items()]
     sources: Sequence[Any] = (inputs,) if _is_one(inputs) else inputs  # type: ignore[assignment]
+    for source in sources if isinstance(sources, Sequence) else (sources,):
+        if not _is_one(source):
+            raise TypeError(
+                f"{type(source).__name__} given; recordings, results or paths are taken"
+            )
     if not sources:
         raise InputError("nothing to compare", expected="recordings or results")
     paths = [Path(source) for source in sources if isinstance(source, str | os.PathLike)]
@@ -301,10 +305,8 @@ def _of_results(
 
 
 def _results(source: Any) -> Sequence[ImpedanceEstimate]:
-    if not isinstance(source, str | os.PathLike):
-        return source  # type: ignore[no-any-return]
     try:
-        return read_results(source)
+        return estimates_of(source)
     except InputError as error:
         if error.problem == "no such column" and str(error.column).startswith("sd_"):
             raise InputError(

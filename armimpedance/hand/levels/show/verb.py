@@ -29,15 +29,14 @@ from armimpedance.hand.levels.posture import (
     spatial_posture_for,
 )
 from armimpedance.hand.levels.show.muscle_estimates import MuscleEstimates
-from armimpedance.hand.show.estimates import Estimates
+from armimpedance.hand.show.estimates import Estimates, GivenEstimates, estimates_of
 from armimpedance.hand.show.quantities import condition_of
-from armimpedance.hand.show.results_csv import read_results
 from armimpedance.limb.arm import HELD, LOCKED_WRIST, MuscularArm, arm_named
 from armimpedance.recordings import read_subject
-from armimpedance.show.verbs.results import PathLike, naming
+from armimpedance.show.verbs.results import naming
 
 #: Estimates, or the path of a RESULTS.csv.
-Results = Sequence[ImpedanceEstimate] | PathLike
+Results = GivenEstimates
 Made = TypeVar("Made")
 
 _UPRIGHT: Final = (
@@ -300,9 +299,7 @@ def _each(estimates: Results, mapped: Callable[[ImpedanceEstimate], Made]) -> li
 
 
 def _rows(estimates: Results) -> Sequence[ImpedanceEstimate]:
-    if isinstance(estimates, str | os.PathLike):
-        return read_results(Path(estimates))
-    return estimates
+    return estimates_of(estimates)
 
 
 @contextmanager

@@ -17,8 +17,8 @@ from armimpedance.hand.planning.noise_level import noise_named
 from armimpedance.hand.planning.pilot import pilot_of
 from armimpedance.hand.planning.plan import Plan, make_plan, proposed_profiles
 from armimpedance.hand.planning.setting import PlannedArm, Servo, Setting
+from armimpedance.hand.show.estimates import read_results
 from armimpedance.hand.show.quantities import condition_of
-from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still import in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Sequence
 from functools import partial
 from typing import Any, Final
@@ -12,8 +11,7 @@ from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.reaching.identify import identify_course, identify_movement
 from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.reaching.windows import check_pushes
-from armimpedance.hand.show.estimates import Estimates, ForceBy
-from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.show.estimates import Estimates, ForceBy, estimates_of
 from armimpedance.show.verbs.checks import TopicChecks, checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
@@ -32,7 +30,7 @@ def fit_movement(
     **asked: Any,
 ) -> Estimates:
     """Read, check and fit; `asked`: keywords of `identify_movement` and `identify_course`."""
-    known = read_results(inertia) if isinstance(inertia, str | os.PathLike) else inertia
+    known = None if inertia is None else estimates_of(inertia)
     if course and method not in (None, METHODS.default):
         raise InputError(f"a course by method {method}", expected=f"method {METHODS.default}")
     find = identify_course if course else partial(identify_movement, method=method)

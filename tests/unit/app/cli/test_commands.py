@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.show import read_results
 from armimpedance.recordings.tables.folder import write_folder
 
 

@@ -8,7 +8,7 @@ import pytest
 from armimpedance.core.errors import EstimationError
 from armimpedance.hand.ellipses import ellipse_of
 from armimpedance.hand.levels.symmetry import antisymmetric_part
-from armimpedance.hand.show.results_csv import read_results, write_results
+from armimpedance.hand.show import read_results, write_results
 from armimpedance.hand.show.text import estimate_text, summary_table
 from armimpedance.hand.still.estimation import Options, estimate
 from armimpedance.hand.still.methods import definite, exact

@@ -1,13 +1,22 @@
 """Estimates: found by their names, shown with intervals, written as the command writes them."""
 
+import copy
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import armimpedance as ai
 from armimpedance.core.errors import InputError
-from armimpedance.hand.show import Estimates, plot_intervals, read_results, write_results
+from armimpedance.hand.show import (
+    Estimates,
+    LabelledEstimate,
+    plot_intervals,
+    read_results,
+    write_results,
+)
 
 
 @pytest.fixture
@@ -16,10 +25,9 @@ def hand(make_estimate):
     return Estimates([make_estimate(seed=i, keys=k) for i, k in enumerate(keys)])
 
 
-def test_a_name_gives_labelled_matrices_and_a_number_the_record(hand):
+def test_a_name_and_a_number_give_labelled_matrices(hand):
     named = hand["stiff"]
-    assert named.estimate is hand[1] is hand[("stiff",)].estimate
-    assert named.quality is hand[1].quality
+    assert named is hand[1] is hand[("stiff",)]
     K = named.stiffness
     assert (K.symbol, K.unit, K.axes) == ("K", "N/m", ("x", "y"))
     np.testing.assert_array_equal(np.asarray(K), hand[1].stiffness)
@@ -33,9 +41,47 @@ def test_a_name_gives_labelled_matrices_and_a_number_the_record(hand):
     assert named.ellipse().size > 0
 
 
-def test_iteration_and_slices_give_plain_records(hand):
+def test_iteration_slices_and_items_give_the_same_estimates(hand):
     assert list(hand) == [hand[0], hand[1]] == list(hand[:])
     assert isinstance(hand[1:], Estimates)
+    assert hand.items() == list(zip(hand.names, hand, strict=True))
+    assert hand[["stiff"]][0] is not None
+    assert {type(one) for one in (*hand, hand[0], hand["stiff"], hand[1:][0])} == {LabelledEstimate}
+
+
+def test_a_labelled_matrix_is_the_matrix_and_what_is_made_of_it_is_plain(hand):
+    K = hand[0].stiffness
+    plain = K.value
+    assert type(plain) is np.ndarray
+    for made in (K @ K, K + 1, K.T, K[0], np.linalg.inv(K), K[:, 0]):
+        assert type(made) is np.ndarray
+    assert isinstance(K[0, 1], float)
+    assert isinstance(K.sum(), float)
+    assert repr(K.copy()) == repr(plain)
+    with pytest.raises(ValueError, match="read-only"):
+        K += 1
+
+
+def test_an_estimate_keeps_its_labels_where_it_is_changed_or_sent(hand):
+    changed = replace(hand[0], keys={"condition": "other"})
+    sent = copy.deepcopy(hand[0])
+    for one in (changed, sent):
+        assert one.stiffness.unit == "N/m"
+        np.testing.assert_array_equal(one.stiffness.low, hand[0].stiffness.low)
+
+
+@pytest.mark.parametrize("given", [42, ["near"], {"a": 1}, [1.0, 2.0]])
+def test_what_is_no_estimate_is_a_type_error_that_says_what_it_is(given):
+    for take in (ai.plot_ellipses, ai.to_joint, ai.compare, ai.fit_posture):
+        with pytest.raises((TypeError, InputError), match="no such file|int|list|dict|float"):
+            take(given)
+    with pytest.raises(TypeError, match=f"{type(given).__name__}.*ai.recording"):
+        ai.estimate(given)
+
+
+def test_one_estimate_stands_for_a_list_of_it(hand):
+    assert ai.plot_ellipses(hand["stiff"]).lines
+    assert ai.plot_ellipse(hand["stiff"]).lines
 
 
 @pytest.mark.parametrize("name", ["tense", ("relaxed", "weighted"), ("tense",)])
@@ -47,7 +93,13 @@ def test_an_unknown_name_lists_the_names(hand, name):
 def test_names_of_several_columns(make_estimate):
     keys = [{"recording": d, "condition": c} for d in ("mon", "tue") for c in ("a", "b")]
     hand = Estimates([make_estimate(seed=i, keys=k) for i, k in enumerate(keys)])
-    assert hand["tue", "a"].estimate is hand[2]
+    assert hand["tue", "a"] is hand[2]
+    assert hand[["a", "b"][:0]].names == ()
+    assert hand[[("mon", "a"), ("tue", "b")]].names == (hand.names[0], hand.names[3])
+    assert hand.where(condition="a").names == hand[::2].names
+    assert hand.where(condition=["a", "b"], recording="mon").names == hand[:2].names
+    with pytest.raises(InputError, match="'day'.*recording"):
+        hand.where(day=1)
     with pytest.raises(InputError, match=r"several groups .*\('mon', 'a'\)"):
         hand["a"]
 
@@ -55,7 +107,7 @@ def test_names_of_several_columns(make_estimate):
 def test_the_method_tells_estimates_of_one_group_apart(make_estimate):
     same = [make_estimate(method=m, keys={"condition": "a"}) for m in ("exact", "paper")]
     hand = Estimates(same)
-    assert hand["a", "paper"].estimate is hand["paper"].estimate is hand[1]
+    assert hand["a", "paper"] is hand["paper"] is hand[1]
 
 
 def test_labels_of_joints_and_muscles(make_estimate):

@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.core.records import Subject
-from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.show import read_results
 from armimpedance.hand.still.methods import METHODS
 from armimpedance.recordings.tables.folder import read_folder, write_folder
 

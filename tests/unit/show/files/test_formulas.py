@@ -7,7 +7,7 @@ import csv
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.hand.show.results_csv import read_results, write_results
+from armimpedance.hand.show import read_results, write_results
 from armimpedance.show.files.content import guarded, runs_as_formula, unguarded
 
 HOSTILE = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", "\t=1", "'", "''", "'=1", "'-", "＝1"]

@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Quality
 from armimpedance.hand.ellipses import ellipse_of
-from armimpedance.hand.show.results_csv import read_results, write_results
+from armimpedance.hand.show import read_results, write_results
 
 FIELDS = [f.name for f in dataclasses.fields(ImpedanceEstimate)]
 
