@@ -7,12 +7,11 @@ from .ellipse_plot import (
 from .ellipse_plot_parts import confidence_band as confidence_band, one_legend as one_legend
 from .estimates import (
     Estimates as Estimates,
-    LabelledEstimate as LabelledEstimate,
-    LabelledMatrix as LabelledMatrix,
     estimates_of as estimates_of,
     read_results as read_results,
 )
 from .intervals_plot import plot_intervals as plot_intervals
+from .labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
 from .options import add_by as add_by, add_force_by as add_force_by
 from .quantities import (
     Cells as Cells,

@@ -8,7 +8,14 @@ from armimpedance.core.records import Recording
 from armimpedance.recordings.bids.dataset import is_bids
 from armimpedance.recordings.mapped.apply import mapped_recording
 from armimpedance.recordings.mapped.columns_toml import read_mapping
-from armimpedance.recordings.mapped.door import files_of, is_mapped, mapping_of, read_files
+from armimpedance.recordings.mapped.door import (
+    files_of,
+    is_mapped,
+    mapping_of,
+    read_files,
+    read_table,
+)
+from armimpedance.recordings.mapped.joined import with_tables
 from armimpedance.recordings.reading import Format, ReadOptions, RecordedSubject
 from armimpedance.recordings.tables.folder import is_recording_folder
 
@@ -16,7 +23,9 @@ from armimpedance.recordings.tables.folder import is_recording_folder
 def _read(path: Path, options: ReadOptions) -> Recording:
     mapping = read_mapping(mapping_of(path, _stated(options)))
     files = files_of(path, mapping.files)
-    return mapped_recording(read_files(files, mapping.wants), mapping, path)
+    pattern = mapping.trials.pattern
+    read = with_tables(read_files(files, mapping.wants), mapping.tables, read_table, pattern)
+    return mapped_recording(read, mapping, path)
 
 
 def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:

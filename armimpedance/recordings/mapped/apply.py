@@ -28,7 +28,7 @@ from armimpedance.recordings.mapped.cutting import (
     trial_table,
 )
 from armimpedance.recordings.mapped.mapping import ColumnMapping, ColumnQuantity, known_unit
-from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, trials_beside
+from armimpedance.recordings.mapped.raw_file import RawRun, ReadFile, trials_beside
 from armimpedance.recordings.tables.folder import recording_of_tables
 from armimpedance.recordings.tables.number_table import NumberTable
 from armimpedance.recordings.tables.sample_table import (
@@ -45,14 +45,6 @@ from armimpedance.recordings.tables.trial_table import check_onsets
 WHOLE_RATE: Final = 1e-4
 #: Rates of runs that differ by more than this are not those of one recording.
 SAME_RATE: Final = 1e-3
-
-
-@dataclass(frozen=True)
-class ReadFile:
-    """A file and what was read of it."""
-
-    path: Path
-    raw: RawFile
 
 
 @dataclass(frozen=True)

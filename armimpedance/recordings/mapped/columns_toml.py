@@ -18,6 +18,7 @@ from armimpedance.recordings.mapped.mapping import (
     ColumnQuantity,
     CutBy,
     Dimension,
+    JoinedTable,
     TrialCut,
     TrialValue,
     Unit,
@@ -25,6 +26,7 @@ from armimpedance.recordings.mapped.mapping import (
     scaled,
     unit_of,
 )
+from armimpedance.recordings.mapped.raw_file import plain
 from armimpedance.recordings.tables.metadata import metadata_of
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
 
@@ -43,6 +45,7 @@ _SECTIONS: Final = {
     "subject",
 }
 _OF_COLUMNS: Final = {"columns", "unit", "scale", "sign", "time"}
+_OF_TABLES: Final = {"file", "key"}
 _OF_TRIALS: Final = {
     *("by", "column", "between", "threshold", "before_s", "after_s", "gap_s", "pattern"),
     *("disturbance", "disturbance_threshold", "columns"),
@@ -64,7 +67,7 @@ def read_mapping(file: Path) -> ColumnMapping:
         raise InputError(f"broken TOML: {error}", file=file, expected="a mapping") from None
     reader = _Reader(file, text)
     reader.refuse_undecided(values)
-    reader.refuse_unknown(values, _OF_THE_RECORDING | _SECTIONS | {"files", "keep"})
+    reader.refuse_unknown(values, _OF_THE_RECORDING | _SECTIONS | {"files", "keep", "tables"})
     for name in _SECTIONS & set(values):
         if not isinstance(values[name], dict):
             raise reader.wrong("", name, f"a section [{name}]")
@@ -158,6 +161,7 @@ class _Reader:
                 emg=emg,
                 commanded=self.optional(values, "commanded", place),
                 added_torque=self.optional(values, "added_torque", "torque"),
+                tables=self.tables(values.get("tables", []), values.get("trials", {})),
                 trials=self.trials(values.get("trials", {})),
                 values=self.trial_values(values.get("trials", {}).get("columns", {})),
                 keep=self.texts("", "keep", values) or (),
@@ -263,6 +267,28 @@ class _Reader:
         quantity = self.made("emg", section, tuple(muscles.values()), "emg")
         normalised = quantity.unit.symbol in ("normalised", "%MVC")
         return quantity, tuple(muscles), "normalised" if normalised else "V"
+
+    def tables(self, given: Any, trials: dict[str, Any]) -> tuple[JoinedTable, ...]:
+        """Tables with one row a trial: a file, and the columns that both have in common."""
+        expected = '[[tables]] with file = "trials.csv" and key = "trial"'
+        if not isinstance(given, list) or not all(isinstance(each, dict) for each in given):
+            raise self.wrong("", "tables", expected, given)
+        between = trials.get("between", [])
+        between = between if isinstance(between, list) else [between]
+        return tuple(self.table(each, tuple(map(plain, between))) for each in given)
+
+    def table(self, section: dict[str, Any], between: tuple[str, ...]) -> JoinedTable:
+        """One of them."""
+        self.refuse_unknown(section, _OF_TABLES, "tables")
+        file, key = self.text("tables", "file", section), section.get("key")
+        if file is not None and (Path(file).is_absolute() or ".." in Path(file).parts):
+            raise self.wrong("tables", "file", "a file beside the log, or in a folder there", file)
+        keys = {"log": key, "table": key} if isinstance(key, str) else key
+        if not isinstance(keys, dict) or set(keys) != {"log", "table"}:
+            expected = 'a column of both, or { log = "TrialNr", table = "trial" }'
+            raise self.wrong("tables", "key", expected, key)
+        names = [self.text("tables", name, keys, required=True) for name in ("log", "table")]
+        return JoinedTable(file, str(names[0]), str(names[1]), between)
 
     def trials(self, section: dict[str, Any]) -> TrialCut:
         """Where trials begin and end."""

@@ -15,6 +15,7 @@ from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.recordings.mapped.clocks import OneClock
 from armimpedance.recordings.mapped.columns_toml import UNITS_OF_ENDINGS
 from armimpedance.recordings.mapped.mapping import ColumnMapping, TrialCut, TrialValue
+from armimpedance.recordings.mapped.raw_file import names_in
 from armimpedance.recordings.tables.trial_table import TrialTable, trials_of_cells
 
 #: A step of this many usual ones begins a trial, where the mapping does not say.
@@ -231,16 +232,10 @@ def _of_name(run: OneClock, pattern: str | None) -> dict[str, str]:
     """What the name of the file says."""
     if pattern is None:
         return {}
-    names = re.findall(r"\{(\w+)\}", pattern)
-    parts = re.split(r"\{\w+\}", pattern)
-    expression = "".join(
-        re.escape(part) + (f"(?P<v{i}>.+)" if i < len(names) else "")
-        for i, part in enumerate(parts)
-    )
-    match = re.fullmatch(expression, run.file.name) or re.fullmatch(expression, run.file.stem)
-    if not match:
+    found = names_in(pattern, run.file)
+    if found is None:
         raise run.error(f"a name that is not like {pattern}", "one that is, or another pattern")
-    return {name: match.group(f"v{i}") for i, name in enumerate(names)}
+    return found
 
 
 def _value(trial: MappedTrial, trials: Sequence[MappedTrial], value: TrialValue) -> float | str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,11 +13,19 @@ from typing import Any, Final
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import unchanged
 from armimpedance.core.method_table import MethodTable
-from armimpedance.recordings.mapped.apply import ReadFile
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE, UNDECIDED
+from armimpedance.recordings.mapped.joined import table_beside, with_tables
+from armimpedance.recordings.mapped.mapping import JoinedTable
 from armimpedance.recordings.mapped.proposal import proposal_for
 from armimpedance.recordings.mapped.proposed import Proposal, ProposedColumns, ProposedValue
-from armimpedance.recordings.mapped.raw_file import Source, Wanted, natural
+from armimpedance.recordings.mapped.raw_file import (
+    RawFile,
+    ReadFile,
+    Source,
+    Wanted,
+    names_in,
+    natural,
+)
 
 #: One file in the folder is one kind.
 SOURCES: Final = MethodTable[Source]("armimpedance.recordings.sources", "SOURCE", "kind of file")
@@ -92,6 +102,11 @@ def _known_files(path: Path, pattern: str | None) -> list[Path]:
     return known
 
 
+def read_table(file: Path) -> RawFile:
+    """The whole of a file of a known kind, such as a trial table."""
+    return read_files((file,), lambda _name: True)[0].raw
+
+
 def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
     """Read files of known kinds.
 
@@ -139,6 +154,11 @@ def mapping_text(found: Proposal, name: str) -> str:
         pairs = zip(found.emg.axes, found.emg.columns, strict=True)
         lines += ["[emg]", _unit(found.emg), "", "[emg.muscles]"]
         lines += [f"{_key(muscle)} = {_text(column)}" for muscle, column in pairs] + [""]
+    for table in found.tables:
+        keys = f"{{ log = {_text(table.log_key)}, table = {_text(table.table_key)} }}"
+        same = table.log_key == table.table_key
+        key = _text(table.log_key) if same else keys
+        lines += ["[[tables]]", f"file = {_text(table.file)}", f"key = {key}", ""]
     lines += _trials(found)
     if found.others:
         lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
@@ -205,6 +225,36 @@ def _plain(text: str) -> str:
 # A mapping that is proposed for the files at a path.
 
 
+def name_pattern(files: Sequence[Path]) -> str | None:
+    """What the names of several files have in common: ``{condition}_{trial}``, or None."""
+    parts = [re.fullmatch(r"(.*?[^\W_])([_\- .]?)(\d+)", file.stem) for file in files]
+    found = [part.groups() for part in parts if part is not None]
+    separators = {separator for _, separator, _ in found}
+    if len(found) < max(len(files), 2) or len(separators) > 1:
+        return None
+    before = {first for first, _, _ in found}
+    first = "{condition}" if len(before) > 1 else before.pop()
+    return f"{first}{separators.pop()}{{trial}}"
+
+
+def _table_beside(
+    log: ReadFile, proposal: Proposal, chosen: Sequence[Path], pattern: str | None
+) -> JoinedTable | None:
+    """A trial table in the folder of the log, found by the numbers or names of its trials."""
+    if proposal.trials.get("by") == "column":
+        key = str(proposal.trials["column"])
+        columns = {n: c for run in log.raw.runs for t in run.tables for n, c in t.columns.items()}
+        trials: list[Any] = [*dict.fromkeys(columns[key].values.tolist())]
+    elif pattern is not None:
+        key, names = "trial", [names_in(pattern, file) or {} for file in chosen]
+        trials = [name.get("trial", "") for name in names]
+    else:
+        return None
+    beside = sorted(file for file in log.path.parent.iterdir() if file.is_file())
+    known = [file for file in beside if file not in chosen and source_of(file) is not None]
+    return table_beside(log, key, trials, known, read_table)
+
+
 @dataclass(frozen=True)
 class ProposedMapping:
     """A mapping to be read and edited.
@@ -261,8 +311,16 @@ def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> P
     if not place.exists():
         raise InputError("no such file or folder", file=path, expected="a table")
     chosen = files_of(place, files)
-    read = read_files(chosen[:1], lambda _name: True)
-    proposal = proposal_for(read[0].raw, len(chosen))
+    log = read_files(chosen[:1], lambda _name: True)[0]
+    proposal = proposal_for(log.raw, len(chosen))
+    pattern = name_pattern(chosen) if proposal.trials.get("by") == "run" else None
+    table = _table_beside(log, proposal, chosen, pattern)
+    if table is not None:
+        (joined,) = with_tables([log], [table], read_table, pattern)
+        proposal = proposal_for(joined.raw, len(chosen))
+        proposal.tables = (table,)
+    if pattern is not None:
+        proposal.named_by(pattern)
     if place.is_dir() and chosen[0] != place:
         proposal.files = files or f"*{chosen[0].suffix}"
     whose = "whose force on the other it is" + (": " + " ".join(proposal.evidence)).rstrip(": ")

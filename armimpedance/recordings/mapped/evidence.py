@@ -96,6 +96,11 @@ def moves(values: NDArray[Any]) -> bool:
     return len(numbers) > 1 and bool(np.ptp(numbers) > 0)
 
 
+def stays(values: NDArray[Any]) -> bool:
+    """Whether a column holds one number or text, again and again."""
+    return len(values) > 1 and bool((values == values[0]).all())
+
+
 def trial_numbers(values: NDArray[Any]) -> bool:
     """Whether a column holds whole numbers that change now and then, or texts that do."""
     if values.dtype.kind == "U":
@@ -223,7 +228,7 @@ _WORDS: Final[dict[Role, str]] = {
     "sample": "sample samples frame frames index idx row nr",
     "trial": "trial trials trialnr trialno trialnum trialnumber trialid versuch essai rep "
     "repetition tr trl",
-    "condition": "cond condition conditions bedingung phase type typ",
+    "condition": "cond condition conditions bedingung phase type typ posture postures",
     "set": "set block session run",
     "direction": "dir direction directions richtung",
     "onset": "onset onsets",
@@ -263,6 +268,18 @@ _ENDINGS: Final = (
     "mV",
     "uV",
 )
+#: What a disturbance is called; its angle is a direction.
+_PUSHES: Final = {"pert", "perturb", "perturbation", "push", "pulse", "disturbance", "displacement"}
+_ANGLES: Final = {"angle", "ang", "phi", "theta", "winkel", "dir", "direction"}
+#: What a unit measures -> the roles that a column in it can have.
+_BY_UNIT: Final[dict[str, tuple[Role, ...]]] = {
+    "length": ("position", "commanded", "other"),
+    "force": ("force", "commanded", "other"),
+    "torque": ("torque", "commanded", "other"),
+    "angle": ("angle", "direction", "commanded", "other"),
+    "time": ("time", "onset", "trigger", "other"),
+    "emg": ("emg", "force", "torque", "trigger", "other"),
+}
 #: Words that say nothing of a column where they name the struct that it is part of.
 _OF_TRIALS: Final = ("trial", "set", "condition", "sample")
 
@@ -302,8 +319,11 @@ def read_name(name: str, unit: str | None = None) -> ReadName:
     axis = axis or number
     stem = " ".join(rest for w in words if (rest := _without_axis(w, number)))
     stated = unit if unit is not None else own
-    if role == "unknown" and stated is not None:
-        role = _role_of_unit(stated)
+    if _PUSHES & set(words) and _ANGLES & set(words):
+        role = "direction"
+    if stated is not None and role != "rate":
+        # a unit says more than a word: FrobX_N is a force
+        role = _role_in_unit(role, stated)
     return ReadName(name, role, axis, stem, stated)
 
 
@@ -334,23 +354,22 @@ def words_of(name: str) -> list[str]:
 
 def _without_unit(name: str) -> tuple[str, str | None]:
     """A name and the unit that stands in it: ``x_mm``, ``Fx [N]``, ``time_s``."""
-    stated = stated_unit(name)
+    # MATLAB's pos_mm(:,1)
+    part = re.search(r"\([\d:*, ]+\)$", name)
+    whole, at = (name, "") if part is None else (name[: part.start()], part.group())
+    stated = stated_unit(whole)
     if stated is not None:
-        return name[: name.rindex(stated)].rstrip(" ([/").removesuffix(" in"), stated
-    match = re.fullmatch(r"(.+)[_ .](\w+)", name)
+        return whole[: whole.rindex(stated)].rstrip(" ([/").removesuffix(" in") + at, stated
+    match = re.fullmatch(r"(.+)[_ .](\w+)", whole)
     if match and match.group(2) in _ENDINGS:
-        return match.group(1), match.group(2)
+        return match.group(1) + at, match.group(2)
     return name, None
 
 
-def _role_of_unit(unit: str) -> Role:
+def _role_in_unit(role: Role, unit: str) -> Role:
+    """The role of a column in a stated unit: that of its name where the unit allows it."""
     known = known_unit(unit)
-    dimension = "" if known is None else known.dimension
-    roles: dict[str, Role] = {
-        "time": "time",
-        "length": "position",
-        "force": "force",
-        "torque": "torque",
-        "angle": "angle",
-    }
-    return roles.get(dimension, "unknown")
+    able = _BY_UNIT.get("" if known is None else known.dimension, ())
+    if not able or role in able or role in ("trial", "condition", "set", "sample"):
+        return role
+    return able[0] if able[0] != "emg" else "unknown"

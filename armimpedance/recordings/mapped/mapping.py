@@ -226,6 +226,21 @@ class TrialCut:
 
 
 @dataclass(frozen=True)
+class JoinedTable:
+    """A table with one row a trial whose columns join those of the log.
+
+    `file`: beside the log; None: a part of the log's own file.
+    `log_key`, `table_key`: the columns of both that hold a trial's number or name.
+    `between`: what stands in the log's between trials.
+    """
+
+    file: str | None
+    log_key: str
+    table_key: str
+    between: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class TrialValue:
     """What a column of the trial table holds: the value of a column, or the same for all trials.
 
@@ -250,6 +265,7 @@ class ColumnMapping:
     `metadata`: what holds for the recording; its sample rate counts only where `rate_stated`.
     `files`: which files of a folder are read, such as ``"trial_*.csv"``; None: all of a known kind.
     `time`: one column; None: the file knows it, or the rate tells.
+    `tables`: trial tables of other files, whose columns count as the log's.
     `position`, `force`: of the hand, or angle and torque of joints.
     `values`: column of the trial table -> what it holds.
     `keep`: further columns that are kept as they are.
@@ -266,6 +282,7 @@ class ColumnMapping:
     emg: ColumnQuantity | None = None
     commanded: ColumnQuantity | None = None
     added_torque: ColumnQuantity | None = None
+    tables: tuple[JoinedTable, ...] = ()
     trials: TrialCut = TrialCut()
     values: Mapping[str, TrialValue] = field(default_factory=dict)
     keep: tuple[str, ...] = ()
@@ -290,6 +307,7 @@ class ColumnMapping:
         found += self.time.columns if self.time is not None else ()
         found += [v.column for v in self.values.values()]
         found += [self.trials.column, self.trials.disturbance, *self.keep]
+        found += [name for table in self.tables for name in (table.log_key, table.table_key)]
         return tuple(dict.fromkeys(name for name in found if name is not None))
 
     def wants(self, name: str) -> bool:

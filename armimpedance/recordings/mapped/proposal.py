@@ -21,6 +21,7 @@ from armimpedance.recordings.mapped.evidence import (
     moves,
     read_name,
     roughness,
+    stays,
     time_steps,
     time_unit,
 )
@@ -60,6 +61,9 @@ def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
     if numbers is not None and not starred:
         found.trials = {"by": "column", "column": numbers}
         columns.per_trial = constant_in_trials(columns, numbers)
+    elif not starred and (len(runs) > 1 or files > 1):
+        # each run is a trial: what stays in it may be said of it
+        columns.per_trial = tuple(n for n, v in columns.values.items() if stays(v))
     _position_and_force(found, columns)
     _joints(found, columns)
     _muscles(found, columns)

@@ -17,7 +17,7 @@ from armimpedance.recordings.mapped.evidence import (
     read_name,
     trial_numbers,
 )
-from armimpedance.recordings.mapped.mapping import known_unit
+from armimpedance.recordings.mapped.mapping import JoinedTable, known_unit
 from armimpedance.recordings.mapped.raw_file import RawRun, RawTable
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_NUMBER_COLUMNS
 
@@ -37,6 +37,9 @@ class ProposedValue:
 
     column: str
     unit: str | None = None
+
+
+_NO_CONDITION: Final = "the condition of each trial: none is named"
 
 
 @dataclass
@@ -59,10 +62,17 @@ class Proposal:
     emg: ProposedColumns | None = None
     trials: dict[str, Any] = field(default_factory=dict)
     values: dict[str, ProposedValue] = field(default_factory=dict)
+    tables: tuple[JoinedTable, ...] = ()
     evidence: tuple[str, ...] = ()
     cannot_tell: list[str] = field(default_factory=list)
     others: tuple[str, ...] = ()
     files: str | None = None
+
+    def named_by(self, pattern: str) -> None:
+        """Take what the names of the files say, too."""
+        self.trials["pattern"] = pattern
+        if "{condition}" in pattern and "condition" not in self.values:
+            self.cannot_tell = [said for said in self.cannot_tell if said != _NO_CONDITION]
 
     def lines(self) -> tuple[str, ...]:
         """What the columns were taken for, one line each."""
@@ -78,6 +88,11 @@ class Proposal:
         told[-1:] = (
             [f"{told[-1]} {self.trials['column']}"] if "column" in self.trials else told[-1:]
         )
+        told += [f"of a file's name: {self.trials['pattern']}"] if "pattern" in self.trials else []
+        told += [
+            f"one row a trial: {one.file}, where {one.table_key} is the log's {one.log_key}"
+            for one in self.tables
+        ]
         told += [f"{name} of a trial: {value.column}" for name, value in self.values.items()]
         return (*told, *([f"no meaning found: {', '.join(self.others)}"] if self.others else []))
 
@@ -130,6 +145,8 @@ _OF_ROLES: Final[dict[str, str]] = {
     "onset": "onset_s",
 }
 #: Columns of a trial table that keep their names.
+#: What begins the name of a muscle's maximum or rest.
+_OF_EMG: Final = ("mvc_", "rest_")
 _TRIAL_COLUMNS: Final = (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS, "set", "day", "experiment")
 
 
@@ -182,19 +199,20 @@ def _trial_column(
 ) -> str | None:
     """The column of the trial table that a column of the file can be; None: none."""
     name = _OF_ROLES.get(read.role)
-    if read.name in _TRIAL_COLUMNS:
-        return read.name
+    own = read.name.rpartition(".")[2]
+    if own in _TRIAL_COLUMNS or own.startswith(_OF_EMG):
+        return own
     if read.role == "trial" and isinstance(runs[0].facts.get(read.name), float):
         return "trial"
     if name is not None:
         return name
     of_each = read.name in columns.per_trial and read.name != found.trials.get("column")
-    return read.name if of_each else None
+    return read.name if of_each and found.trials.get("by") == "column" else None
 
 
 def _unit_of(read: ReadName) -> str | None:
     """The unit of an onset or a direction, "?" where it is open; others have none."""
-    if read.name in _TRIAL_COLUMNS or read.role not in ("onset", "direction"):
+    if read.name.rpartition(".")[2] in _TRIAL_COLUMNS or read.role not in ("onset", "direction"):
         return None
     known = None if read.unit is None else known_unit(read.unit)
     return "?" if known is None else known.symbol
@@ -212,7 +230,7 @@ def _values(
         if name is not None:
             found.values.setdefault(name, ProposedValue(read.name, _unit_of(read)))
     if "condition" not in found.values:
-        found.cannot_tell.append("the condition of each trial: none is named")
+        found.cannot_tell.append(_NO_CONDITION)
     for name, value in found.values.items():
         if value.unit == "?":
             units = "s, ms, or sample: the number of one" if name == "onset_s" else "deg or rad"

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +93,14 @@ class RawFile:
 
 
 @dataclass(frozen=True)
+class ReadFile:
+    """A file and what was read of it."""
+
+    path: Path
+    raw: RawFile
+
+
+@dataclass(frozen=True)
 class Source:
     """A kind of file whose columns a mapping explains.
 
@@ -105,6 +113,15 @@ class Source:
     name: str
     recognises: Callable[[Path], bool]
     read: Callable[[Path, Wanted], RawFile]
+
+
+def plain(value: Any) -> str:
+    """A number or name of a trial, the same whether it was written as 1, 1.0, "1" or "001"."""
+    if isinstance(value, str):
+        text = value.strip()
+        return str(int(text)) if re.fullmatch(r"[+-]?\d{1,15}", text) else text
+    number = float(value)
+    return str(int(number)) if number.is_integer() else repr(number)
 
 
 # What a file claims to hold is checked before room is made for it.
@@ -125,6 +142,18 @@ def check_claim(claimed: int, file: Path, part: str | None = None) -> None:
         return
     problem = f"claims {claimed / 1e9:.3g} GB in a file of {file.stat().st_size / 1e6:.3g} MB"
     raise InputError(problem, file=file, column=part, expected="a file that is not damaged")
+
+
+def names_in(pattern: str, file: Path) -> dict[str, str] | None:
+    """What the name of a file says, such as ``{condition}_{trial}``; None: it is not like that."""
+    names = re.findall(r"\{(\w+)\}", pattern)
+    parts = re.split(r"\{\w+\}", pattern)
+    expression = "".join(
+        re.escape(part) + (f"(?P<v{i}>.+)" if i < len(names) else "")
+        for i, part in enumerate(parts)
+    )
+    match = re.fullmatch(expression, file.stem) or re.fullmatch(expression, file.name)
+    return None if match is None else {name: match.group(f"v{i}") for i, name in enumerate(names)}
 
 
 # Trials that stand side by side, as columns with a number in their names: one run each.
