@@ -92,7 +92,7 @@ from .muscles.show import (
     read_joint_rows as read_joint_rows,
 )
 from .numerics.regression import NamedParameter as NamedParameter, Parameters as Parameters
-from .recordings import write_recording as write_recording
+from .recordings import recording as recording, write_recording as write_recording
 from .show.plots import save as save
 from .show.verbs.inspected import Inspection as Inspection
 from .show.verbs.results import read as read

@@ -1,5 +1,6 @@
 from .kinarm.overview_text import look_at_exam as look_at_exam
 from .mapped.door import propose_mapping as propose_mapping
+from .mapped.held import recording as recording
 from .motion.skeleton_json import read_skeleton as read_skeleton
 from .opening import (
     FOLDER_FILES as FOLDER_FILES,

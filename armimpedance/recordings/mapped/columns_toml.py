@@ -65,6 +65,15 @@ def read_mapping(file: Path) -> ColumnMapping:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise InputError(f"broken TOML: {error}", file=file, expected="a mapping") from None
+    return mapping_of_values(values, file, text)
+
+
+def mapping_of_values(values: dict[str, Any], file: Path, text: str = "") -> ColumnMapping:
+    """The mapping that the keys of a `columns.toml` make.
+
+    `file`, `text`: what messages name, and where they look for the line of a key.
+    Raises InputError: as `read_mapping`.
+    """
     reader = _Reader(file, text)
     reader.refuse_undecided(values)
     reader.refuse_unknown(values, _OF_THE_RECORDING | _SECTIONS | {"files", "keep", "tables"})

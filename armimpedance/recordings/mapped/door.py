@@ -103,7 +103,12 @@ def _known_files(path: Path, pattern: str | None) -> list[Path]:
 
 
 def read_table(file: Path) -> RawFile:
-    """The whole of a file of a known kind, such as a trial table."""
+    """The whole of a file of a known kind, such as a trial table.
+
+    Raises InputError: it is not there or cannot be read.
+    """
+    if not file.is_file():
+        raise InputError("no such file", file=file, expected="the table of [[tables]]")
     return read_files((file,), lambda _name: True)[0].raw
 
 

@@ -42,8 +42,6 @@ def with_tables(
     made = tuple(files)
     for table in tables:
         where = made[0].path.parent / table.file if table.file is not None else None
-        if where is not None and not where.is_file():
-            raise InputError("no such file", file=where, expected="the table of [[tables]]")
         whole = None if where is None else read(where).runs[0]
         made = tuple(
             replace(file, raw=replace(file.raw, runs=_joined(file, pattern, table, whole, where)))
