@@ -16,12 +16,15 @@ import armimpedance
 PACKAGE = Path(armimpedance.__file__).parent
 #: Kinds of names at the top, in the order in which a reader meets them.
 KINDS = {
+    "first": "First steps",
     "verbs": "Verbs: from a recording to a result",
     "files": "Reading and writing",
     "plots": "Pictures",
     "types": "Records and results",
     "errors": "Errors",
 }
+#: The first steps, in their order.
+FIRST = ("read", "recording", "inspect", "estimate", "plot_ellipses", "compare", "to_joint", "save")
 
 
 def names_of(room: str) -> list[str]:
@@ -56,6 +59,7 @@ def _index() -> str:
     by_kind: dict[str, list[str]] = {kind: [] for kind in KINDS}
     for name in names_of(""):
         by_kind[_kind(name)].append(name)
+    by_kind["first"] = list(FIRST)
     for kind, names in by_kind.items():
         rows = "\n".join(f"* - :doc:`ai.{n} <ai/{n}>`\n  - {_first_line('', n)}" for n in names)
         text += [title(KINDS[kind], "-"), directive("list-table", "", rows, widths="30 70")]
@@ -72,6 +76,8 @@ def _index() -> str:
 
 def _kind(name: str) -> str:
     thing = getattr(armimpedance, name)
+    if name in FIRST:
+        return "first"
     if inspect.isclass(thing):
         return "errors" if issubclass(thing, Exception) else "types"
     last = thing.__module__.split(".")[-1]
