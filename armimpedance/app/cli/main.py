@@ -22,170 +22,175 @@ from armimpedance.show.command.failures import (
     stopped_in_order,
     told,
 )
-from armimpedance.show.command.options import OneLineParser, add_commands
+from armimpedance.show.command.options import (
+    OneLineParser,
+    add_commands,
+    choose,
+    grouped,
+    nearest_options,
+)
 from armimpedance.show.command.screen import safe_screen
 
-#: Command, its module in the package, its line in the overview. A command of one topic stands in
-#: the folder of its topic, one that spans the topics here.
-_TABLE: Final = (
-    ("new", "lab.new", "an example folder for a laboratory like yours: data, script, notebook"),
-    (
-        "demo",
-        "lab.demo",
-        "the whole study on a simulated subject: recordings, estimates, models, figures",
+#: What a reader wants to do -> command, its module in the package, its line in the overview. A
+#: command of one topic stands in the folder of its topic, one that spans the topics here.
+_TABLE: Final = {
+    "First steps": (
+        (
+            "demo",
+            "lab.demo",
+            "the whole study on a simulated subject: recordings, estimates, models, figures",
+        ),
+        ("new", "lab.new", "an example folder for a laboratory like yours: data, script, notebook"),
+        (
+            "exam",
+            "app.cli.exam",
+            "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
+        ),
+        (
+            "map-columns",
+            "app.cli.map_columns",
+            "propose what the columns of a table of any layout mean",
+        ),
+        ("convert", "app.cli.convert", "turn a lab's files into a recording"),
+        ("inspect", "app.cli.inspect", "say what a recording holds and whether it can be used"),
+        (
+            "trials",
+            "hand.still.show.trials_command",
+            "look at every trial in a page, leave some out",
+        ),
     ),
-    ("plan", "app.cli.plan", "before the experiment: trials needed, the best disturbance"),
-    ("simulate", "lab.simulate", "write a simulated experiment and its truth"),
-    (
-        "exam",
-        "app.cli.exam",
-        "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
+    "Before the experiment": (
+        ("plan", "app.cli.plan", "before the experiment: trials needed, the best disturbance"),
+        ("simulate", "lab.simulate", "write a simulated experiment and its truth"),
     ),
-    ("inspect", "app.cli.inspect", "say what a recording holds and whether it can be used"),
-    (
-        "estimate",
-        "hand.still.show.command",
-        "inertia, viscosity and stiffness with 95 %% intervals",
+    "Estimate, compare, show": (
+        (
+            "estimate",
+            "hand.still.show.command",
+            "inertia, viscosity and stiffness with 95 %% intervals",
+        ),
+        (
+            "reflex",
+            "hand.still.show.reflex_command",
+            "is the stiffness the limb's own, or does a reflex stand in it?",
+        ),
+        (
+            "compare",
+            "hand.comparison.show.command",
+            "what differs between groups of trials, and whether chance could do it",
+        ),
+        (
+            "report",
+            "app.cli.report",
+            "one page to show: verdict, pictures, intervals, checks, methods paragraph",
+        ),
     ),
-    (
-        "map",
-        "hand.levels.show.command",
-        "from the hand to the joints, from the joints to the muscles",
+    "Joints, muscles, models over posture and EMG": (
+        (
+            "map",
+            "hand.levels.show.command",
+            "from the hand to the joints, from the joints to the muscles",
+        ),
+        (
+            "fit",
+            "muscles.show.command",
+            "models over posture and muscle activation, from joint-level results",
+        ),
+        (
+            "predict",
+            "muscles.show.predict_command",
+            "joint or hand impedance where nobody measured, from a fitted model",
+        ),
+        (
+            "explore",
+            "muscles.show.explore_command",
+            "an arm to play with: drag the hand, stiffness and viscosity follow",
+        ),
+        (
+            "live",
+            "muscles.live.show.command",
+            "stiffness of the hand from posture and muscle activity, sample by sample",
+        ),
     ),
-    (
-        "fit",
-        "muscles.show.command",
-        "models over posture and muscle activation, from joint-level results",
+    "Other experiments": (
+        (
+            "movement",
+            "hand.reaching.show.command",
+            "inertia, viscosity and stiffness of the hand while it reaches",
+        ),
+        (
+            "random",
+            "hand.random.show.command",
+            "a hand, wrist or ankle under random perturbations in 2 or 3 axes: M, B, K, reflex",
+        ),
+        (
+            "elbow",
+            "joint.elbow.show.command",
+            "one joint under a random perturbation: I, B, K, over time, over EMG",
+        ),
+        (
+            "passive",
+            "joint.relaxed.show.command",
+            "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
+        ),
+        (
+            "body",
+            "joint.body.show.command",
+            "masses and inertias of a moving body from contact forces; a robot's from its torques",
+        ),
+        (
+            "therapy",
+            "joint.therapy.show.commands",
+            "how much of a movement with a therapy robot is the patient's own",
+        ),
     ),
-    (
-        "predict",
-        "muscles.show.predict_command",
-        "joint or hand impedance where nobody measured, from a fitted model",
+    "Many people, and sharing": (
+        (
+            "study",
+            "app.cli.study",
+            "a folder of people to one table and one report; repeats only what changed",
+        ),
+        ("discriminate", "app.cli.discriminate", "can one number tell two groups of people apart?"),
+        (
+            "share",
+            "app.cli.share",
+            "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
+        ),
     ),
-    (
-        "live",
-        "muscles.live.show.command",
-        "stiffness of the hand from posture and muscle activity, sample by sample",
+    "Check the methods": (
+        (
+            "simulate-study",
+            "lab.simulate_study",
+            "many simulated sessions: coverage, power, methods against each other",
+        ),
+        (
+            "benchmark",
+            "lab.benchmark_command",
+            "tasks with sealed truths, submissions in any language, one table of scores",
+        ),
+        ("figures", "lab.figures", "draw the sources' figures from simulated subjects"),
     ),
-    (
-        "reflex",
-        "hand.still.show.reflex_command",
-        "is the stiffness the limb's own, or does a reflex stand in it?",
-    ),
-    (
-        "compare",
-        "hand.comparison.show.command",
-        "what differs between groups of trials, and whether chance could do it",
-    ),
-    (
-        "passive",
-        "joint.relaxed.show.command",
-        "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
-    ),
-    (
-        "body",
-        "joint.body.show.command",
-        "masses and inertias of a moving body from contact forces; a robot's from its torques",
-    ),
-    (
-        "elbow",
-        "joint.elbow.show.command",
-        "one joint under a random perturbation: I, B, K, over time, over EMG",
-    ),
-    (
-        "movement",
-        "hand.reaching.show.command",
-        "inertia, viscosity and stiffness of the hand while it reaches",
-    ),
-    (
-        "random",
-        "hand.random.show.command",
-        "a hand, wrist or ankle under random perturbations in 2 or 3 axes: M, B, K, reflex",
-    ),
-    (
-        "therapy",
-        "joint.therapy.show.commands",
-        "how much of a movement with a therapy robot is the patient's own",
-    ),
-    ("discriminate", "app.cli.discriminate", "can one number tell two groups of people apart?"),
-    (
-        "report",
-        "app.cli.report",
-        "one page to show: verdict, pictures, intervals, checks, methods paragraph",
-    ),
-    ("trials", "hand.still.show.trials_command", "look at every trial in a page, leave some out"),
-    (
-        "explore",
-        "muscles.show.explore_command",
-        "an arm to play with: drag the hand, stiffness and viscosity follow",
-    ),
-    ("convert", "app.cli.convert", "turn a lab's files into a recording"),
-    (
-        "map-columns",
-        "app.cli.map_columns",
-        "propose what the columns of a table of any layout mean",
-    ),
-    (
-        "share",
-        "app.cli.share",
-        "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
-    ),
-    (
-        "study",
-        "app.cli.study",
-        "a folder of people to one table and one report; repeats only what changed",
-    ),
-    (
-        "simulate-study",
-        "lab.simulate_study",
-        "many simulated sessions: coverage, power, methods against each other",
-    ),
-    (
-        "benchmark",
-        "lab.benchmark_command",
-        "tasks with sealed truths, submissions in any language, one table of scores",
-    ),
-    ("figures", "lab.figures", "draw the sources' figures from simulated subjects"),
-)
-COMMANDS: Final = {name: line for name, _, line in _TABLE}
-PLACES: Final = {name: f"armimpedance.{place}" for name, place, _ in _TABLE}
+}
+COMMANDS: Final = {name: line for rows in _TABLE.values() for name, _, line in rows}
+PLACES: Final = {
+    name: f"armimpedance.{place}" for rows in _TABLE.values() for name, place, _ in rows
+}
 
-OVERVIEW = """\
+OVERVIEW: Final = """\
 Inertia, viscosity and stiffness of the human arm from small disturbances.
 
 A first session:
   armimpedance demo --quick                       see everything work, in seconds
-  armimpedance new --for kinarm try_it            an example folder for a lab like yours
-  armimpedance plan --k-percent 5                 how many trials, which disturbance?
-  armimpedance exam exam.kinarm                   what a Kinarm exam holds, or:
-  armimpedance map-columns mine.csv               which column of your own files is what
   armimpedance convert exam.kinarm session        a Kinarm exam, a C3D, a CSV, ...
   armimpedance inspect session                    can it be used?
-  armimpedance estimate session --out hand.csv    one row per condition
+  armimpedance estimate session --out hand.csv --figure hand.png
+  armimpedance compare session --by condition --figure postures.png
   armimpedance report session --out report.html   a page to show
   armimpedance map hand.csv --recording session --to joint --out joint.csv
   armimpedance fit moment-arms joint.csv --out posture.json
-  armimpedance explore posture.json hand.csv --out explore.html
-
-Relaxed joints and moving bodies, from motion capture:
-  armimpedance simulate p5 --out relaxed          or: convert swing.c3d relaxed --skeleton elbow ...
-  armimpedance passive relaxed --rest-angle 1.5 --out fit.json
-  armimpedance simulate body --out session
-  armimpedance body session --out body.json
-
-One joint under a random perturbation, as of an exoskeleton:
-  armimpedance simulate elbow --out session
-  armimpedance elbow session --out fit.json
-
-A hand that is pushed while it reaches:
-  armimpedance simulate reaches --out reaches
-  armimpedance movement reaches --out moving.csv
-
-How much a patient contributes to a movement with a therapy robot:
-  armimpedance therapy robot calibration --drawings drawings.json --out robot.json
-  armimpedance therapy arm session --robot robot.json --out arm.json
-  armimpedance therapy contribution session --robot robot.json --arm arm.json --out result.csv
 """
+#: Each command has examples of its own.
+CLOSING: Final = "armimpedance COMMAND --help shows the options of a command, and examples."
 
 
 def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
@@ -193,9 +198,16 @@ def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     from armimpedance import __version__
 
     plain = argparse.RawDescriptionHelpFormatter
-    parser = OneLineParser(prog="armimpedance", description=OVERVIEW, formatter_class=plain)
+    groups = {title: [name for name, _, _ in rows] for title, rows in _TABLE.items()}
+    parser = OneLineParser(
+        prog="armimpedance",
+        usage="armimpedance [-h] [--version] COMMAND ...",
+        description=OVERVIEW,
+        epilog=f"{grouped(groups, COMMANDS)}\n\n{CLOSING}",
+        formatter_class=plain,
+    )
     parser.add_argument("--version", action="version", version=f"armimpedance {__version__}")
-    add_commands(parser, COMMANDS, PLACES, "COMMAND", argv)
+    add_commands(parser, COMMANDS, PLACES, "COMMAND", argv, listed=False)
     return parser
 
 
@@ -232,7 +244,10 @@ def _run_call(argv: list[str], asked: AskedToEnd) -> int:
         arguments, unknown = parser.parse_known_args(argv)
         if unknown:
             words = shortened(shown(" ".join(unknown)), 200)
-            _tell(arguments.prog, f"no such option here: {words} (see {arguments.prog} --help)")
+            near = nearest_options(parser, arguments.prog, unknown)
+            hint = f": did you mean {near}?" if near else ""
+            see = f"(see {arguments.prog} --help)"
+            _tell(arguments.prog, f"no such option here: {words}{hint} {see}")
             return WRONG_INPUT
         status = _run(arguments, asked)
     if status == 0 and screen is not None and screen.failed is not None:
@@ -253,6 +268,7 @@ def _run(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
 
 def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
     try:
+        choose(arguments)
         return int(arguments.run(arguments) or 0)
     except Exception as error:
         if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):

@@ -23,7 +23,7 @@ import shlex
 from pathlib import Path
 
 from armimpedance.hand.show import add_by, add_force_by
-from armimpedance.show.command.options import PAGE, add_despite, add_leave_out
+from armimpedance.show.command.options import PAGE, add_choice, add_despite, add_leave_out
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
 
 
@@ -50,6 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_force_by(parser)
     add_despite(parser)
     add_leave_out(parser)
+    add_choice(parser, "sources", leave_out=False)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -85,11 +86,13 @@ def _command(arguments: argparse.Namespace) -> str:
     """The command line with the names of the files alone: a page may go to other people."""
     words = ["armimpedance", "report", *(path.name for path in arguments.sources)]
     words += ["--out", arguments.out.name]
-    options = ("topic", "method", "force_by", "leave_out", "robot", "arm")
+    options = ("topic", "method", "force_by", "leave_out", "mapping", "robot", "arm")
     for name in options:
         value = getattr(arguments, name)
         if value is not None:
             words += [f"--{name.replace('_', '-')}", Path(value).name]
+    if arguments.where is not None:
+        words += ["--where", arguments.where]
     for column in arguments.by or ():
         words += ["--by", column]
     for check in arguments.despite:

@@ -248,9 +248,14 @@ def _given(
 ) -> tuple[AnyRecording | None, tuple[Path, ...]]:
     """A recording in memory under a name, or the paths."""
     if isinstance(source, str | os.PathLike):
-        return None, (Path(source),)
+        return None, (_as_path(source),)
     if isinstance(source, Sequence):
         if not source:
             raise InputError("nothing to report", expected="a recording or results")
-        return None, tuple(Path(one) for one in source)
+        return None, tuple(map(_as_path, source))
     return source, (Path("session"),)
+
+
+def _as_path(given: PathLike) -> Path:
+    """A path as it is: one that says which trials are meant goes on saying it."""
+    return given if isinstance(given, Path) else Path(given)

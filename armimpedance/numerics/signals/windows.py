@@ -288,9 +288,12 @@ def _extent(
     if after < needed or not usable.any():
         shortest = int(np.argmin(later))
         trial = table.trial[rows][shortest]
+        told = not np.isnan(_column(recording, "onset_s")[rows][shortest])
+        detected = "" if told else ", which was detected from the position"
+        way_out = "" if told else ", or onset_s in the trial table"
         raise InputError(
-            f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset",
-            expected=f"at least the disturbance of {needed / rate:.3f} s",
+            f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset{detected}",
+            expected=f"at least the disturbance of {needed / rate:.3f} s{way_out}",
         )
     margins = (
         f"{1e3 * before / rate:.0f} ms before the onset and {1e3 * after / rate:.0f} ms after it"

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import re
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -11,17 +14,13 @@ from typing import Any, Final, NoReturn
 from armimpedance.core.errors import LONGEST_MESSAGE, InputError, shortened, shown
 from armimpedance.core.method_table import MethodTable
 from armimpedance.show.command.failures import WRONG_INPUT
+from armimpedance.show.verbs.chosen import ChosenPath
 from armimpedance.show.verbs.options import DESPITE
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
     """The options of all formats; one that the file at hand cannot use is refused."""
-    parser.add_argument(
-        "--where",
-        metavar="EXPRESSION",
-        help="trials for which this holds only, over the columns of the trial table: "
-        '"TP == 3 and is_error == 0", "block in (1, 2)"',
-    )
+    _add_where(parser)
     _add_kinarm(parser.add_argument_group("Kinarm exams"))
     parser.add_argument(
         "--emg",
@@ -30,6 +29,21 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="CHANNEL=MUSCLE",
         help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
     )
+    _add_mapping(parser)
+    title = "motion capture (.c3d, .trc, .mot, .sto: one trial a file)"
+    _add_capture(parser.add_argument_group(title))
+
+
+def _add_where(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--where",
+        metavar="EXPRESSION",
+        help="trials for which this holds only, over the columns of the trial table: "
+        '"TP == 3 and is_error == 0", "block in (1, 2)"',
+    )
+
+
+def _add_mapping(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mapping",
         type=Path,
@@ -37,8 +51,6 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="what the columns of a table of any layout mean; `map-columns` proposes one "
         "(default: columns.toml beside it)",
     )
-    title = "motion capture (.c3d, .trc, .mot, .sto: one trial a file)"
-    _add_capture(parser.add_argument_group(title))
 
 
 def _add_kinarm(kinarm: argparse._ArgumentGroup) -> None:
@@ -95,6 +107,32 @@ def _add_capture(capture: argparse._ArgumentGroup) -> None:
         help=".trc: ground reaction forces, points and torques beside it",
     )
     capture.add_argument("--in-degrees", choices=("yes", "no"), help="where a table does not say")
+
+
+def add_choice(parser: argparse.ArgumentParser, *recordings: str, leave_out: bool = True) -> None:
+    """The options of every analysis: which trials, by which mapping, without which.
+
+    `recordings`: the arguments that hold paths of recordings; `choose` puts the choice to them.
+    `leave_out`: whether there is ``--leave-out``; else the command has its own.
+    """
+    _add_where(parser)
+    _add_mapping(parser)
+    if leave_out:
+        add_leave_out(parser)
+    parser.set_defaults(chosen=(recordings, leave_out))
+
+
+def choose(arguments: argparse.Namespace) -> None:
+    """Put what is chosen of the recordings to their paths."""
+    names, leave_out = getattr(arguments, "chosen", ((), False))
+    chosen = [arguments.where, arguments.mapping] if names else []
+    chosen += [arguments.leave_out if leave_out else None]
+    for name in names:
+        given = getattr(arguments, name)
+        if isinstance(given, Path):
+            setattr(arguments, name, ChosenPath.of(given, *chosen))
+        elif given is not None:
+            setattr(arguments, name, [ChosenPath.of(path, *chosen) for path in given])
 
 
 def add_leave_out(
@@ -214,9 +252,60 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line on stderr and exit 2."""
+        message = _did_you_mean(message)
         hint = f" (see {self.prog} --help)"
         line = shortened(shown(message), LONGEST_MESSAGE - len(hint))
         self.exit(WRONG_INPUT, f"{self.prog}: {line}{hint}\n")
+
+
+def _did_you_mean(message: str) -> str:
+    """Of a word that is none of many choices, the nearest ones in place of all."""
+    found = re.search(r"argument (\w+): invalid choice: '(.*)' \(choose from (.*)\)$", message)
+    if found is None:
+        return message
+    kind, word, listed = found.groups()
+    choices = [choice.strip("' ") for choice in listed.split(",")]
+    near = get_close_matches(word, choices, n=2, cutoff=0.7)
+    if near:
+        return f"no {kind.lower()} {word!r}: did you mean {' or '.join(near)}?"
+    return message if len(choices) <= _FEW else f"no {kind.lower()} {word!r}"
+
+
+def nearest_options(parser: argparse.ArgumentParser, prog: str, words: Sequence[str]) -> str:
+    """The options of a subcommand that are nearest to words it does not know; "" for none."""
+    if parser.prog == prog:
+        known = [name for action in parser._actions for name in action.option_strings]
+        near = [get_close_matches(word.partition("=")[0], known, n=1) for word in words]
+        return " or ".join(dict.fromkeys(name for found in near for name in found))
+    for action in parser._actions:
+        choices: Any = action.choices if isinstance(action.choices, dict) else {}
+        for below in choices.values():
+            if prog == below.prog or prog.startswith(f"{below.prog} "):
+                return nearest_options(below, prog, words)
+    return ""
+
+
+#: So many choices are listed where none is near.
+_FEW: Final = 28
+
+
+def grouped(groups: Mapping[str, Sequence[str]], lines: Mapping[str, str]) -> str:
+    """Commands by what a reader wants to do, with their lines; of an overview."""
+    width = max(map(len, lines)) + 2
+    indent = " " * (width + 2)
+    parts = []
+    for title, names in groups.items():
+        rows = [
+            textwrap.fill(
+                lines[name].replace("%%", "%"),
+                width=80,
+                initial_indent=f"  {name:<{width}}",
+                subsequent_indent=indent,
+            )
+            for name in names
+        ]
+        parts.append("\n".join([f"{title}:", *rows]))
+    return "\n\n".join(parts)
 
 
 def add_commands(
@@ -225,6 +314,8 @@ def add_commands(
     places: str | Mapping[str, str],
     metavar: str,
     argv: Sequence[str] | None = None,
+    *,
+    listed: bool = True,
 ) -> None:
     """Add a subcommand for each line.
 
@@ -233,28 +324,33 @@ def add_commands(
     `configure`, `run` and a docstring, which is the subcommand's help.
     `metavar`: name of the subcommands in the help.
     `argv`: the words of the call; modules that it does not ask for are not imported.
+    `listed`: whether the help lists them; else the overview does.
     """
     plain = argparse.RawDescriptionHelpFormatter
-    commands = add_parsers(parser, metavar)
+    commands: Any = add_parsers(parser, metavar, listed=listed)
     chosen = next((word for word in argv or () if word in lines), None)
     for name, line in lines.items():
         if argv is not None and name != chosen:
-            commands.add_parser(name, help=line)
+            commands.add_parser(name, **({"help": line} if listed else {}))
             continue
         own = f"{places}.{name.replace('-', '_')}"
         module = import_module(own if isinstance(places, str) else places[name])
-        sub = commands.add_parser(
-            name, help=line, description=module.__doc__, formatter_class=plain
-        )
+        described: dict[str, Any] = {"description": module.__doc__, "formatter_class": plain}
+        sub = commands.add_parser(name, **described, **({"help": line} if listed else {}))
         if hasattr(module, "run"):
             sub.set_defaults(run=module.run, prog=sub.prog)
         module.configure(sub)
 
 
 def add_parsers(
-    parser: argparse.ArgumentParser, metavar: str
+    parser: argparse.ArgumentParser, metavar: str, *, listed: bool = True
 ) -> argparse._SubParsersAction[OneLineParser]:
     """Where the subcommands of a parser are added, whose errors are one line."""
     return parser.add_subparsers(
-        dest=metavar.lower(), metavar=metavar, required=True, parser_class=OneLineParser
+        dest=metavar.lower(),
+        metavar=metavar,
+        prog=parser.prog,
+        required=True,
+        parser_class=OneLineParser,
+        help=None if listed else argparse.SUPPRESS,
     )

@@ -49,10 +49,13 @@ class Command:
 
     def configure(self, parser: argparse.ArgumentParser) -> None:
         """Arguments of the command."""
+        from armimpedance.show.command.options import add_choice
+
         parser.add_argument("recording", metavar="RECORDING", type=Path)
         add_out(parser, self.out, TABLE, long=True)
         add_figure(parser, self.figure)
         self.verb.configure(parser)
+        add_choice(parser, "recording")
 
     def run(self, arguments: argparse.Namespace) -> int:
         """Check outputs and options; read, check and compute; write, print and draw."""

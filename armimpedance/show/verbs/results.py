@@ -15,6 +15,7 @@ from armimpedance.core.motion import MarkerRecording
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording, ReadOptions, open_recording, read_skeleton
 from armimpedance.show.files import read_left_out
+from armimpedance.show.verbs.chosen import ChosenPath
 
 # What every analysis starts from: a recording, or the path of one.
 
@@ -69,9 +70,21 @@ def read(
             f"{type(source).__name__} given; a recording or its path is taken, and `ai.recording` "
             "makes one of tables and lists of trials"
         )
+    if isinstance(source, ChosenPath):
+        made = read(Path(source), force_by=force_by, **{**source.options, **options})
+        return made if source.leave_out is None else _without_trials(made, source)
     if isinstance(options.get("skeleton"), str | os.PathLike):
         options["skeleton"] = read_skeleton(options["skeleton"])
     return open_recording(source, ReadOptions(force_by=force_by, **options))
+
+
+def _without_trials(recording: AnyRecording, source: ChosenPath) -> Recording:
+    """A recording without the trials of the list that goes with its path."""
+    if isinstance(recording, Recording):
+        return without_trials(recording, source.leave_out)
+    raise InputError(
+        "a recording without numbered trials", file=source, expected="none, without --leave-out"
+    )
 
 
 def read_recording(

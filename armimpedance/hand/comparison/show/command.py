@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 from armimpedance.core.errors import InputError
 from armimpedance.hand.show.options import add_by, add_force_by
 from armimpedance.hand.still import METHODS
-from armimpedance.show.command.options import add_despite
+from armimpedance.show.command.options import add_choice, add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -69,6 +69,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_force_by(parser)
     add_despite(parser)
+    add_choice(parser, "inputs")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -24,6 +24,7 @@ import argparse
 from pathlib import Path
 
 from armimpedance.hand.random.show.verb import RANDOM, random
+from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -42,6 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "the results, one row a group", TABLE, long=True)
     add_figure(parser, "impedance over frequency with bands, coherence, and the model")
     RANDOM.configure(parser)
+    add_choice(parser, "recording")
 
 
 def run(arguments: argparse.Namespace) -> int:

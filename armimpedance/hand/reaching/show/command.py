@@ -24,6 +24,7 @@ import argparse
 from pathlib import Path
 
 from armimpedance.hand.reaching.show.verb import MOVEMENT, movement
+from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -42,6 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "the results, one row a condition and phase", TABLE, long=True)
     add_figure(parser, "ellipses of M, B and K along the path")
     MOVEMENT.configure(parser)
+    add_choice(parser, "recording")
 
 
 def run(arguments: argparse.Namespace) -> int:

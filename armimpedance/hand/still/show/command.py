@@ -27,7 +27,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import Inputs, distinct_names, inputs_now
 from armimpedance.hand.show.options import add_by, add_force_by
 from armimpedance.hand.still.methods import METHODS
-from armimpedance.show.command.options import add_despite, add_leave_out
+from armimpedance.show.command.options import add_choice, add_despite, add_leave_out
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -84,6 +84,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_force_by(parser)
     add_despite(parser)
     add_leave_out(parser)
+    add_choice(parser, "recordings", leave_out=False)
 
 
 def run(arguments: argparse.Namespace) -> int:

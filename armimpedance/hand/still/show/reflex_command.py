@@ -19,7 +19,7 @@ from pathlib import Path
 from textwrap import fill
 
 from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.show.command.options import add_despite
+from armimpedance.show.command.options import add_choice, add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -50,6 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_force_by(parser)
     add_despite(parser)
+    add_choice(parser, "recording")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -16,7 +16,7 @@ import argparse
 from pathlib import Path
 
 from armimpedance.hand.show.options import add_force_by
-from armimpedance.show.command.options import PAGE, add_leave_out
+from armimpedance.show.command.options import PAGE, add_choice, add_leave_out
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
 
 
@@ -26,6 +26,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "the page", PAGE, required=True)
     add_leave_out(parser, "start from this list")
     add_force_by(parser)
+    add_choice(parser, "recording", leave_out=False)
 
 
 def run(arguments: argparse.Namespace) -> int:

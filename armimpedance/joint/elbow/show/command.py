@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.options import add_despite
+from armimpedance.show.command.options import add_choice, add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -186,6 +186,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--joint", type=int, default=1, metavar="N", help="axis (default: 1)")
     parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
     add_despite(parser)
+    add_choice(parser, "recording")
     add_figure(parser, "draw the result")
 
 

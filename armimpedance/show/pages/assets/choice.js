@@ -55,7 +55,7 @@ function show(i) {
   at("why").value = left.get(trial.trial) ?? "";
   const alike = trials.filter((t) => t.group === trial.group && t.direction === trial.direction);
   at("panels").append(...more.panels.map(([column, label]) => panel(column, label, trial, alike)));
-  at("count").textContent = `${left.size} of ${trials.length} trials left out`;
+  at("count").textContent = `${left.size} of ${trials.length} trials left out by hand`;
 }
 
 /** One channel of a trial, the others behind it. */

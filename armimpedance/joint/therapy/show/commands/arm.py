@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.options import add_despite
+from armimpedance.show.command.options import add_choice, add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     FIT,
@@ -57,6 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _configure_person(parser)
     add_figure(parser, "passive torques and their model")
     add_despite(parser)
+    add_choice(parser, "recording")
 
 
 def _configure_person(parser: argparse.ArgumentParser) -> None:

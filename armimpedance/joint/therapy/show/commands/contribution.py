@@ -31,7 +31,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.show.command.options import add_despite
+from armimpedance.show.command.options import add_choice, add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -78,6 +78,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="go on where the passive repetitions of an axis did not agree",
     )
     add_despite(parser)
+    add_choice(parser, "recording")
 
 
 def run(arguments: argparse.Namespace) -> int:

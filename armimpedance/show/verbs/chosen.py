@@ -1,0 +1,46 @@
+"""The path of a recording together with what is wanted of it: which trials, by which mapping."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+
+class ChosenPath(type(Path())):  # type: ignore[misc]
+    """A path that says which trials of its recording are meant, and how its columns are read.
+
+    It is a path wherever a path is taken; `read` alone looks at the choice.
+
+    Attributes
+    ----------
+    where : str or None
+        Trials for which this expression holds only.
+    mapping : Path or None
+        What the columns of a table of any layout mean.
+    leave_out : Path or None
+        A list of trials that are left out, as `trials` saves it.
+    """
+
+    where: str | None = None
+    mapping: Path | None = None
+    leave_out: Path | None = None
+
+    @classmethod
+    def of(
+        cls, path: Path, where: str | None, mapping: Path | None, leave_out: Path | None
+    ) -> Path:
+        """The same path with a choice; as it is where nothing is chosen."""
+        if where is None and mapping is None and leave_out is None:
+            return path
+        made: Any = cls(path)
+        made.where, made.mapping, made.leave_out = where, mapping, leave_out
+        return made  # type: ignore[no-any-return]
+
+    def __reduce__(self) -> Any:
+        return (ChosenPath.of, (Path(self), self.where, self.mapping, self.leave_out))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What of the choice a reader has to know."""
+        named = {"where": self.where, "mapping": self.mapping}
+        return {name: value for name, value in named.items() if value is not None}
