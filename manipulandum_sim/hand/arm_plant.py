@@ -8,7 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from manipulandum_sim.hand.muscles import MuscleMechanics, MusclePaths, human_mechanics, human_paths
+from manipulandum_sim.hand.muscles import (
+    COURSES,
+    MuscleMechanics,
+    MusclePaths,
+    human_mechanics,
+    human_paths,
+)
 from manipulandum_sim.hand.subjects import SimulatedSubject
 from manipulandum_sim.hand.two_link import EndMotion, TwoLink, end_force
 
@@ -76,7 +82,9 @@ class Arm:
             subject.upper_arm,
             subject.forearm_hand,
         )
-        return cls(link, human_paths(), human_mechanics(subject.strength))
+        return cls(
+            link, human_paths(COURSES[subject.moment_arms]), human_mechanics(subject.strength)
+        )
 
     def passive_torque(
         self, q1: FloatArray, q2: FloatArray, w1: FloatArray, w2: FloatArray

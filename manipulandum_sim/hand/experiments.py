@@ -74,7 +74,7 @@ def nominal_hand(subject: SimulatedSubject) -> tuple[float, float]:
 def _postures(subject: SimulatedSubject) -> tuple[Condition, ...]:
     scale = (subject.upper_arm_m + subject.forearm_hand_m) / _REACH_M
     grid = [(scale * x, scale * y) for y in _Y_M for x in _X_M]
-    hands = grid if subject.id == "A" else [grid[i] for i in _ELEVEN]
+    hands = grid if subject.id.startswith("A") else [grid[i] for i in _ELEVEN]
     return tuple(Condition(f"posture_{n:02d}", hand) for n, hand in enumerate(hands, 1))
 
 

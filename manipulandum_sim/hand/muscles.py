@@ -26,11 +26,43 @@ MOMENT_ARMS_M: Final = (
     (0.0386, 0.0427),
     (0.0388, 0.0300),
 )
-#: Moment arm ~ 1 + ripple cos(q - peak), per muscle and joint. Flexors of the elbow pull best near
-#: a right angle and beyond, extensors with a straighter arm: the trend of measured moment arms
-#: (Murray, Delp and Buchanan 1995).
-RIPPLE: Final = ((0.2, 0.0), (0.2, 0.0), (0.0, 0.35), (0.0, 0.15), (0.25, 0.35), (0.2, 0.15))
-PEAK_RAD: Final = ((0.5, 0.0), (1.4, 0.0), (0.0, 1.9), (0.0, 0.8), (0.6, 1.8), (1.4, 0.9))
+
+
+@dataclass(frozen=True)
+class Course:
+    """How moment arms change with posture: ``1 + ripple cos(q - peak)`` times a constant.
+
+    Attributes
+    ----------
+    ripple, peak_rad : six pairs
+        Of each muscle over shoulder and elbow.
+    """
+
+    ripple: tuple[tuple[float, float], ...]
+    peak_rad: tuple[tuple[float, float], ...]
+
+
+#: Over the elbow (40 to 130 deg) brachialis, triceps and biceps of OpenSim's arm26: K. R. S.
+#: Holzbaur, W. M. Murray and S. L. Delp (2005), Ann Biomed Eng 33:829-840; model by Reinbolt, Seth,
+#: Habib and Hamner, CC BY 3.0. There -dL/dq goes from .0126 to .0239 m (brachialis), .0316 to .0494
+#: (biceps) and .0235 to .0194 (triceps); these curves are within 9, 4 and 5 % of theirs. Over the
+#: shoulder the two-joint muscles lose two fifths from 10 to 90 deg, as the long head of the triceps
+#: does there (.0375 to .0214 m; within 15 %). For one-joint muscles of the shoulder in a horizontal
+#: plane the course is assumed. The spread of K_j over 20 postures is then (sum of squares, K_ss,
+#: K_se, K_ee) 103, 18, 67 (N m/rad)^2; Tsuji (1997), Table 1, prints 109, 28, 50, of which a fit of
+#: order 2 leaves 5, 10, 2.
+MEASURED: Final = Course(
+    ((0.2, 0.0), (0.2, 0.0), (0.0, 2.6), (0.0, 0.25), (0.75, 5.49), (0.75, 0.25)),
+    ((1.1, 0.0), (1.1, 0.0), (0.0, 1.93), (0.0, -1.31), (0.1, 1.674), (0.1, -1.31)),
+)
+#: Moment arms that hardly change: K_j then differs between postures by chance alone, and a model
+#: over posture has nothing to fit. A control.
+ALIKE: Final = Course(
+    ((0.2, 0.0), (0.2, 0.0), (0.0, 0.35), (0.0, 0.15), (0.25, 0.35), (0.2, 0.15)),
+    ((0.5, 0.0), (1.4, 0.0), (0.0, 1.9), (0.0, 0.8), (0.6, 1.8), (1.4, 0.9)),
+)
+#: By the names that a subject's `moment_arms` may have.
+COURSES: Final = {"measured": MEASURED, "alike": ALIKE}
 
 
 @dataclass(frozen=True)
@@ -128,10 +160,10 @@ class MuscleMechanics(FrozenRecord):
         return self.rest_viscosity_s * self.rest_stiffness + self.active_viscosity_s * active
 
 
-def human_paths() -> MusclePaths:
+def human_paths(course: Course = MEASURED) -> MusclePaths:
     """Paths whose moment arms at the nominal posture are the published ones."""
     arm, sign = np.array(MOMENT_ARMS_M), np.array(MUSCLE_SIGNS, dtype=float)
-    ripple, peak = np.array(RIPPLE), np.array(PEAK_RAD)
+    ripple, peak = np.array(course.ripple), np.array(course.peak_rad)
     nominal = np.array(NOMINAL_POSTURE_RAD)
     slope = sign * arm / (1 + ripple * np.cos(nominal - peak))
     # the integral of 1 + ripple cos(q - peak) over q

@@ -7,6 +7,7 @@ from typing import Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Subject
+from manipulandum_sim.hand.muscles import COURSES
 
 # D. A. Winter, Biomechanics and Motor Control of Human Movement, Table 4.1: mass as a fraction of
 # the body's, centre of mass from the proximal joint and radius of gyration about it as fractions
@@ -41,6 +42,8 @@ class SimulatedSubject:
         `forearm_hand_m` from the elbow to the centre of the grip.
     strength : float
         Multiplies every muscle's tension, stiffness and viscosity.
+    moment_arms : {"measured", "alike"}
+        How they change with posture: as those of measured arms, or hardly.
     """
 
     id: str
@@ -49,6 +52,11 @@ class SimulatedSubject:
     upper_arm_m: float
     forearm_hand_m: float
     strength: float
+    moment_arms: str = "measured"
+
+    def __post_init__(self) -> None:
+        if self.moment_arms not in COURSES:
+            raise InputError(f"moment arms {self.moment_arms!r}", expected=" or ".join(COURSES))
 
     @property
     def upper_arm(self) -> Segment:
@@ -76,6 +84,8 @@ SUBJECTS: Final = {
         SimulatedSubject("B", 72.0, 1.76, 0.31, 0.35, 1.15),
         SimulatedSubject("C", 58.0, 1.66, 0.29, 0.33, 0.85),
         SimulatedSubject("D", 80.0, 1.82, 0.32, 0.36, 1.30),
+        # the control: A, whose stiffness hardly changes with posture
+        SimulatedSubject("A_alike", 65.0, 1.70, 0.30, 0.34, 1.00, "alike"),
     )
 }
 
@@ -85,7 +95,7 @@ def find_subject(subject: str | SimulatedSubject) -> SimulatedSubject:
 
     Parameters
     ----------
-    subject : {"A", "B", "C", "D"} or SimulatedSubject
+    subject : {"A", "B", "C", "D", "A_alike"} or SimulatedSubject
 
     Returns
     -------
