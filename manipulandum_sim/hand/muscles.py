@@ -29,7 +29,7 @@ MOMENT_ARMS_M: Final = (
 
 
 @dataclass(frozen=True)
-class Course:
+class MomentArmCourse:
     """How moment arms change with posture: ``1 + ripple cos(q - peak)`` times a constant.
 
     Attributes
@@ -51,13 +51,13 @@ class Course:
 #: plane the course is assumed. The spread of K_j over 20 postures is then (sum of squares, K_ss,
 #: K_se, K_ee) 103, 18, 67 (N m/rad)^2; Tsuji (1997), Table 1, prints 109, 28, 50, of which a fit of
 #: order 2 leaves 5, 10, 2.
-MEASURED: Final = Course(
+MEASURED: Final = MomentArmCourse(
     ((0.2, 0.0), (0.2, 0.0), (0.0, 2.6), (0.0, 0.25), (0.75, 5.49), (0.75, 0.25)),
     ((1.1, 0.0), (1.1, 0.0), (0.0, 1.93), (0.0, -1.31), (0.1, 1.674), (0.1, -1.31)),
 )
 #: Moment arms that hardly change: K_j then differs between postures by chance alone, and a model
 #: over posture has nothing to fit. A control.
-ALIKE: Final = Course(
+ALIKE: Final = MomentArmCourse(
     ((0.2, 0.0), (0.2, 0.0), (0.0, 0.35), (0.0, 0.15), (0.25, 0.35), (0.2, 0.15)),
     ((0.5, 0.0), (1.4, 0.0), (0.0, 1.9), (0.0, 0.8), (0.6, 1.8), (1.4, 0.9)),
 )
@@ -160,7 +160,7 @@ class MuscleMechanics(FrozenRecord):
         return self.rest_viscosity_s * self.rest_stiffness + self.active_viscosity_s * active
 
 
-def human_paths(course: Course = MEASURED) -> MusclePaths:
+def human_paths(course: MomentArmCourse = MEASURED) -> MusclePaths:
     """Paths whose moment arms at the nominal posture are the published ones."""
     arm, sign = np.array(MOMENT_ARMS_M), np.array(MUSCLE_SIGNS, dtype=float)
     ripple, peak = np.array(course.ripple), np.array(course.peak_rad)

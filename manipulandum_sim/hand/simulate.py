@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -36,6 +36,7 @@ def simulate(
     subject: str | SimulatedSubject = "A",
     sets: int = 5,
     conditions: Collection[str] | None = None,
+    places: Mapping[str, tuple[float, float]] | Sequence[tuple[float, float]] | None = None,
     progress: Progress | None = None,
     **rig: Any,
 ) -> tuple[Recording, Truth]:
@@ -52,6 +53,9 @@ def simulate(
         Sets of eight disturbances per condition.
     conditions : collection of str, optional
         Only these.
+    places : mapping or sequence of pairs, optional
+        Hand locations of your own from the shoulder (m), for "postures": their names with x and
+        y, or x and y alone, which are named ``place_01`` and so on.
     progress : callable, optional
         Told ``(trials done, trials in all)``.
     **rig
@@ -72,7 +76,7 @@ def simulate(
         If a name is unknown or a value out of range.
     """
     person, plan = find_subject(subject), find_experiment(experiment)
-    known = plan.conditions(person)
+    known = plan.conditions(person) if places is None else _at(places, experiment)
     wanted = [c.name for c in known] if conditions is None else list(conditions)
     unknown = sorted(set(wanted) - {c.name for c in known})
     if unknown or not wanted:
@@ -84,6 +88,22 @@ def simulate(
     runs = [Run(row, c.name, (plan.key, n)) for row, (n, c) in enumerate(numbered)]
     chosen = [c for _, c in numbered]
     return _session(person, Rig(**rig), chosen, runs, sets, seed, experiment, progress)
+
+
+def _at(
+    places: Mapping[str, tuple[float, float]] | Sequence[tuple[float, float]], experiment: str
+) -> tuple[Condition, ...]:
+    """A relaxed arm at places of one's own."""
+    if experiment != "postures":
+        raise InputError(f"places in experiment {experiment!r}", expected="experiment 'postures'")
+    named = (
+        places
+        if isinstance(places, Mapping)
+        else {f"place_{number:02d}": place for number, place in enumerate(places, start=1)}
+    )
+    if not named:
+        raise InputError("no place", expected="x and y of at least one, m")
+    return tuple(Condition(name, (float(x), float(y))) for name, (x, y) in named.items())
 
 
 def simulate_condition(

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import Fields, is_number, read_json
 from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Simulated, SimulatedRig
 
 if TYPE_CHECKING:
-    from manipulandum_sim.hand import Servo
+    from manipulandum_sim.hand import Servo, SimulatedSubject
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -31,14 +36,83 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_places(parser: argparse.ArgumentParser) -> None:
+    _add_options(parser)
+    parser.add_argument(
+        "--at",
+        nargs=2,
+        type=float,
+        action="append",
+        metavar=("X", "Y"),
+        help="a hand location of your own, m from the shoulder; may be given again",
+    )
+    parser.add_argument(
+        "--grid",
+        nargs=6,
+        type=float,
+        metavar=("LEFT", "RIGHT", "COLUMNS", "NEAR", "FAR", "ROWS"),
+        help="hand locations in columns and rows, such as -0.2 0.2 5 0.3 0.5 3 (m)",
+    )
+    parser.add_argument(
+        "--strength",
+        type=float,
+        metavar="FACTOR",
+        help="of the subject's muscles: their tension, stiffness and viscosity",
+    )
+
+
+def _places(arguments: argparse.Namespace) -> list[tuple[float, float]] | None:
+    """What --at and --grid ask for; None for the source's own."""
+    told = [(x, y) for x, y in getattr(arguments, "at", None) or ()]
+    if (grid := getattr(arguments, "grid", None)) is not None:
+        left, right, columns, near, far, rows = grid
+        if min(columns, rows) < 1 or not float(columns * rows).is_integer():
+            raise InputError(
+                f"--grid with {columns:g} columns and {rows:g} rows", expected="1 or more of each"
+            )
+        across = np.linspace(left, right, int(columns)).tolist()
+        told += [(x, y) for y in np.linspace(near, far, int(rows)).tolist() for x in across]
+    return told or None
+
+
+def _read_subject(file: Path) -> SimulatedSubject:
+    """A subject of one's own: a JSON file with the fields of `SimulatedSubject`.
+
+    Raises InputError: the file cannot be read, or a field is missing, unknown or not above 0.
+    """
+    from manipulandum_sim.hand import SimulatedSubject
+
+    values = read_json(file, "a simulated subject")
+    given, known = Fields(file, values), [f.name for f in fields(SimulatedSubject)]
+    for name in values:
+        if name not in known:
+            raise InputError("unknown field", file=file, column=name, expected=", ".join(known))
+    values = {"id": file.stem, "strength": 1.0, **values}
+    for name in ("mass_kg", "height_m", "upper_arm_m", "forearm_hand_m", "strength"):
+        if not is_number(values.get(name)) or not values[name] > 0:
+            raise given.wrong(name, "a number above 0")
+    return SimulatedSubject(**values)
+
+
+def _subject(arguments: argparse.Namespace) -> SimulatedSubject:
+    """A subject by its letter or its file, and as strong as asked for."""
+    from manipulandum_sim.hand import find_subject
+
+    name = arguments.subject or "A"
+    found = _read_subject(Path(name)) if name.endswith(".json") else find_subject(name)
+    strength = getattr(arguments, "strength", None)
+    return found if strength is None else replace(found, strength=strength)
+
+
 def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     from manipulandum_sim.hand import Reflex, simulate
 
     recording, truth = simulate(
         name,
-        subject=arguments.subject or "A",
+        subject=_subject(arguments),
         seed=arguments.seed,
         sets=arguments.sets,
+        places=_places(arguments),
         progress=progress,
         disturbance=arguments.disturbance,
         duration_s=arguments.duration_s,
@@ -63,9 +137,18 @@ def _servo(asked: str | None) -> Servo:
         raise InputError(f"--servo {asked}", expected="N/m, or ideal") from error
 
 
+_SUBJECTS: Final = (
+    "A (default) to D, A_alike (stiffness hardly changes with posture), or a file of your own: "
+    '{"mass_kg": 70, "height_m": 1.8, "upper_arm_m": 0.31, "forearm_hand_m": 0.35}'
+)
+
+
 def _rig(name: str, line: str) -> SimulatedRig:
-    options = "--subject B --noise sensor --seed 7 --out session"
-    return SimulatedRig(name, line, options, _simulate, _add_options, subjects="A (default) to D")
+    own = name == "postures"
+    options = "--grid -0.2 0.2 3 0.3 0.5 2" if own else "--subject B --noise sensor --seed 7"
+    add = _add_places if own else _add_options
+    options = f"{options} --out session"
+    return SimulatedRig(name, line, options, _simulate, add, subjects=_SUBJECTS)
 
 
 RIGS: Final = (
