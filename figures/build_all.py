@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,8 @@ _OTHERS = tuple(
         contribution_feedback,
     )
 )
+#: What the names of the figures begin with.
+_SOURCE = re.compile(r"^(tsuji1997|ruiz2011|guidali2013|venture_elbow|venture_poster)_")
 CATALOGUE = {figure.name: figure for figure in (*TSUJI1997, *_OTHERS)}
 
 
@@ -81,10 +84,19 @@ def chosen(names: Sequence[str]) -> list[SourceFigure]:
     InputError
         If a name matches no figure.
     """
-    for name in names:
-        if not any(name in known for known in CATALOGUE):
-            raise InputError(f"no figure {name!r}", expected=f"one of {', '.join(CATALOGUE)}")
-    return [f for f in CATALOGUE.values() if not names or any(n in f.name for n in names)]
+    wanted = {found for name in names for found in _matches(name)}
+    return [f for f in CATALOGUE.values() if not names or f.name in wanted]
+
+
+def _matches(name: str) -> list[str]:
+    """Figures that this names: those that begin so, behind their source, before those that hold it.
+
+    ``fig07`` is Fig. 7 of one source and not the second half of another's ``fig06_fig07``.
+    """
+    held = [known for known in CATALOGUE if name in known]
+    if not held:
+        raise InputError(f"no figure {name!r}", expected=f"one of {', '.join(CATALOGUE)}")
+    return [known for known in held if _SOURCE.sub("", known).startswith(name)] or held
 
 
 def build(

@@ -15,6 +15,7 @@ from armimpedance.show.plots import (
     MOST_LOOKS,
     OKABE_ITO,
     ONE_COLUMN_IN,
+    element_text,
     label_axes,
     look,
     new_axes,
@@ -84,9 +85,8 @@ def plot_intervals(
             ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
         ax.set_yticks(rows, names, parse_math=False)
         ax.set_ylim(len(values) - 0.5, -0.5)
-        label_axes(
-            ax, f"{parameter} ({unit_text(UNITS[estimates[0].level][parameter[0]])})", "condition"
-        )
+        unit = unit_text(UNITS[estimates[0].level][parameter[0]])
+        label_axes(ax, f"{element_text(parameter)} ({unit})", "condition")
     return ax
 
 

@@ -178,15 +178,18 @@ def plot_ellipse_surfaces(
     """
     with print_style():
         grid = _new_grid() if axes is None else np.asarray(axes)
-        titles = ("(a) size", "(b) orientation", "(c) shape")
-        for column, (name, title) in enumerate(zip(PARAMETERS, titles, strict=True)):
+        for column, (name, letter) in enumerate(zip(PARAMETERS, "abc", strict=True)):
             own = None if points is None else points[name]
             upper = plot_surface(surfaces[name], own, grid[0, column])
             upper.set_zlabel("")
-            upper.set_title(title)
+            # its own place is taken by the next panel
+            upper.set_title(f"({letter}) {surfaces[name].label}")
             plot_map(surfaces[name], own, grid[1, column])
             if column:
                 grid[1, column].set_ylabel("")
+        if points is not None:
+            handles, labels = grid[0, 0].get_legend_handles_labels()
+            grid[0, 0].figure.legend(handles, labels, loc="outside upper center", ncols=2)
     return grid
 
 

@@ -19,6 +19,7 @@ from armimpedance.show.plots import (
     Series,
     draw_elements,
     draw_ellipses,
+    element_text,
     label_axes,
     name_rows,
     new_axes,
@@ -208,6 +209,7 @@ def plot_model_fit(predicted: JointPrediction, rows: JointRows) -> Figure:
                 getattr(predicted, f"{which}_matrices"),
                 matrix(predicted.half_width(which)),
             )
+            unit = unit_text(UNITS["joint"][symbol])
             for column, (i, j) in enumerate(places):
                 a, b = rows.moving[i], rows.moving[j]
                 # the symmetric part, as the model has it; the larger error of its two elements
@@ -218,7 +220,7 @@ def plot_model_fit(predicted: JointPrediction, rows: JointRows) -> Figure:
                     *(half[:, a, b], 1.96 * error),
                     ["rows that were fitted"] * len(measured),
                     axes[column],
-                    label=f"{symbol}_{names[i, j]} ({unit_text(UNITS['joint'][symbol])})",
+                    label=f"{element_text(f'{symbol}_{names[i, j]}')} ({unit})",
                 )
         panel_letters(list(grid.flat))
         one_legend(figure, list(grid.flat))

@@ -18,6 +18,7 @@ from .style import (
     ONE_COLUMN_IN as ONE_COLUMN_IN,
     TWO_COLUMNS_IN as TWO_COLUMNS_IN,
     drawn_for as drawn_for,
+    element_text as element_text,
     label_axes as label_axes,
     new_axes as new_axes,
     new_figure as new_figure,

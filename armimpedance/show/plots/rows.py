@@ -13,6 +13,7 @@ from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.show.plots.style import (
     TWO_COLUMNS_IN,
+    element_text,
     new_axes,
     new_figure,
     print_style,
@@ -123,7 +124,7 @@ def draw_elements(
         for number, one in enumerate(series):
             at = np.arange(count, dtype=float) + shift * (2 * number - len(series) + 1)
             _draw_series(ax, at, one, one.matrices[:, i, j], one.half[:, i, j])
-        ax.set_xlabel(f"{symbol}_{i + 1}{j + 1} ({unit_text(unit)})")
+        ax.set_xlabel(f"{element_text(f'{symbol}_{i + 1}{j + 1}')} ({unit_text(unit)})")
         ax.xaxis.set_major_locator(few_ticks(2))
         ax.tick_params(axis="y", length=0)
 
@@ -253,7 +254,7 @@ def plot_table(
         points = _points()
         _rule(ax, 0.0, 1.0)
         for x, text in zip(places, header, strict=True):
-            ax.text(x, 0.65, text, ha="right", va="center", fontsize=points)
+            ax.text(x, 0.65, element_text(text), ha="right", va="center", fontsize=points)
         _rule(ax, 1.3, 0.8)
         at = 1.3
         for block in blocks:

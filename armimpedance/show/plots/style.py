@@ -245,6 +245,17 @@ def unit_text(unit: str) -> str:
     return unit.replace("^2", "²")
 
 
+_LOWERED: Final = str.maketrans("0123456789es", "₀₁₂₃₄₅₆₇₈₉ₑₛ")
+
+
+def element_text(name: str) -> str:
+    """An element as print has it: ``K₁₂`` of ``K_12``, ``Kₛₑ`` of ``K_se``."""
+    symbol, _, index = name.partition("_")
+    if len(symbol) != 1 or not index or index.strip("0123456789es"):
+        return name
+    return f"{symbol}{index.translate(_LOWERED)}"
+
+
 def label_axes(ax: Axes, x: str, y: str) -> None:
     """Label both axes, where the caller has not done so already."""
     if not ax.get_xlabel():

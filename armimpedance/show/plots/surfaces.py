@@ -18,6 +18,8 @@ from armimpedance.show.plots.style import new_figure, print_style
 #: Light is much in print, dark is much on a screen for this one too; told apart without colour.
 COLORS: Final = "viridis"
 _LEVELS: Final = 9
+#: Points along each side of an outline.
+_EDGE_POINTS: Final = 16
 #: Direction (rad) along which a surface is looked at: a little more along y than along x.
 _LEAN: Final = np.deg2rad(55.0)
 
@@ -105,7 +107,7 @@ def plot_surface(
 ) -> Any:
     """Draw a surface in three dimensions, each measured point on a stem from the surface.
 
-    Filled points lie above the surface, open ones below.
+    Filled points lie above the surface, open ones below; a legend says so.
 
     Parameters
     ----------
@@ -173,9 +175,7 @@ def _draw_sheet(ax: Any, surface: Surface, levels: FloatArray) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
 
     x, y = surface.grid
-    # whole cells only, (cells, 4, 3): plot_surface leaves parts of cells whose corners are nan
-    corners = _corners(np.stack([x, y, surface.inside], axis=-1))
-    whole = corners[np.isfinite(corners).all(axis=(1, 2))]
+    whole = _cells(surface) if surface.outline is None else _triangles(surface, surface.outline)
     faces = colormaps[COLORS](level_norm(levels)(whole[:, :, 2].mean(axis=1)), alpha=0.75)
     ax.add_collection3d(Poly3DCollection(whole, facecolors=faces, linewidths=0, zorder=1))
     beyond = np.where(surface.extrapolated, surface.values, np.nan)
@@ -198,6 +198,41 @@ def _corners(nodes: FloatArray) -> FloatArray:
     return np.stack(around, axis=2).reshape(-1, 4, nodes.shape[-1])
 
 
+def _cells(surface: Surface) -> FloatArray:
+    """Whole cells only, (cells, 4, 3): plot_surface leaves parts of cells whose corners are nan."""
+    corners = _corners(np.stack([*surface.grid, surface.inside], axis=-1))
+    return corners[np.isfinite(corners).all(axis=(1, 2))]
+
+
+def _triangles(surface: Surface, outline: FloatArray) -> FloatArray:
+    """Triangles (n, 3, 3) that fill the outline to its edge."""
+    from matplotlib.path import Path
+    from matplotlib.tri import Triangulation
+    from scipy.interpolate import LinearNDInterpolator
+
+    places = np.stack(surface.grid, axis=-1)
+    known, held = np.isfinite(surface.values), np.isfinite(surface.inside)
+    ends = np.roll(outline, -1, axis=0)
+    share = np.linspace(0, 1, _EDGE_POINTS, endpoint=False)[:, None, None]
+    ring = ((1 - share) * outline + share * ends).reshape(-1, 2)
+    edge = LinearNDInterpolator(places[known], surface.values[known])(ring)
+    nodes = np.vstack(
+        [
+            np.column_stack([places[held], surface.values[held]]),
+            np.column_stack([ring, edge])[np.isfinite(edge)],
+        ]
+    )
+    if len(nodes) < 3:
+        return _cells(surface)
+    corners = nodes[Triangulation(nodes[:, 0], nodes[:, 1]).triangles]
+    within = Path(outline).contains_points(corners[:, :, :2].mean(axis=1))
+    # no triangle bridges a missing value: it would be longer than any cell is across
+    sides = np.linalg.norm((corners - np.roll(corners, 1, axis=1))[:, :, :2], axis=2)
+    cell = _corners(places)
+    across = np.linalg.norm(cell[:, 2:] - cell[:, :2], axis=2).max()
+    return np.asarray(corners[within & (sides.max(axis=1) < 1.05 * across)])
+
+
 def _azimuth_deg(surface: Surface) -> float:
     """From where to look: from low x and y, or from the other side if the surface falls away."""
     rows, columns = surface.values.shape
@@ -211,6 +246,9 @@ def _azimuth_deg(surface: Surface) -> float:
 
 def _draw_stems(ax: Any, points: MeasuredPoints) -> None:
     known = np.isfinite(points.values) & np.isfinite(points.predicted)
+    for fill, word in (("black", "above"), ("white", "below")):
+        look: dict[str, Any] = {"color": "black", "mfc": fill, "mew": 0.7, "markersize": 3.5}
+        ax.plot([], [], [], "o", label=f"measured, {word} the surface", **look)
     for x, y, value, model in zip(
         *(each[known] for each in (points.x, points.y, points.values, points.predicted)),
         strict=True,

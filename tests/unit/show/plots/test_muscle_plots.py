@@ -178,8 +178,29 @@ def test_no_cell_is_drawn_around_a_missing_value():
     surface = dome()
     values = np.array(surface.values)
     values[11, 10] = np.nan
-    with_hole = faces_of(plot_surface(replace(surface, values=values)))
-    assert len(with_hole) == len(faces_of(plot_surface(surface))) - 4
+    for outline in (surface.outline, None):
+        whole = replace(surface, outline=outline)
+        holed = faces_of(plot_surface(replace(whole, values=values)))
+        assert len(holed) < len(faces_of(plot_surface(whole)))
+        x, y = (grid[11, 10] for grid in surface.grid)
+        for face in holed:
+            inside = Path(np.asarray(face)[:, :2]).contains_point((x, y), radius=-1e-9)
+            assert not inside
+
+
+def test_a_surface_ends_at_its_outline_and_not_in_stairs():
+    corner = np.array([[-0.5, -0.5], [0.55, -0.2], [0.1, 0.6]])
+    x = np.linspace(-1, 1, 21)
+    X, Y = np.meshgrid(x, x)
+    outside = ~Path(corner).contains_points(np.column_stack([X.ravel(), Y.ravel()]))
+    labels = ("x (m)", "y (m)", "z (m)")
+    surface = Surface(x, x, X + Y, outside.reshape(X.shape), *labels, corner)
+    area = 0.0
+    for face in faces_of(plot_surface(surface)):
+        (ax, ay), (bx, by), (cx, cy) = np.asarray(face)[:, :2]
+        area += abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)) / 2
+    a, b = corner[1] - corner[0], corner[2] - corner[0]
+    assert area == pytest.approx(abs(a[0] * b[1] - a[1] * b[0]) / 2, rel=0.01)
 
 
 def test_a_surface_is_seen_from_the_side_to_which_it_falls():
@@ -359,7 +380,11 @@ def test_six_panels_have_titles_units_and_bars(model, make_estimate):
         posture_surfaces(model, ARM, "stiffness", count=9),
         posture_points(model, ARM, given, "stiffness"),
     )
-    assert [ax.get_title() for ax in axes[0]] == ["(a) size", "(b) orientation", "(c) shape"]
+    assert [ax.get_title() for ax in axes[0]] == [
+        "(a) size (10⁴ N²/m²)", "(b) orientation (deg)", "(c) shape (minor/major)",
+    ]  # fmt: skip
+    (legend,) = axes[0, 0].figure.legends
+    assert [text.get_text().split()[1] for text in legend.get_texts()] == ["above", "below"]
     bars = [ax for ax in axes[0, 0].figure.axes if ax not in list(axes.ravel())]
     assert [bar.get_xlabel() for bar in bars] == [
         "size (10⁴ N²/m²)", "orientation (deg)", "shape (minor/major)",
