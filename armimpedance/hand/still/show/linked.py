@@ -17,6 +17,7 @@ from armimpedance.hand.ellipses import FIELDS, Which, ellipse_of, locus
 from armimpedance.hand.show.ellipse_plot_parts import confidence_band, default_scale
 from armimpedance.hand.show.quantities import condition_of, ellipse_values
 from armimpedance.show.pages import Linked
+from armimpedance.show.plots import MOST_LOOKS, look
 
 if TYPE_CHECKING:
     import altair as alt
@@ -35,12 +36,12 @@ PANEL_PX: Final = 140
 FIELD_PX: Final = 370
 #: What a group has of each matrix: quantity -> its heading.
 QUANTITIES: Final = {
-    "size": "size of the ellipse",
+    "size": "size",
     "orientation_deg": "orientation (deg)",
     "shape": "shape, minor / major",
 }
-#: Quantity -> how its axis is labelled, in D3's notation.
-FORMATS: Final = {"size": "~s", "orientation_deg": "d", "shape": ".1f"}
+#: Quantity -> how its axis is labelled, in D3's notation, and with how many ticks.
+FORMATS: Final = {"size": (",d", 3), "orientation_deg": ("d", 4), "shape": (".1f", 4)}
 #: Ellipses at several places are drawn larger than in print, where neighbours must not touch: here
 #: one can be chosen.
 LARGER: Final = 1.7
@@ -50,8 +51,9 @@ def ellipse_outlines(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
     """Outlines and bands of all ellipses where they are drawn.
 
     `estimates`: of two axes each.
-    Returns: columns group, matrix, part ("outline" or "band"), order, x, y: metres where the hands
-    were at several places, the matrix' own unit where they were at one.
+    Returns: columns group, matrix, part ("outline", "band", or of few groups "name": the place of
+    their name), order, x, y: metres where the hands were at several places, the matrix' own unit
+    where they were at one.
     """
     rows = [row for which in FIELDS for row in _outlines_of(estimates, which)]
     return pd.DataFrame(rows, columns=["group", "matrix", "part", "order", "x", "y"])
@@ -73,6 +75,7 @@ def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterat
         scale = LARGER * default_scale([getattr(e, which) for e in shown], centres)
     reach = scale * max(np.abs(getattr(e, which)).max() for e in shown)
     decimals = DIGITS - int(np.ceil(np.log10(reach)))
+    named = len(estimates) <= MOST_LOOKS
     for estimate, centre in zip(shown, centres, strict=True):
         inner, outer = confidence_band(estimate, which, POINTS)
         outlines = {
@@ -82,6 +85,10 @@ def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterat
         for part, outline in outlines.items():
             for order, (x, y) in enumerate(np.round(centre + scale * outline, decimals)):
                 yield condition_of(estimate), which, part, order, x, y
+        if named:
+            top = outlines["outline"][outlines["outline"][:, 1].argmax()]
+            x, y = np.round(centre + scale * top, decimals)
+            yield condition_of(estimate), which, "name", 0, x, y
 
 
 def ellipse_numbers(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
@@ -124,7 +131,10 @@ def linked_ellipses(estimates: Sequence[ImpedanceEstimate], outlines: str, numbe
     panels = [_panel(groups, numbers, *one) for one in QUANTITIES.items()]
     picture = alt.hconcat(_field(estimates, outlines), *panels, spacing=18)
     frame = alt.param(name="frame", value=_frames(estimates))
-    picture = picture.add_params(chosen, matrix, frame).resolve_scale(y="independent")
+    level = estimates[0].level
+    unit = {which: f"({UNITS[level][MATRICES[which][0]]})²" for which in FIELDS}
+    units = alt.param(name="units", value=unit)
+    picture = picture.add_params(chosen, matrix, frame, units).resolve_scale(y="independent")
     where = "where the hands were" if apart(estimates) else "about one centre"
     return Linked(
         name="ellipses_and_numbers",
@@ -148,15 +158,34 @@ def _panel(groups: Sequence[str], numbers: str, quantity: str, title: str) -> An
         .encode(
             y=alt.Y("group:N", sort=list(groups), title=None, axis=_groups_axis(quantity)),
             opacity=_PICKED(alt),
+            color=_colored(groups),
             tooltip=alt.Tooltip("text:N"),
         )
     )
-    axis = alt.Axis(tickCount=4, format=FORMATS[quantity])
-    x = alt.X("value:Q", title=title, scale=alt.Scale(zero=False), axis=axis)
-    low = alt.X("low:Q", title=title)
-    rule = base.mark_rule(strokeWidth=2, color=BLUE, opacity=0.6).encode(x=low, x2="high:Q")
-    dot = base.mark_circle(size=34, opacity=1, color=BLUE).encode(x=x)
-    return alt.layer(rule, dot).properties(width=PANEL_PX, height=_row_px(groups) * len(groups))
+    form, ticks = FORMATS[quantity]
+    axis = alt.Axis(tickCount=ticks, format=form)
+    x = alt.X("value:Q", title=None, scale=alt.Scale(zero=False), axis=axis)
+    low = alt.X("low:Q", title=None)
+    rule = base.mark_rule(strokeWidth=2, opacity=0.6).encode(x=low, x2="high:Q")
+    dot = base.mark_circle(size=34, opacity=1).encode(x=x)
+    # the unit of the size is that of the chosen matrix: an axis' title cannot follow it
+    words = alt.ExprRef("'size, ' + units[matrix]") if quantity == "size" else title
+    head = alt.TitleParams(
+        text=words, orient="bottom", anchor="middle", fontSize=11, fontWeight="normal"
+    )
+    height = _row_px(groups) * len(groups)
+    return alt.layer(rule, dot).properties(width=PANEL_PX, height=height, title=head)
+
+
+def _colored(groups: Sequence[str], channel: str = "Color") -> Any:
+    """The colour that each of few groups has in every picture; many are alike."""
+    import altair as alt
+
+    if len(groups) > MOST_LOOKS:
+        return alt.value(BLUE)
+    colors = [str(look(number)["color"]) for number in range(len(groups))]
+    scale = alt.Scale(domain=list(groups), range=colors)
+    return getattr(alt, channel)("group:N", scale=scale, legend=None)
 
 
 def _row_px(groups: Sequence[str]) -> int:
@@ -211,11 +240,19 @@ def _field(estimates: Sequence[ImpedanceEstimate], outlines: str) -> Any:
             tooltip=alt.Tooltip("group:N"),
         )
     )
-    band = base.transform_filter("datum.part == 'band'").mark_line(
-        filled=True, fill=BLUE, fillOpacity=0.3, strokeWidth=0
+    groups = [condition_of(e) for e in estimates]
+    band = (
+        base.transform_filter("datum.part == 'band'")
+        .mark_line(filled=True, fillOpacity=0.3, strokeWidth=0)
+        .encode(fill=_colored(groups, "Fill"))
     )
-    line = base.transform_filter("datum.part == 'outline'").mark_line(strokeWidth=1.4, color=BLUE)
-    return alt.layer(band, line).properties(width=FIELD_PX, height=FIELD_PX)
+    line = (
+        base.transform_filter("datum.part == 'outline'")
+        .mark_line(strokeWidth=1.4)
+        .encode(stroke=_colored(groups, "Stroke"))
+    )
+    name = base.transform_filter("datum.part == 'name'").mark_text(dy=-7).encode(text="group:N")
+    return alt.layer(band, line, name).properties(width=FIELD_PX, height=FIELD_PX)
 
 
 def _frames(estimates: Sequence[ImpedanceEstimate]) -> dict[str, list[float]]:

@@ -24,10 +24,27 @@ function tooltip(_handler, event, _item, value) {
   pointer.style.top = `${event.clientY + 14}px`;
 }
 
+/** Panels beside each other stand below each other where the page is narrow, each with its rows' names. */
+const NARROW = 760;
+function fitted(spec, width) {
+  if (!spec.hconcat || width >= NARROW) return spec;
+  const { hconcat, ...rest } = spec;
+  const vconcat = hconcat.map((panel) => {
+    const square = panel.width === panel.height;
+    const room = Math.max(120, width - (square ? 95 : 190));
+    const fits = square ? { width: Math.min(panel.width, room), height: Math.min(panel.height, room) }
+      : { width: Math.min(420, room) };
+    for (const layer of panel.layer ?? [])
+      if (!square && layer.encoding?.y?.axis) Object.assign(layer.encoding.y.axis, { labels: true, ticks: true });
+    return { ...panel, ...fits };
+  });
+  return { ...rest, vconcat };
+}
+
 /** Draw one linked picture. */
 async function draw(element) {
   const name = element.dataset.spec;
-  const spec = structuredClone(specs[name]);
+  const spec = fitted(structuredClone(specs[name]), element.clientWidth);
   const named = JSON.stringify(spec);
   spec.datasets = Object.fromEntries(Object.keys(data)
     .filter((key) => named.includes(`"name":${JSON.stringify(key)}`)).map((key) => [key, rows(key)]));
@@ -81,4 +98,8 @@ document.addEventListener("click", async (event) => {
 });
 
 for (const element of document.querySelectorAll(".vega")) await draw(element);
+const turned = matchMedia(`(max-width: ${NARROW}px)`);
+turned.addEventListener("change", async () => {
+  for (const element of document.querySelectorAll(".vega")) await draw(element);
+});
 document.body.dataset.ready = "yes";
