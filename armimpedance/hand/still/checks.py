@@ -22,6 +22,7 @@ from armimpedance.core.conventions import (
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
+from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.departures import check_departures
 from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.estimation import DEFAULT_BY, Options, groups_of
@@ -315,6 +316,7 @@ LEAST_COHERENCE: Final = 0.3
 MOST_COHERENT: Final = 5
 
 
+@once_per_record
 def check_response(recording: Recording) -> tuple[Finding, ...]:
     """Units, reach, sign and axes; then filter, delay, reflex, amplitude and lack of fit.
 

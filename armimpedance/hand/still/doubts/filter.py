@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final, Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
+from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.departures import models_of
 from armimpedance.hand.still.doubts.model import Model, pooled
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
@@ -88,9 +90,9 @@ class Passed:
         if self.way == "late":
             turned = np.moveaxis(signal, -1, -2)
             return np.moveaxis(delayed(turned, self.value * rate_hz), -1, -2)
-        from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
+        from scipy.signal import sosfilt, sosfilt_zi, sosfiltfilt
 
-        sos = butter(self.order, self.value, fs=rate_hz, output="sos")
+        sos = _low_pass(self.order, self.value, rate_hz)
         if self.way == "zero-phase":
             return np.asarray(sosfiltfilt(sos, signal, axis=-2))
         first = np.expand_dims(signal[..., 0, :], -2)
@@ -218,6 +220,14 @@ class _Group:
         return float(((r @ V) * r).sum()), solved.parameters, r.size
 
 
+@lru_cache(maxsize=256)
+def _low_pass(order: int, corner_hz: float, rate_hz: float) -> FloatArray:
+    """Second-order sections of a Butterworth filter."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(order, corner_hz, fs=rate_hz, output="sos"))
+
+
 def _of_rows(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:
     """What a filter does to the rows of the force, L (d n, d n)."""
     smooth = equation.modes.smooth
@@ -235,6 +245,7 @@ def _through(window: Window, passed: Passed | None) -> Window:
     return replace(window, force=values)
 
 
+@once_per_record
 def find_filter(recording: Recording) -> Filter | None:
     """What one of the two channels came through; None where nothing explains much more than none.
 
