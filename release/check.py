@@ -89,7 +89,7 @@ def installed(wheel: Path, place: Path, python: str, *, newest: bool) -> Path:
     exact = re.findall(r"^\S+==\S+", (ROOT / "requirements.lock").read_text(), re.MULTILINE)
     lock.write_text("\n".join(exact))
     limits = () if newest else ("--constraint", str(lock))
-    run(*install, *limits, str(wheel), "pytest", "hypothesis", "mypy", "pandas-stubs")
+    run(*install, *limits, f"{wheel}[usual]", "pytest", "hypothesis", "mypy", "pandas-stubs")
     run(str(made), "-m", "pip", "check", "--disable-pip-version-check")
     return made
 

@@ -22,7 +22,12 @@ def test_the_version_is_one():
 
 def test_the_recipe_wants_what_the_wheel_wants():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    wheel = {tuple(re.split(r"(?=>=)", one.split(";")[0])) for one in project["dependencies"]}
+    # conda has no extras: its package brings the usual ones
+    extras = project["optional-dependencies"]
+    (usual,) = extras["usual"]
+    brought = [one for name in usual[len("armimpedance[") : -1].split(",") for one in extras[name]]
+    wanted = [*project["dependencies"], *brought]
+    wheel = {tuple(re.split(r"(?=>=)", one.split(";")[0])) for one in wanted}
     recipe = (ROOT / "release" / "conda" / "meta.yaml").read_text()
     run = recipe.split("  run:\n")[1].split("\n\n")[0]
     found = set(re.findall(r"- (\S+) (>=\S+)", run))

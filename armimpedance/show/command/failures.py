@@ -108,7 +108,10 @@ _NO_GLYPH: Final = re.compile(r"Glyph (\d+) .*missing from", re.DOTALL)
 
 #: Packages that not every system's installation holds, and how to have them.
 _BROUGHT_BY: Final = {
-    "pinocchio": "pip install pin; on Windows: conda install -c conda-forge pinocchio"
+    "pinocchio": "pip install 'armimpedance[bodies]'; on Windows: conda install -c conda-forge "
+    "pinocchio",
+    "cvxpy": "pip install 'armimpedance[models]'",
+    **dict.fromkeys(("altair", "vl_convert"), "pip install 'armimpedance[report]'"),
 }
 
 #: A library of the system that a package wants, in the loader's words, and who has it.

@@ -1,0 +1,69 @@
+"""An installation of the core alone does everything that does not need more, and says what does."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+#: What the extras bring, and what those need.
+EXTRAS = ("altair", "vl_convert", "cvxpy", "pinocchio", "numba", "h5py", "openpyxl", "xarray")
+BLOCK = f"""
+import sys
+class Gone:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {EXTRAS!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name.partition(".")[0])
+sys.meta_path.insert(0, Gone())
+"""
+
+
+@pytest.fixture
+def call(tmp_path):
+    (tmp_path / "bare").mkdir()
+    (tmp_path / "bare" / "sitecustomize.py").write_text(BLOCK)
+    path = os.pathsep.join([str(tmp_path / "bare"), os.environ.get("PYTHONPATH", "")])
+
+    def run(line):
+        command = [sys.executable, "-m", "armimpedance", *line.split()]
+        env = {**os.environ, "PYTHONPATH": path}
+        return subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True)
+
+    return run
+
+
+def test_the_core_estimates_maps_compares_draws_and_fits(call, tmp_path):
+    for line in (
+        "simulate postures --grid -0.1 0.1 3 0.3 0.45 2 --sets 1 --out s",
+        "estimate s --out hand.csv --figure hand.png",
+        "compare s --permutations 9 --out differences.csv --figure postures.png",
+        "map hand.csv --recording s --to joint --out joint.csv",
+        "fit moment-arms joint.csv --order 1 --model polynomial --out posture.json",
+    ):
+        done = call(line)
+        assert done.returncode == 0, f"{line}: {done.stderr}"
+    for name in ("hand.csv", "hand.png", "differences.csv", "postures.png", "posture.json"):
+        assert (tmp_path / name).stat().st_size > 100
+
+
+@pytest.mark.parametrize(
+    ("line", "extra"),
+    [
+        ("report s --out page.html", "report"),
+        ("fit moment-arms joint.csv --order 2 --out p.json", "models"),
+        ("passive swing", "bodies"),
+    ],
+)
+def test_what_is_missing_is_one_line_with_what_to_install(call, tmp_path, line, extra):
+    for before in (
+        "simulate postures --grid -0.2 0.1 5 0.3 0.5 4 --sets 1 --noise none --out s",
+        "estimate s --out hand.csv",
+        "map hand.csv --recording s --to joint --out joint.csv",
+        "simulate p5 --out swing",
+    )[slice(3, 4) if extra == "bodies" else slice(0, 3)]:
+        assert call(before).returncode == 0
+    done = call(line)
+    assert done.returncode != 0
+    assert f"armimpedance[{extra}]" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not list(tmp_path.glob("p*.json")) + list(tmp_path.glob("page*"))
