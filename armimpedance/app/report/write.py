@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Literal
 
 from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import ArmImpedanceError, InputError
@@ -16,6 +15,7 @@ from armimpedance.core.json_text import read_json
 from armimpedance.core.program import software
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.hand.show import is_results_file
 from armimpedance.hand.still.show import plot_quality
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.pages import (
@@ -36,11 +36,6 @@ from armimpedance.show.verbs.results import naming, without_trials
 
 # Which topic a source belongs to, and its page.
 
-#: More than the names of any table of results take, bytes.
-_LONGEST_HEAD: Final = 100_000
-#: Endings of files of results; everything else is a recording.
-_RESULTS: Final = (".csv", ".json")
-
 
 def report_page(asked: Asked) -> Page:
     """The page of the topic that was asked for, or that the source belongs to.
@@ -51,7 +46,7 @@ def report_page(asked: Asked) -> Page:
     """
     if len(asked.sources) > 1:
         return _several(asked)
-    if asked.source.is_file() and asked.source.suffix in _RESULTS:
+    if asked.source.suffix == ".json" or is_results_file(asked.source):
         return TOPICS.named(asked.topic or _of_results(asked.source)).page_of(asked)
     asked = _without_left_out(asked)
     inspection = _inspected(asked)
@@ -98,14 +93,7 @@ def _of_results(path: Path) -> str:
     """The topic of a file that a command wrote."""
     if path.suffix == ".json":
         return "muscle" if "model" in read_json(path, "a result") else "fit"
-    with path.open("rb") as stream:
-        head = stream.readline(_LONGEST_HEAD).decode("utf-8-sig", "replace")
-    columns = next(csv.reader([head]), [])
-    if "level" in columns and "K_11" in columns:
-        return "hand"
-    raise InputError(
-        "not a table of estimates", file=path, row=1, expected="what `estimate` or `map` wrote"
-    )
+    return "hand"
 
 
 def _of_recording(asked: Asked) -> str:

@@ -20,4 +20,4 @@ from .quantities import (
     limits_of as limits_of,
     principal_values as principal_values,
 )
-from .results_csv import write_results as write_results
+from .results_csv import is_results_file as is_results_file, write_results as write_results

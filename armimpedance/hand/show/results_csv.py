@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Final, get_args
 
 import numpy as np
 
@@ -123,6 +124,21 @@ def result_rows(
 
 def _as_cell(value: Any) -> Any:
     return _LINE_BREAKS.sub(" ", value) if isinstance(value, str) else value
+
+
+#: A header is no longer (bytes), and these stand in that of every RESULTS.csv.
+_LONGEST_HEAD: Final = 1_000_000
+_OF_RESULTS: Final = {"level", "K_11"}
+
+
+def is_results_file(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is a table of estimates, and not one of samples with a mapping."""
+    file = Path(path)
+    if file.suffix != ".csv" or not file.is_file():
+        return False
+    with file.open("rb") as stream:
+        head = stream.readline(_LONGEST_HEAD).decode("utf-8-sig", "replace")
+    return set(next(csv.reader([head]), [])) >= _OF_RESULTS
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:

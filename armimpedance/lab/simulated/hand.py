@@ -7,8 +7,6 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import Fields, is_number, read_json
 from armimpedance.core.progress import Progress
@@ -63,6 +61,8 @@ def _add_places(parser: argparse.ArgumentParser) -> None:
 
 def _places(arguments: argparse.Namespace) -> list[tuple[float, float]] | None:
     """What --at and --grid ask for; None for the source's own."""
+    import numpy as np
+
     told = [(x, y) for x, y in getattr(arguments, "at", None) or ()]
     if (grid := getattr(arguments, "grid", None)) is not None:
         left, right, columns, near, far, rows = grid

@@ -75,7 +75,7 @@ def _join(run: RawRun, table: JoinedTable, source: RawRun, log: Path, where: Pat
         # a table of the log itself: its columns move to the samples
         run = replace(run, tables=tuple(each for each in run.tables if each is not rows))
     own = {name for each in run.tables for name in each.columns} | set(run.facts)
-    further = {n: c for n, c in rows.columns.items() if n not in own}
+    further = {n: c for n, c in rows.columns.items() if n not in own and n != table.table_key}
     if table.log_key in run.facts:
         at = keys.get(plain(run.facts[table.log_key]))
         if at is None:

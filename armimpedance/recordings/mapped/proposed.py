@@ -13,6 +13,7 @@ from armimpedance.recordings.mapped.evidence import (
     FoundMeaning,
     ReadName,
     Role,
+    angle_unit,
     is_switch,
     read_name,
     trial_numbers,
@@ -210,11 +211,15 @@ def _trial_column(
     return read.name if of_each and found.trials.get("by") == "column" else None
 
 
-def _unit_of(read: ReadName) -> str | None:
+def _unit_of(read: ReadName, values: NDArray[Any] | None = None) -> str | None:
     """The unit of an onset or a direction, "?" where it is open; others have none."""
     if read.name.rpartition(".")[2] in _TRIAL_COLUMNS or read.role not in ("onset", "direction"):
         return None
     known = None if read.unit is None else known_unit(read.unit)
+    if known is None and read.role == "direction" and values is not None:
+        # beyond a turn in radians it is degrees
+        found = angle_unit([values]).word if values.dtype.kind == "f" else None
+        return found or "?"
     return "?" if known is None else known.symbol
 
 
@@ -228,7 +233,8 @@ def _values(
     for read in [*once, *facts, *(n for n in inside if n.role == "condition")]:
         name = _trial_column(read, found, columns, runs)
         if name is not None:
-            found.values.setdefault(name, ProposedValue(read.name, _unit_of(read)))
+            unit = _unit_of(read, columns.values.get(read.name))
+            found.values.setdefault(name, ProposedValue(read.name, unit))
     if "condition" not in found.values:
         found.cannot_tell.append(_NO_CONDITION)
     for name, value in found.values.items():

@@ -28,6 +28,7 @@ from armimpedance.hand.comparison.show.table import COMPARED, comparison_content
 from armimpedance.hand.comparison.show.text import comparison_text, subjects_text
 from armimpedance.hand.comparison.subjects import SubjectsChange, compare_subjects
 from armimpedance.hand.show.estimates import ForceBy, estimates_of
+from armimpedance.hand.show.results_csv import is_results_file
 from armimpedance.hand.still import METHODS, Options, in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content, WrittenResult
@@ -265,7 +266,7 @@ def _is_one(inputs: object) -> bool:
 def _is_results(source: object) -> bool:
     """Whether this is a RESULTS.csv or a sequence of estimates."""
     if isinstance(source, str | os.PathLike):
-        return Path(source).is_file() and Path(source).suffix == ".csv"
+        return is_results_file(source)
     return (
         isinstance(source, Sequence)
         and len(source) > 0

@@ -16,6 +16,7 @@ from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.reaching.show import NAGAR, is_moving, moving_sentences
 from armimpedance.hand.show.estimates import Estimates, read_results
 from armimpedance.hand.show.quantities import condition_of, half_widths
+from armimpedance.hand.show.results_csv import is_results_file
 from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.show.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.hand.still.show.linked_trials import linked_trials, trial_data
@@ -52,7 +53,7 @@ _CHECKED: Final = "Each check says the smallest violation that it would have see
 
 def page_of(asked: Asked) -> Page:
     """The page of a session with disturbances, or of a RESULTS file."""
-    if asked.source.is_file() and asked.source.suffix == ".csv":
+    if is_results_file(asked.source):
         return of_estimates(asked, read_results(asked.source), None)
     recording = read_recording(asked.recording)
     return of_estimates(asked, _estimates(asked, recording), recording)
