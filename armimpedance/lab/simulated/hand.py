@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.json_text import Fields, is_number, read_json
 from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Simulated, SimulatedRig
 
@@ -80,6 +79,7 @@ def _read_subject(file: Path) -> SimulatedSubject:
 
     Raises InputError: the file cannot be read, or a field is missing, unknown or not above 0.
     """
+    from armimpedance.core.json_text import Fields, is_number, read_json
     from manipulandum_sim.hand import SimulatedSubject
 
     values = read_json(file, "a simulated subject")

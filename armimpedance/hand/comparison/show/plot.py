@@ -141,7 +141,8 @@ def _join(ax: Axes, shown: EllipseMap, pairs: Sequence[Pair]) -> str:
     drawn = [(one, two) for one, two in names if one in where and two in where]
     apart = [(one, two) for one, two in drawn if (where[one] != where[two]).any()]
     symbol = MATRICES[shown.which][0]
-    for one, two in apart if len(apart) <= _MOST_JOINED else []:
+    some = len(names) < len(pairs) and len(apart) <= _MOST_JOINED
+    for one, two in apart if some else []:
         x, y = np.array([where[one], where[two]]).T
         ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label="differ")
     return f"{symbol} differs in {len(names)} of {len(pairs)} pairs" if pairs else ""
