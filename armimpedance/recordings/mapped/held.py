@@ -84,6 +84,7 @@ def recording(
     Returns
     -------
     Recording
+        As if it had been read from files.
 
     Raises
     ------

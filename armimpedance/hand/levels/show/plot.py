@@ -62,7 +62,7 @@ def plot_force_term(
     >>> hand = ai.estimate(recording)
     >>> both = [ai.to_joint(hand, recording=recording, force_term=term) for term in (True, False)]
     >>> [ax.get_xlabel() for ax in plot_force_term(*both).axes][:2]
-    ['K', 'K_11 (N m/rad)']
+    ['K', 'K₁₁ (N m/rad)']
     """
     if not with_term or len(with_term) != len(without_term):
         counts = f"{len(with_term)} rows with the term and {len(without_term)} without"
