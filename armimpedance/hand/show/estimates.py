@@ -273,7 +273,7 @@ def read_results(path: PathLike) -> Estimates:
 
 
 _TAKEN: Final = (
-    "estimates are taken: what `estimate` returns, some of it, or the path of a RESULTS.csv"
+    "estimates are expected, what `estimate` returns, some of it, or the path of a RESULTS.csv"
 )
 #: Estimates as a person has them: a result, one or several of its estimates, or a RESULTS.csv.
 GivenEstimates = Sequence[ImpedanceEstimate] | ImpedanceEstimate | PathLike
@@ -289,11 +289,11 @@ def estimates_of(given: GivenEstimates) -> Sequence[ImpedanceEstimate]:
     if isinstance(given, str | os.PathLike):
         return read_results(given)
     if not isinstance(given, Iterable) or isinstance(given, Mapping):
-        raise TypeError(f"{type(given).__name__} given; {_TAKEN}")
+        raise TypeError(f"got {type(given).__name__}: {_TAKEN}")
     rows: Sequence[Any] = given if isinstance(given, Sequence) else list(given)
     for row in rows:
         if not isinstance(row, ImpedanceEstimate):
-            raise TypeError(f"{type(given).__name__} of {type(row).__name__} given; {_TAKEN}")
+            raise TypeError(f"got {type(given).__name__} of {type(row).__name__}: {_TAKEN}")
     return rows
 
 

@@ -41,7 +41,7 @@ def _add_places(parser: argparse.ArgumentParser) -> None:
         type=float,
         action="append",
         metavar=("X", "Y"),
-        help="a hand location of your own, m from the shoulder; may be given again",
+        help="a hand location of your own, m from the shoulder; repeatable",
     )
     parser.add_argument(
         "--grid",

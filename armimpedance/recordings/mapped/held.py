@@ -109,8 +109,8 @@ def recording(
     for table in tables:
         if not _is_table(table):
             raise TypeError(
-                f"{type(table).__name__} given; a DataFrame, a mapping of arrays, or a list of "
-                "them (one a trial) is taken"
+                f"got {type(table).__name__}: a DataFrame, a mapping of arrays, or a list of "
+                "them (one a trial) is expected"
             )
     if not tables:
         raise InputError("no trials", expected="at least one table")

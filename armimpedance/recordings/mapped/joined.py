@@ -186,7 +186,7 @@ def table_keys(column: RawColumn, where: Path, name: str, first_row: int) -> dic
         key = plain(value)
         if key in found:
             raise InputError(
-                f"trial {key} stands twice", file=where, row=first_row + row, column=name,
+                f"trial {key} occurs twice", file=where, row=first_row + row, column=name,
                 expected="one row a trial",
             )  # fmt: skip
         found[key] = row
@@ -199,7 +199,7 @@ def _no_row(value: Any, table: JoinedTable, log: Path, row: int | None, where: P
         file=log,
         row=row,
         column=table.log_key,
-        expected="a row for each trial, or what stands between trials as `between`",
+        expected="a row for each trial, or what the log has between trials as `between`",
     )
 
 

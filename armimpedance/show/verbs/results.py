@@ -67,7 +67,7 @@ def read(
         if isinstance(source, get_args(AnyRecording)):
             return source
         raise TypeError(
-            f"{type(source).__name__} given; a recording or its path is taken, and `ai.recording` "
+            f"got {type(source).__name__}: a recording or its path is expected; `ai.recording` "
             "makes one of tables and lists of trials"
         )
     if isinstance(source, ChosenPath):

@@ -100,7 +100,7 @@ def test_what_cannot_be_joined_is_refused_where_it_is_wrong(truth, tmp_path):
     # the line of the log where the trial begins, below its header
     assert found.value.row == 2 + int((log["trial"] == 8).to_numpy().argmax())
     twice = pd.concat([trials, trials.iloc[:1]])
-    with pytest.raises(InputError, match="trials.csv.*trial 8 stands twice"):
+    with pytest.raises(InputError, match="trials.csv.*trial 8 occurs twice"):
         open_recording(saved(tmp_path, log, twice, '"trial"'))
     with pytest.raises(InputError, match="trials.csv.*no such column.*cond"):
         open_recording(saved(tmp_path, log, trials, '{ log = "trial", table = "Nr" }'))

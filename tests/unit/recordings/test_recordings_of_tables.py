@@ -124,7 +124,7 @@ def test_what_is_wrong_is_named(change, said):
 
 def test_what_is_no_table_is_a_type_error():
     for wrong in (42, [1.0, 2.0], "session", np.zeros((3, 2))):
-        with pytest.raises(TypeError, match="given"):
+        with pytest.raises(TypeError, match="got"):
             ai.recording(wrong, force_by="limb")
-    with pytest.raises(TypeError, match="DataFrame given.*ai.recording"):
+    with pytest.raises(TypeError, match="got DataFrame.*ai.recording"):
         ai.read(pd.DataFrame())

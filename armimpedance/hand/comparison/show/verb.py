@@ -237,7 +237,7 @@ def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tup
     for source in sources if isinstance(sources, Sequence) else (sources,):
         if not _is_one(source):
             raise TypeError(
-                f"{type(source).__name__} given; recordings, results or paths are taken"
+                f"got {type(source).__name__}: recordings, results or paths are expected"
             )
     if not sources:
         raise InputError("nothing to compare", expected="recordings or results")
