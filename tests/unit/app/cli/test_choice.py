@@ -52,7 +52,7 @@ def test_trials_that_are_left_out_are_left_out_of_a_comparison(session, tmp_path
 
 
 def test_a_choice_that_cannot_be_made_is_one_line(session, tmp_path, refusal):
-    assert "levl" in refusal("compare", session, "--where", "levl == 'a'")
+    assert "zone" in refusal("compare", session, "--where", "zone == 'a'")
     (tmp_path / "left.csv").write_text("trial,why\n999,\n")
     assert "999" in refusal("reflex", session, "--leave-out", tmp_path / "left.csv")
 
