@@ -58,13 +58,11 @@ def _joined(
     where: Path | None,
 ) -> tuple[RawRun, ...]:
     said = names_in(pattern or "", file.path) or {}
-    return tuple(
-        _join(
-            replace(run, facts={**said, **run.facts}) if table.log_key in said else run,
-            *(table, run if whole is None else whole, file.path, where or file.path),
-        )
-        for run in file.raw.runs
-    )
+    runs = file.raw.runs
+    if table.log_key in said:
+        runs = tuple(replace(run, facts={**said, **run.facts}) for run in runs)
+    paths = (file.path, where or file.path)
+    return tuple(_join(run, table, run if whole is None else whole, *paths) for run in runs)
 
 
 def _join(run: RawRun, table: JoinedTable, source: RawRun, log: Path, where: Path) -> RawRun:
