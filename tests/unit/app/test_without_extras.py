@@ -18,52 +18,62 @@ sys.meta_path.insert(0, Gone())
 """
 
 
-@pytest.fixture
-def call(tmp_path):
-    (tmp_path / "bare").mkdir()
-    (tmp_path / "bare" / "sitecustomize.py").write_text(BLOCK)
-    path = os.pathsep.join([str(tmp_path / "bare"), os.environ.get("PYTHONPATH", "")])
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("core")
+
+
+@pytest.fixture(scope="module")
+def call(place):
+    (place / "bare").mkdir()
+    (place / "bare" / "sitecustomize.py").write_text(BLOCK)
+    path = os.pathsep.join([str(place / "bare"), os.environ.get("PYTHONPATH", "")])
 
     def run(line):
         command = [sys.executable, "-m", "armimpedance", *line.split()]
         env = {**os.environ, "PYTHONPATH": path}
-        return subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True)
+        return subprocess.run(command, cwd=place, env=env, capture_output=True, text=True)
 
     return run
 
 
-def test_the_core_estimates_maps_compares_draws_and_fits(call, tmp_path):
+@pytest.fixture(scope="module")
+def session(call):
+    """Recordings and results of joints, which the core alone makes."""
     for line in (
-        "simulate postures --grid -0.1 0.1 3 0.3 0.45 2 --sets 1 --out s",
+        "simulate postures --grid -0.2 0.1 5 0.3 0.5 4 --sets 1 --noise none --out s",
         "estimate s --out hand.csv --figure hand.png",
-        "compare s --permutations 9 --out differences.csv --figure postures.png",
         "map hand.csv --recording s --to joint --out joint.csv",
+        "simulate p5 --out swing",
+    ):
+        done = call(line)
+        assert done.returncode == 0, f"{line}: {done.stderr}"
+
+
+@pytest.mark.usefixtures("session")
+def test_the_core_estimates_maps_compares_draws_and_fits(call, place):
+    for line in (
+        "compare hand.csv --out differences.csv --figure postures.png",
         "fit moment-arms joint.csv --order 1 --model polynomial --out posture.json",
     ):
         done = call(line)
         assert done.returncode == 0, f"{line}: {done.stderr}"
     for name in ("hand.csv", "hand.png", "differences.csv", "postures.png", "posture.json"):
-        assert (tmp_path / name).stat().st_size > 100
+        assert (place / name).stat().st_size > 100
 
 
+@pytest.mark.usefixtures("session")
 @pytest.mark.parametrize(
     ("line", "extra"),
     [
         ("report s --out page.html", "report"),
         ("fit moment-arms joint.csv --order 2 --out p.json", "models"),
-        ("passive swing", "bodies"),
+        ("passive swing --out p.json", "bodies"),
     ],
 )
-def test_what_is_missing_is_one_line_with_what_to_install(call, tmp_path, line, extra):
-    for before in (
-        "simulate postures --grid -0.2 0.1 5 0.3 0.5 4 --sets 1 --noise none --out s",
-        "estimate s --out hand.csv",
-        "map hand.csv --recording s --to joint --out joint.csv",
-        "simulate p5 --out swing",
-    )[slice(3, 4) if extra == "bodies" else slice(0, 3)]:
-        assert call(before).returncode == 0
+def test_what_is_missing_is_one_line_with_what_to_install(call, place, line, extra):
     done = call(line)
     assert done.returncode != 0
     assert f"armimpedance[{extra}]" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
-    assert not list(tmp_path.glob("p*.json")) + list(tmp_path.glob("page*"))
+    assert not [*place.glob("p.json"), *place.glob("page*")]

@@ -39,10 +39,14 @@ def checked_rank(X: FloatArray, names: tuple[str, ...], order: int) -> Condition
     """
     p, count = len(X), len(names)
     if p < count:
+        # order L has (2 L + 1) (L + 1) coefficients
+        fits = max(
+            (lower for lower in range(order) if (2 * lower + 1) * (lower + 1) <= p), default=0
+        )
         raise InputError(
             f"{p} postures for the {count} coefficients of order {order}: rank {p} at most for the "
             f"terms {', '.join(names)}",
-            expected=f"{count} different postures or more, or a lower order",
+            expected=f"{count} different postures or more, or order {fits}",
         )
     state = conditioning(np.asarray(np.linalg.qr(X, mode="r")), p)
     refuse_rank_loss(state, names)
