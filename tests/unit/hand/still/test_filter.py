@@ -11,9 +11,10 @@ from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.hand.still import check_response
-from armimpedance.hand.still.doubts.filter import Passed, find_filter
+from armimpedance.hand.still.doubts.filter import Passed, find_filter, in_step
 from armimpedance.hand.still.show import estimate
 from armimpedance.recordings import open_recording, write_recording
+from manipulandum_sim.hand import Reflex, simulate
 
 
 @pytest.fixture(scope="module")
@@ -232,3 +233,17 @@ def test_the_statement_survives_a_folder_and_a_wrong_one_is_refused(sound, tmp_p
         with pytest.raises(InputError, match=next(iter(wrong))):
             open_recording(tmp_path / "session")
         file.write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_strong_reflex_is_no_late_force(seed):
+    """Its force follows the motion late, as a late force does: what trials differ by decides."""
+    places = [(0.0, 0.35), (0.0, 0.45)]
+    recording, truth = simulate(
+        "postures", seed=seed, sets=6, places=places, reflex=Reflex(0.4, 0.055)
+    )
+    assert in_step(recording)[1] is None
+    assert "reflex" in {one.name for one in check_response(recording) if one.verdict == "warning"}
+    for found, K in zip(estimate(recording), truth.K_e, strict=True):
+        low, high = found.interval()[:, 2]
+        assert ((low <= K) & (high >= K)).all()
