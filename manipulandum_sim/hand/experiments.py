@@ -20,7 +20,8 @@ DIRECTIONS: Final = 8
 _X_M: Final = (-0.28, -0.18, -0.08, 0.02, 0.12)
 _Y_M: Final = (0.28, 0.36, 0.44, 0.52)
 _REACH_M: Final = 0.64
-#: Which of the 20 locations (row by row) the subjects other than A visit.
+#: Who visits all 20 locations, and which of them (row by row) the others do.
+_TWENTY: Final = ("A", "A_alike")
 _ELEVEN: Final = (0, 2, 4, 6, 8, 10, 12, 14, 16, 17, 18)
 
 
@@ -74,7 +75,7 @@ def nominal_hand(subject: SimulatedSubject) -> tuple[float, float]:
 def _postures(subject: SimulatedSubject) -> tuple[Condition, ...]:
     scale = (subject.upper_arm_m + subject.forearm_hand_m) / _REACH_M
     grid = [(scale * x, scale * y) for y in _Y_M for x in _X_M]
-    hands = grid if subject.id.startswith("A") else [grid[i] for i in _ELEVEN]
+    hands = grid if subject.id in _TWENTY else [grid[i] for i in _ELEVEN]
     return tuple(Condition(f"posture_{n:02d}", hand) for n, hand in enumerate(hands, 1))
 
 

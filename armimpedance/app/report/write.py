@@ -31,6 +31,7 @@ from armimpedance.show.pages import (
     reviewed,
     write_page,
 )
+from armimpedance.show.verbs.chosen import ChosenPath
 from armimpedance.show.verbs.inspected import Inspection
 from armimpedance.show.verbs.results import naming, without_trials
 
@@ -47,6 +48,9 @@ def report_page(asked: Asked) -> Page:
     if len(asked.sources) > 1:
         return _several(asked)
     if asked.source.suffix == ".json" or is_results_file(asked.source):
+        chosen = ChosenPath.of(asked.source, None, None, asked.leave_out)
+        if isinstance(chosen, ChosenPath):
+            raise chosen.refused()
         return TOPICS.named(asked.topic or _of_results(asked.source)).page_of(asked)
     asked = _without_left_out(asked)
     inspection = _inspected(asked)

@@ -126,8 +126,9 @@ def plot_ellipses(
                 f"{len(values)} {what} for {len(given)} estimates", expected="one for each"
             )
     places = [e.position for e in given if e.level == "hand" and e.position is not None]
+    in_metres = scale is not None or reference is not None
     apart = len(places) == len(given) and (
-        scale is not None or float(np.ptp(np.array(places), axis=0).max()) > ONE_PLACE_M
+        in_metres or float(np.ptp(np.array(places), axis=0).max()) > ONE_PLACE_M
     )
     if not apart and len(given) <= MOST_LOOKS and reference is None:
         return plot_ellipses_over_levels(

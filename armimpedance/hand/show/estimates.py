@@ -22,6 +22,7 @@ from armimpedance.hand.show.quantities import check_group_columns, condition_of
 from armimpedance.hand.show.results_csv import read_rows, results_content
 from armimpedance.show.files import Content, WrittenResult
 from armimpedance.show.text import counted, html_table
+from armimpedance.show.verbs.chosen import ChosenPath
 from armimpedance.show.verbs.results import (
     PathLike,
     as_columns,
@@ -269,6 +270,8 @@ def read_results(path: PathLike) -> Estimates:
     >>> again[0].keys["condition"]
     'cocontraction_10'
     """
+    if isinstance(path, ChosenPath):
+        raise path.refused()
     return Estimates(tuple(read_rows(path)))
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     Table = pd.DataFrame | Mapping[str, Any]
 
 #: What messages name in place of a file.
-_HERE: Final = Path("recording")
+_HERE: Final = Path("tables in Python")
 #: Quantity -> its section in a mapping.
 _SECTIONS: Final = {
     "position": "position",
@@ -130,8 +130,7 @@ def recording(
     mapping = mapping_of_values(values, _HERE)
     if subject is not None:
         mapping = replace(mapping, metadata=replace(mapping.metadata, subject=subject))
-    made = mapped_recording(files, mapping, _HERE)
-    return replace(made, provenance=("made of tables in Python",))
+    return mapped_recording(files, mapping, _HERE)
 
 
 def _is_table(given: object) -> bool:

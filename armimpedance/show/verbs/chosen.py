@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from armimpedance.core.errors import InputError
+
 
 class ChosenPath(type(Path())):  # type: ignore[misc]
     """A path that says which trials of its recording are meant, and how its columns are read.
@@ -38,6 +40,14 @@ class ChosenPath(type(Path())):  # type: ignore[misc]
 
     def __reduce__(self) -> Any:
         return (ChosenPath.of, (Path(self), self.where, self.mapping, self.leave_out))
+
+    def refused(self) -> InputError:
+        """The error of a choice among trials where there are none, as in a file of results."""
+        named = {"where": self.where, "mapping": self.mapping, "leave-out": self.leave_out}
+        words = " and ".join(f"--{name}" for name, value in named.items() if value is not None)
+        return InputError(
+            f"{words} on results, which hold no trials", file=self, expected="a recording"
+        )
 
     @property
     def options(self) -> dict[str, Any]:

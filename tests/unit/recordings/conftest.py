@@ -337,3 +337,12 @@ class TableFolder:
 def tables(tmp_path: Path) -> TableFolder:
     """A small sound recording, two trials of 50 samples, as tables to be damaged."""
     return TableFolder(tmp_path / "recording")
+
+
+@pytest.fixture(scope="session")
+def truth():
+    """Eight disturbances of one condition, nominal noise."""
+    from manipulandum_sim.hand import simulate
+
+    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
+    return recording

@@ -12,6 +12,11 @@ import scipy.io
 
 from armimpedance.core.records import Recording
 
+#: A mapping's lines for the columns of `long_table`.
+ONSETS = 'onset_s = "onset"\nend_s = "end"\ncondition = "cond"'
+BY_TRIAL = 'by = "column"\ncolumn = "trial"'
+XY, FXY = ["x", "y"], ["fx", "fy"]
+
 HAND = """
 kind = "hand"
 {more}

@@ -8,22 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import scipy.io
-from mapped_files import hand_mapping, long_table
+from mapped_files import BY_TRIAL, FXY, ONSETS, XY, hand_mapping, long_table
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.recordings import open_recording, propose_mapping
-from manipulandum_sim.hand import simulate
-
-VALUES = 'onset_s = "onset"\nend_s = "end"\ncondition = "cond"'
-BY_TRIAL = 'by = "column"\ncolumn = "trial"'
-XY, FXY = ["x", "y"], ["fx", "fy"]
-
-
-@pytest.fixture(scope="module")
-def truth() -> Recording:
-    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
-    return recording
 
 
 def log_and_trials(recording: Recording) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -37,7 +26,7 @@ def log_and_trials(recording: Recording) -> tuple[pd.DataFrame, pd.DataFrame]:
 def saved(folder: Path, log: pd.DataFrame, trials: pd.DataFrame, key: str, **more: str) -> Path:
     log.to_csv(folder / "log.csv", index=False)
     trials.to_csv(folder / "trials.csv", index=False)
-    text = hand_mapping(XY, FXY, time="t", trials=more.get("by", BY_TRIAL), values=VALUES)
+    text = hand_mapping(XY, FXY, time="t", trials=more.get("by", BY_TRIAL), values=ONSETS)
     (folder / "columns.toml").write_text(f'{text}\n[[tables]]\nfile = "trials.csv"\nkey = {key}\n')
     return folder / "log.csv"
 
@@ -67,7 +56,7 @@ def test_a_file_for_each_trial_named_by_its_number(truth, tmp_path):
         rows.drop(columns="trial").to_csv(tmp_path / f"run_{number:03d}.csv", index=False)
     trials.to_csv(tmp_path / "table.tsv", sep="\t", index=False)
     text = hand_mapping(
-        *(XY, FXY), time="t", trials='by = "run"\npattern = "run_{trial}"', values=VALUES,
+        *(XY, FXY), time="t", trials='by = "run"\npattern = "run_{trial}"', values=ONSETS,
         more='files = "run_*.csv"',
     )  # fmt: skip
     text += '\n[[tables]]\nfile = "table.tsv"\nkey = "trial"\n'

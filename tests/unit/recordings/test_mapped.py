@@ -12,6 +12,10 @@ import pyarrow.parquet as pq
 import pytest
 import scipy.io
 from mapped_files import (
+    BY_TRIAL,
+    FXY,
+    ONSETS,
+    XY,
     cells,
     hand_mapping,
     long_table,
@@ -27,18 +31,6 @@ from armimpedance.hand.still.show import estimate
 from armimpedance.recordings import ReadOptions, open_recording
 from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.recordings.sources.csv import SOURCE
-from manipulandum_sim.hand import simulate
-
-ONSETS = 'onset_s = "onset"\nend_s = "end"\ncondition = "cond"'
-BY_TRIAL = 'by = "column"\ncolumn = "trial"'
-XY, FXY = ["x", "y"], ["fx", "fy"]
-
-
-@pytest.fixture(scope="module")
-def truth() -> Recording:
-    """Eight disturbances of one condition, nominal noise."""
-    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
-    return recording
 
 
 def with_mapping(path: Path, text: str) -> Path:

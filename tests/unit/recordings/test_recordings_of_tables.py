@@ -9,7 +9,6 @@ from mapped_files import long_table
 
 import armimpedance as ai
 from armimpedance.core.errors import InputError
-from manipulandum_sim.hand import simulate
 
 NAMES = {
     "time_s": "t",
@@ -20,12 +19,6 @@ NAMES = {
     "onset_s": "onset",
     "end_s": "end",
 }
-
-
-@pytest.fixture(scope="module")
-def truth():
-    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
-    return recording
 
 
 def trials_of(recording):

@@ -57,6 +57,20 @@ def test_a_choice_that_cannot_be_made_is_one_line(session, tmp_path, refusal):
     assert "999" in refusal("reflex", session, "--leave-out", tmp_path / "left.csv")
 
 
+def test_results_hold_no_trials_to_choose_from(session, tmp_path, refusal):
+    out = tmp_path / "hand.csv"
+    ai.estimate(session).to_csv(out)
+    (tmp_path / "left.csv").write_text("trial,why\n1,\n")
+    page = ("--out", tmp_path / "page.html")
+    for line in (
+        ("compare", out, "--where", "set == 1"),
+        ("compare", out, "--leave-out", tmp_path / "left.csv"),
+        ("report", out, "--where", "set == 1", *page),
+        ("report", out, "--leave-out", tmp_path / "left.csv", *page),
+    ):
+        assert line[2] in refusal(*line)
+
+
 def test_a_path_with_a_choice_is_a_path(session):
     chosen = ChosenPath.of(session, "set == 1", None, None)
     assert chosen == session

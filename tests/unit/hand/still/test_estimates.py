@@ -45,7 +45,7 @@ def test_iteration_slices_and_items_give_the_same_estimates(hand):
     assert list(hand) == [hand[0], hand[1]] == list(hand[:])
     assert isinstance(hand[1:], Estimates)
     assert hand.items() == list(zip(hand.names, hand, strict=True))
-    assert hand[["stiff"]][0] is not None
+    assert hand[["stiff"]][0] is hand["stiff"]
     assert {type(one) for one in (*hand, hand[0], hand["stiff"], hand[1:][0])} == {LabelledEstimate}
 
 
