@@ -11,7 +11,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.hand.show import one_legend
 from armimpedance.muscles.models import ELEMENTS, JointPrediction
 from armimpedance.muscles.show import plot_predicted_against_measured
-from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.show.plots import TWO_COLUMNS_IN, element_text, new_figure, print_style
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit
@@ -40,7 +40,7 @@ def draw(fits: OverActivation) -> Figure:
                     half[:, i],
                     _groups(fits),
                     ax,
-                    label=f"{symbol}_{element} ({unit})",
+                    label=f"{element_text(f'{symbol}_{element}')} ({unit})",
                 )
                 words = _correlations(fits, f"{symbol}_{element}")
                 ax.text(0.98, 0.03, words, transform=ax.transAxes, ha="right", fontsize=7.5)

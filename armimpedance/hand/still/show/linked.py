@@ -163,7 +163,7 @@ def _panel(groups: Sequence[str], numbers: str, quantity: str, title: str) -> An
         )
     )
     form, ticks = FORMATS[quantity]
-    axis = alt.Axis(tickCount=ticks, format=form)
+    axis = alt.Axis(tickCount=ticks, format=form, labelOverlap=True, labelSeparation=8)
     x = alt.X("value:Q", title=None, scale=alt.Scale(zero=False), axis=axis)
     low = alt.X("low:Q", title=None)
     rule = base.mark_rule(strokeWidth=2, opacity=0.6).encode(x=low, x2="high:Q")
