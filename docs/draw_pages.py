@@ -6,6 +6,8 @@ python docs/draw_pages.py
 
 from __future__ import annotations
 
+import signal
+import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,6 +15,7 @@ from tempfile import TemporaryDirectory
 from playwright.sync_api import Browser, sync_playwright
 
 import armimpedance as ai
+from armimpedance.__main__ import main as main_of_the_package
 from armimpedance.hand.still.show import write_choice
 from armimpedance.muscles.show import write_explore
 from manipulandum_sim.hand import simulate
@@ -40,6 +43,7 @@ def main() -> int:
         for page in sorted(Path(folder).glob("*.html")):
             photograph(browser, page, GALLERY / f"{page.stem}.png")
             print(GALLERY / f"{page.stem}.png")
+        photograph_app(browser, Path(folder), GALLERY / "app_page.png")
     return 0
 
 
@@ -50,6 +54,21 @@ def photograph(browser: Browser, page: Path, picture: Path) -> None:
     window.wait_for_selector("body[data-ready]")
     window.screenshot(path=picture)
     window.close()
+
+
+def photograph_app(browser: Browser, folder: Path, picture: Path) -> None:
+    """The page to work in, with an exam that was opened and estimated."""
+    main_of_the_package(["new", "--for", "kinarm", str(folder / "kinarm")])
+    exam = folder / "kinarm" / "exam.kinarm"
+    command = [sys.executable, "-m", "armimpedance", "app", str(exam), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:  # noqa: S603
+        address = next(line.strip() for line in served.stdout or () if "http" in line)
+        window = browser.new_page(viewport={**WINDOW, "height": 2400}, device_scale_factor=0.8)
+        window.goto(address)
+        window.get_by_role("button", name="Estimate", exact=True).click()
+        window.get_by_text("Report", exact=True).wait_for()
+        window.screenshot(path=picture)
+        served.send_signal(signal.SIGINT)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-from .kinarm.overview_text import look_at_exam as look_at_exam
+from .kinarm.overview_text import ExamLook as ExamLook, look_at_exam as look_at_exam
 from .mapped.door import propose_mapping as propose_mapping
 from .mapped.held import recording as recording
 from .motion.skeleton_json import read_skeleton as read_skeleton
@@ -10,3 +10,4 @@ from .opening import (
     write_recording as write_recording,
 )
 from .reading import AnyRecording as AnyRecording, ReadOptions as ReadOptions
+from .where import with_where as with_where

@@ -113,8 +113,31 @@ def parse_where(text: str) -> Where:
 def with_where(recording: AnyRecording, text: str, file: object = None) -> AnyRecording:
     """The recording with those trials only that an expression chooses.
 
-    `file`: where the recording is from, for messages.
-    Raises InputError: as `parse_where` and `Where.choose`.
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+    text : str
+        Over the columns of its trial table, such as ``"block == 2 and is_error == 0"``.
+    file : path, optional
+        Where the recording is from, for messages.
+
+    Returns
+    -------
+    Recording, MarkerRecording or MotionRecording
+        Of the same kind; its provenance says how many trials were chosen.
+
+    Raises
+    ------
+    InputError
+        It is no expression, names no column of the trial table, or leaves no trial.
+
+    Examples
+    --------
+    >>> from armimpedance.recordings import with_where
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> with_where(recording, "trial in (1, 3)").n_trials
+    2
     """
     rows, sentence = parse_where(text).choose(recording.trials, file)
     if isinstance(recording, Recording | MarkerRecording):

@@ -42,7 +42,7 @@ GROUPS = {
     "guides/results": (
         "Results, studies and pages to show",
         "From one session to a cohort, a workbook or a paper.",
-        ("report", "results_files", "figures", "study", "simulate_study"),
+        ("report", "app", "results_files", "figures", "study", "simulate_study"),
     ),
     "guides/trust": (
         "How far to trust it",

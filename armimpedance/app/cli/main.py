@@ -46,6 +46,7 @@ _TABLE: Final = {
             "app.cli.exam",
             "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
         ),
+        ("app", "app.cli.app", "a page to work in, without programming: from a file to a report"),
         (
             "map-columns",
             "app.cli.map_columns",

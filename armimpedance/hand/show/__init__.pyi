@@ -21,3 +21,4 @@ from .quantities import (
     principal_values as principal_values,
 )
 from .results_csv import is_results_file as is_results_file, write_results as write_results
+from .text import summary_table as summary_table

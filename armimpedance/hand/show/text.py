@@ -150,8 +150,24 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
     Estimates of different levels or numbers of axes come in parts of their own. Warnings are
     numbered and stand at the end.
 
-    `estimates`: the estimates, one row each.
-    Returns: the tables, then the numbered warnings.
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        One row each.
+
+    Returns
+    -------
+    str
+        The tables, what their columns mean, then the numbered warnings.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from armimpedance.hand.show import summary_table
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> summary_table(ai.estimate(recording)).split()[:2]
+    ['Hand', 'impedance']
     """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     parts: dict[tuple[str, int], list[ImpedanceEstimate]] = {}

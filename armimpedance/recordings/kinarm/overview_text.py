@@ -38,12 +38,18 @@ class ExamLook:
     trials that cannot be used.
     `next`: what to type next, and what is to be known for it.
     `trials`: one per trial, as columns of a table.
+    `events`: the labels of its events.
+    `pair`: those that are named as the begin and the end of a disturbance; None: not one pair.
+    `sides`: the arms of which a force was recorded.
     """
 
     head: tuple[str, ...]
     tables: tuple[Table, ...]
     next: tuple[str, ...]
     trials: tuple[Row, ...]
+    events: tuple[str, ...]
+    pair: tuple[str, str] | None
+    sides: tuple[Side, ...]
 
 
 def look_at_exam(path: str | os.PathLike[str], side: Side | None = None) -> ExamLook:
@@ -79,6 +85,9 @@ def look_at_exam(path: str | os.PathLike[str], side: Side | None = None) -> Exam
         tables=tuple(table for table in tables if table[2]),
         next=tuple(_next(seen, asked=side)),
         trials=seen.trials,
+        events=tuple(_event_times(_sound(seen))),
+        pair=_pair(_sound(seen)),
+        sides=tuple(side for side, trials in seen.force_trials.items() if trials),
     )
 
 

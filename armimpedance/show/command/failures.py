@@ -112,6 +112,7 @@ _BROUGHT_BY: Final = {
     "pinocchio",
     "cvxpy": "pip install 'armimpedance[models]'",
     **dict.fromkeys(("altair", "vl_convert"), "pip install 'armimpedance[report]'"),
+    **dict.fromkeys(("marimo", "uvicorn"), "pip install 'armimpedance[app]'"),
 }
 
 #: A library of the system that a package wants, in the loader's words, and who has it.

@@ -7,7 +7,17 @@ import sys
 import pytest
 
 #: What the extras bring, and what those need.
-EXTRAS = ("altair", "vl_convert", "cvxpy", "pinocchio", "numba", "h5py", "openpyxl", "xarray")
+EXTRAS = (
+    "altair",
+    "vl_convert",
+    "cvxpy",
+    "pinocchio",
+    "numba",
+    "h5py",
+    "openpyxl",
+    "xarray",
+    "marimo",
+)
 BLOCK = f"""
 import sys
 class Gone:

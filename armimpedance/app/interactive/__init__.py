@@ -1,0 +1,1 @@
+"""A page to work in, for people who do not program."""
