@@ -131,3 +131,22 @@ def test_numbers_and_pictures_can_be_saved(opened, report, tmp_path):
             page.locator(f"[data-{kind}]").first.click()
         saved.value.save_as(tmp_path / f"{kind}.svg")
         assert "<svg" in (tmp_path / f"{kind}.svg").read_text()[:2000]
+
+
+@pytest.mark.parametrize("kind", ["svg", "vega"])
+def test_a_picture_is_saved_for_print_with_three_hundred_dots_an_inch(
+    opened, report, tmp_path, kind
+):
+    page = opened(report).page
+    button = page.locator(f"[data-{kind}][data-png]").first
+    with page.expect_download() as saved:
+        button.click()
+    saved.value.save_as(tmp_path / "picture.png")
+    pixels = matplotlib.image.imread(tmp_path / "picture.png")
+    height, width = pixels.shape[:2]
+    whole = button.locator("xpath=ancestor::figure").locator("img, svg.marks").first
+    box = whole.evaluate(
+        "e => [e.naturalWidth ?? e.clientWidth, e.naturalHeight ?? e.clientHeight]"
+    )
+    np.testing.assert_allclose([width, height], np.multiply(box, 300 / 96), rtol=0.01)
+    assert len(np.unique(pixels[..., 0])) > 20

@@ -21,6 +21,7 @@ from armimpedance.hand.comparison.show import compare, plot_comparison
 from armimpedance.hand.show import summary_table
 from armimpedance.hand.still.show import estimate, plot_estimates, plot_quality
 from armimpedance.recordings import AnyRecording
+from armimpedance.show.pages import gravest_first
 from armimpedance.show.plots import save
 
 if TYPE_CHECKING:
@@ -124,8 +125,7 @@ def reading_of(answers: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def shown_inspection(inspection: Inspection) -> Any:
     """The verdict in its colour, then every check, the gravest first."""
-    order = ("unusable", "warning", "cannot tell", "missing", "ok")
-    checks = sorted(inspection.checks, key=lambda check: order.index(check.verdict))
+    checks = gravest_first(inspection.checks)
     kind: Any = _KINDS[inspection.state]
     return mo.vstack(
         [

@@ -2,6 +2,7 @@ from .asked import (
     NAMED as NAMED,
     Asked as Asked,
     Topic as Topic,
+    gravest_first as gravest_first,
     page_from as page_from,
     reviewed as reviewed,
 )

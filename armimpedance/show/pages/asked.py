@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import file_digest
 from importlib.metadata import version
@@ -175,7 +175,23 @@ _UNCHECKED: Final = (
     "No result carries a warning; a file of results holds no trials that could be checked again."
 )
 #: What weighs most comes first.
-_ORDER: Final = ("unusable", "warning", "cannot tell")
+_BAD: Final = ("unusable", "warning", "cannot tell")
+_ORDER: Final = (*_BAD, "missing", "ok")
+
+
+def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """What stops an analysis, what makes it doubtful, what is missing, then what is right.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+
+    Returns
+    -------
+    tuple of Finding
+        Those of one verdict by the gravity of what was looked at.
+    """
+    return tuple(sorted(findings, key=lambda f: (_ORDER.index(f.verdict), gravity(f.name))))
 
 
 def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdict:
@@ -185,10 +201,7 @@ def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdi
     `next_step`: what to do where nothing is wrong.
     `count`: what is judged, such as "7 conditions".
     """
-    bad = sorted(
-        (f for f in findings if f.verdict in _ORDER),
-        key=lambda f: (_ORDER.index(f.verdict), gravity(f.name)),
-    )
+    bad = [f for f in gravest_first(findings) if f.verdict in _BAD]
     held = sum(f.verdict == "ok" for f in findings)
     if not bad:
         looked = f"{held} checks looked for violations and found none." if held else _UNCHECKED
@@ -264,8 +277,8 @@ def page_from(
 
 
 def reviewed(findings: Sequence[Finding], printed: str = "", caption: str = "") -> list[Section]:
-    """The checks with their caption, and the command's own text: each where there is any."""
-    checks = [Section("Checks", (Checks(tuple(findings), caption),))] if findings else []
+    """The checks with their caption, the gravest first, and the command's own text, if any."""
+    checks = [Section("Checks", (Checks(gravest_first(findings), caption),))] if findings else []
     text = [Section("As the command prints it", (Printed(printed),))] if printed else []
     return checks + text
 

@@ -8,10 +8,13 @@ from heapq import nsmallest
 from math import isnan
 from typing import Final
 
+from armimpedance.core.errors import InputError
 from armimpedance.core.program import software
 from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.show.plot import plot_comparison
+from armimpedance.hand.comparison.show.text import shown_change, shown_p
 from armimpedance.hand.comparison.show.verb import Comparison, compare
+from armimpedance.hand.show import Estimates
 from armimpedance.show.pages import (
     Asked,
     Page,
@@ -29,6 +32,16 @@ from armimpedance.show.verbs.results import read_recording
 
 #: Below this a difference is told from chance.
 LEVEL: Final = 0.05
+#: Groups of a session of which every pair stands on its page.
+_MOST_GROUPS: Final = 8
+#: The distance is not shown there, its draws are as few as they can be.
+_DRAWS: Final = 1
+#: What is said of an ellipse, and the head of its column.
+_OF_ELLIPSES: Final = {
+    "size": "size of K (ratio)",
+    "shape": "shape of K (ratio)",
+    "orientation": "orientation of K (deg)",
+}
 #: Rows of the table of tests, and pairs whose differences stand on the page; of more, the first.
 _MOST_ROWS: Final = 200
 _BASIS: Final = {
@@ -131,6 +144,59 @@ def _sentences(asked: Asked, found: Comparison) -> list[str]:
         *(f"p values come from {_BASIS[basis]}, seed {asked.seed}" for basis in bases),
         f"They were adjusted after Holm over {counted(len(found.pairs), 'pair')}",
     ]
+
+
+# The same on the page of a session's estimates.
+
+
+def differences_of(estimates: Estimates, by: Sequence[str]) -> Section | None:
+    """Which groups of a page of estimates differ in stiffness, and by how much.
+
+    The tests rest on the estimates' covariances, which takes no time; the page of a comparison
+    exchanges trials.
+
+    Parameters
+    ----------
+    estimates : Estimates
+        Of the hand or of joints.
+    by : sequence of str
+        Columns that make the groups.
+
+    Returns
+    -------
+    Section or None
+        None: one group, more than a page's table holds, or groups that share their names.
+    """
+    if not 2 <= len(estimates) <= _MOST_GROUPS:
+        return None
+    try:
+        pairs = compare(estimates, by=by, permutations=_DRAWS).pairs
+    except InputError:
+        return None
+    shown = [change.quantity for change in pairs[0].changes if change.matrix == "stiffness"]
+    ellipse = [name for name in _OF_ELLIPSES if name in shown]
+    rows = tuple(
+        (f"{pair.first} | {pair.second}", *_p_values(pair), *_changed(pair, ellipse))
+        for pair in pairs
+    )
+    heads = ("p, M, B and K", "p, K", *(_OF_ELLIPSES[name] for name in ellipse))
+    caption = (
+        "Each second group against the first: p that the matrices are the same (Hotelling's T² "
+        "from the covariances, Holm over the pairs), and how the ellipse of K changes, with 95 % "
+        "intervals: size and shape as ratios, orientation (from the line shoulder to hand) as "
+        "a turn"
+    )
+    return Section("What differs", (Table(caption, ("pair", *heads), rows),))
+
+
+def _p_values(pair: Pair) -> tuple[str, str]:
+    of_stiffness = next(test for test in pair.tests if test.matrix == "stiffness")
+    return shown_p(_p(pair)), shown_p(of_stiffness.p_t2_adjusted)
+
+
+def _changed(pair: Pair, quantities: Sequence[str]) -> list[str]:
+    known = {c.quantity: c.in_degrees() for c in pair.changes if c.matrix == "stiffness"}
+    return [shown_change(known[name]) for name in quantities]
 
 
 TOPIC = Topic("what differs between groups of trials", page_of)

@@ -146,7 +146,7 @@ def _changes_table(pairs: Sequence[Pair], field: str, many: bool) -> str:
 
 def _quantities_table(pairs: Sequence[Pair], field: str, quantities: Sequence[str]) -> str:
     header = ["", *(_heading(pairs[0], field, q) for q in quantities)]
-    rows = [[pair_name(p), *(_shown(_of(p, field, q)) for q in quantities)] for p in pairs]
+    rows = [[pair_name(p), *(shown_change(_of(p, field, q)) for q in quantities)] for p in pairs]
     return aligned_table(header, rows)
 
 
@@ -162,7 +162,8 @@ def _of(pair: Pair, field: str, quantity: str) -> Any:
     return next(chosen).in_degrees()
 
 
-def _shown(change: Any) -> str:
+def shown_change(change: Any) -> str:
+    """With its 95 % interval; "-" where there is none."""
     return _interval(change.value, change.low, change.high)
 
 

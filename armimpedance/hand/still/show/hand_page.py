@@ -12,6 +12,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.program import software
 from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.comparison.show import differences_of
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.reaching.show import NAGAR, is_moving, moving_sentences
 from armimpedance.hand.show.estimates import Estimates, read_results
@@ -112,6 +113,7 @@ def of_estimates(
         reader=(
             Section("Ellipses", (linked_ellipses(estimates, "outlines", "ellipses"),)),
             Section("Estimates", tuple(_tables(estimates))),
+            *filter(None, [differences_of(estimates, asked.by)]),
         ),
         reviewer=(
             *_reviewed(asked, estimates, recording, data.get("trials")),

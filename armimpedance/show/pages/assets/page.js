@@ -80,17 +80,38 @@ function choose(group) {
   say(chosen ? `${chosen} is chosen` : "nothing is chosen");
 }
 
+/** The drawing that stands above a button, as SVG. */
+function inPlace(button) {
+  const source = button.closest("figure").querySelector("img").src.split(",")[1];
+  return new TextDecoder().decode(Uint8Array.from(atob(source), (c) => c.charCodeAt(0)));
+}
+
+/** A drawing as an image of 300 dots per inch, on white as paper is; 96 pixels of a page are an inch. */
+async function asPng(drawn) {
+  const image = new Image();
+  image.src = URL.createObjectURL(new Blob([drawn], { type: "image/svg+xml" }));
+  await image.decode();
+  const canvas = document.createElement("canvas");
+  [canvas.width, canvas.height] = [image.width, image.height].map((v) => Math.round((v * 300) / 96));
+  const paper = canvas.getContext("2d");
+  paper.fillStyle = "white";
+  paper.fillRect(0, 0, canvas.width, canvas.height);
+  paper.drawImage(image, 0, 0, canvas.width, canvas.height);
+  URL.revokeObjectURL(image.src);
+  return new Promise((done) => canvas.toBlob(done, "image/png"));
+}
+
 document.addEventListener("click", async (event) => {
   const button = event.target.closest("button");
   if (!button) return;
-  const { group, csv: table, svg, vega, copy } = button.dataset;
+  const { group, csv: table, svg, vega, png, copy } = button.dataset;
   if (group !== undefined) choose(group);
   if (table) save(`${table}.csv`, csv(table), "text/csv");
-  if (svg) {
-    const source = button.closest("figure").querySelector("img").src.split(",")[1];
-    save(`${svg}.svg`, new Blob([Uint8Array.from(atob(source), (c) => c.charCodeAt(0))]), "image/svg+xml");
+  if (svg || vega) {
+    const drawn = svg ? inPlace(button) : await views.get(vega).view.toSVG();
+    if (png === undefined) save(`${svg ?? vega}.svg`, drawn, "image/svg+xml");
+    else save(`${svg ?? vega}.png`, await asPng(drawn), "image/png");
   }
-  if (vega) save(`${vega}.svg`, await views.get(vega).view.toSVG(), "image/svg+xml");
   if (copy) {
     await navigator.clipboard?.writeText(document.getElementById(copy).textContent);
     say("the paragraph is copied");

@@ -174,3 +174,31 @@ def test_conditions_of_one_direction_can_be_grouped_by_another_column(session):
     page = report_page(Asked((Path("a"),), opened=of_directions, by=("experiment",)))
     assert page.verdict.state != "unusable"
     assert len(page.data["results"]) == 1
+
+
+def test_the_groups_of_a_session_are_compared_on_its_page(session, page):
+    [table] = next(s for s in page.reader if s.title == "What differs").blocks
+    [row] = table.rows
+    [pair] = ai.compare(ai.estimate(session)).pairs
+    assert row[0] == " | ".join(CONDITIONS)
+    assert float(row[1]) == pytest.approx(
+        pair.tests[3].p_t2_adjusted, rel=0.15
+    )  # one digit is shown
+    size = next(c for c in pair.changes if (c.matrix, c.quantity) == ("stiffness", "size"))
+    assert size.low <= float(row[3].split()[0]) <= size.high
+
+
+def test_one_group_is_compared_with_nothing(session):
+    one = session.select((session.trials["condition"] == CONDITIONS[0]).to_numpy())
+    page = report_page(Asked((Path("session"),), opened=one))
+    assert "What differs" not in [section.title for section in page.reader]
+
+
+def test_checks_stand_in_the_order_of_their_weight(session):
+    turned = replace(session, force=-session.force)
+    page = report_page(Asked((Path("turned"),), opened=turned, despite=("force sign", "units")))
+    order = ("unusable", "warning", "cannot tell", "missing", "ok")
+    [checks] = next(s for s in page.reviewer if s.title == "Checks").blocks
+    ranks = [order.index(finding.verdict) for finding in checks.findings]
+    assert ranks == sorted(ranks)
+    assert len(set(ranks)) > 1
