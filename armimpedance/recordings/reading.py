@@ -58,6 +58,8 @@ class ReadOptions:
         ``TP == 3 and is_error == 0``. Every format takes it.
     mapping : Path or None
         The mapping of a table of any layout; None: `columns.toml` beside it.
+    strict : bool
+        Refuse a table whose time stamps scatter, in place of bringing it to an even clock.
     """
 
     force_by: Literal["limb", "device"] | None = None
@@ -77,6 +79,7 @@ class ReadOptions:
     forces: Path | None = None
     where: str | None = None
     mapping: Path | None = None
+    strict: bool = False
 
     @property
     def given(self) -> tuple[str, ...]:

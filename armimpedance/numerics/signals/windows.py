@@ -73,6 +73,11 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> FoundMovement:
     level = max(END_FRACTION * left.max(), LEVEL_FACTOR * float(left[-rest:].max()))
     beyond = np.flatnonzero(left > level)
     far = np.flatnonzero(left > min(8 * level, 0.9 * left.max()))
+    if not len(beyond):
+        raise InputError(
+            "the hand does not rest at the trial's end",
+            expected="rest before and after the disturbance; leave the trial out, or its last rows",
+        )
     end = 2 * time_s[beyond[-1]] - time_s[far[-1]]
     return FoundMovement(float(max(onset, time_s[0])), float(min(end, time_s[-1])))
 

@@ -27,6 +27,8 @@ from armimpedance.recordings.mapped.cutting import (
     pieces_of,
     trial_table,
 )
+from armimpedance.recordings.mapped.ends import without_padding
+from armimpedance.recordings.mapped.even_time import with_even_time
 from armimpedance.recordings.mapped.mapping import ColumnMapping, ColumnQuantity, known_unit
 from armimpedance.recordings.mapped.raw_file import RawRun, ReadFile, trials_beside
 from armimpedance.recordings.tables.folder import recording_of_tables
@@ -57,10 +59,13 @@ class _RunTable(NumberTable):
         return int(self.rows[index])
 
 
-def mapped_recording(files: Sequence[ReadFile], mapping: ColumnMapping, path: Path) -> Recording:
+def mapped_recording(
+    files: Sequence[ReadFile], mapping: ColumnMapping, path: Path, *, strict: bool = False
+) -> Recording:
     """The recording in these files.
 
     `path`: what the user named, for messages.
+    `strict`: refuse stamps that scatter about an even clock.
     Returns: doubles that are in SI already stay as they are, to the bit.
     Raises InputError: what in which file, row and column does not fit the mapping.
     """
@@ -71,9 +76,14 @@ def mapped_recording(files: Sequence[ReadFile], mapping: ColumnMapping, path: Pa
     cut, notes = [], []
     for run in runs:
         pieces, left_out = pieces_of(run, mapping.trials, stated or run.rate_hz)
+        pieces, padding = without_padding(run, pieces, mapping)
         cut.append((run, pieces))
-        notes += [*run.notes, *left_out]
+        notes += [*run.notes, *left_out, *padding]
     rate, told = _rate(cut, stated)
+    if not strict:
+        even = [with_even_time(run, pieces, mapping, rate) for run, pieces in cut]
+        cut = [(one.run, pieces) for one, (_, pieces) in zip(even, cut, strict=True)]
+        notes += [note for one in even for note in one.notes]
     metadata = replace(
         mapping.metadata, sample_rate_hz=rate, muscles=mapping.metadata.muscles or None
     )
@@ -163,8 +173,8 @@ def _rate_of(run: OneClock, pieces: Sequence[Piece]) -> float:
         raise run.error("time is missing", "a time for each sample", None, at)
     if not len(every) or not (usual := float(np.median(every))) > 0:
         raise run.error("time does not run forward", "at least two samples a trial, in time")
-    # The mean of the usual steps: times are printed with few decimals.
-    usual_steps = every[np.abs(every - usual) <= 0.5 * usual]
+    # The mean of all steps that are no gaps: times are printed with few decimals, or scatter.
+    usual_steps = every[(every > 0.0) & (every < 2.0 * usual)]
     return 1.0 / float(usual_steps.mean())
 
 

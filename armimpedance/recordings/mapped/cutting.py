@@ -62,7 +62,7 @@ def pieces_of(run: OneClock, cut: TrialCut, rate_hz: float | None) -> tuple[list
 
 def _by_column(run: OneClock, cut: TrialCut) -> list[Piece]:
     values = _marks(run, str(cut.column))
-    outside = np.isin(values, _as(values, cut.between)) | _missing(values)
+    outside = np.isin(values, _as(values, cut.between)) | _missing(values) | _blank(run, values)
     changes = np.flatnonzero((values[1:] != values[:-1]) | (outside[1:] != outside[:-1])) + 1
     edges = [0, *changes.tolist(), run.rows] if run.rows else []
     pieces, seen = [], set()
@@ -155,6 +155,15 @@ def _missing(values: NDArray[Any]) -> BoolArray:
     if values.dtype.kind == "U":
         return np.char.strip(values) == ""
     return np.isnan(values)
+
+
+def _blank(run: OneClock, marks: NDArray[Any]) -> BoolArray:
+    """Rows of zeros in all columns, the trial's number too: some programs fill tables up so."""
+    rows = np.flatnonzero(marks == 0.0) if marks.dtype.kind == "f" else np.empty(0, dtype=np.int64)
+    numbers = [v[rows] for v in run.columns.values() if v.dtype.kind == "f"]
+    blank = np.zeros(len(marks), dtype=bool)
+    blank[rows] = np.logical_and.reduce([(v == 0.0) | np.isnan(v) for v in numbers] or [[]])
+    return blank
 
 
 def _as(values: NDArray[Any], between: tuple[float | str, ...]) -> NDArray[Any]:

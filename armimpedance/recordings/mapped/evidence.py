@@ -40,10 +40,18 @@ def finite_part(values: NDArray[Any]) -> FloatArray:
     return numbers[np.isfinite(numbers)]
 
 
+#: Of a column of time so many rows hold one.
+_PRESENT: Final = 0.5
+
+
 def time_steps(values: NDArray[Any]) -> tuple[float, float] | None:
     """The usual step and the share of steps that are it within 10 %; None: not like time."""
     numbers = np.asarray(values, dtype=np.float64)
-    if len(numbers) < 3 or not np.isfinite(numbers).all():
+    present = ~np.isnan(numbers)  # rows that fill a trial up may have none
+    if np.count_nonzero(present) < max(3, _PRESENT * len(numbers)):
+        return None
+    numbers = numbers[present]
+    if not np.isfinite(numbers).all():
         return None
     with np.errstate(over="ignore", invalid="ignore"):
         step = np.diff(numbers)

@@ -140,6 +140,8 @@ def _rows(source: RawRun, table: JoinedTable, where: Path) -> RawTable:
 #: A trial table has no more rows, and its file no more bytes.
 _MOST_ROWS: Final = 20_000
 _MOST_BYTES: Final = 5_000_000
+#: A column whose name says nothing of trials has no more rows than so many for each.
+_MOST_UNNAMED: Final = 2
 
 
 def table_beside(
@@ -166,6 +168,9 @@ def _key_among(table: RawTable, key: str, wanted: set[str], path: Path) -> str |
     if len(table.columns) < 2 or not len(wanted) <= table.rows <= _MOST_ROWS:
         return None
     for name in sorted(table.columns, key=lambda name: (name != key, "tri" not in name.lower())):
+        named = name == key or "tri" in name.lower()
+        if not named and table.rows > _MOST_UNNAMED * len(wanted):
+            continue  # numbers of frames hold those of the trials, too
         with suppress(InputError):
             if wanted <= set(table_keys(table.columns[name], path, name, 1)):
                 return name

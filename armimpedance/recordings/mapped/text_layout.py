@@ -13,6 +13,7 @@ from typing import Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import known_unit
+from armimpedance.recordings.mapped.text_numbers import is_grouped
 
 #: What is looked at to find the layout.
 HEAD_BYTES: Final = 2_000_000
@@ -23,6 +24,9 @@ _ROWS: Final = 5
 _DELIMITERS: Final = (",", ";", "\t", "|", " ")
 #: What stands where a value is missing.
 MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "-")
+#: What Vicon Nexus calls the parts of an export; the rate stands below.
+_SECTIONS: Final = ("trajectories", "devices", "model outputs", "joints", "segments")
+_RATE: Final = re.compile(r"(?:sampl\w*|frame|capture|export|data)[ _]*(?:rate|freq)", re.I)
 _COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.I)
 _IN_BRACKETS: Final = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
@@ -39,6 +43,7 @@ class TextLayout:
     `units`: as stated.
     `skip`: lines before the first row of numbers.
     `texts`: whether a column holds texts in the first rows.
+    `rate_hz`: where a line above the header states it, as Nexus and Motive do.
     """
 
     encoding: str
@@ -49,6 +54,7 @@ class TextLayout:
     skip: int
     has_header: bool
     texts: tuple[bool, ...]
+    rate_hz: float | None = None
 
 
 @dataclass(frozen=True)
@@ -88,6 +94,7 @@ def text_layout(file: Path) -> TextLayout:
         best.first,
         header,
         _texts(lines, best),
+        _stated_rate(lines[: best.first], best.delimiter),
     )
 
 
@@ -276,14 +283,46 @@ def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str |
     units: list[str] | None = None
     names = fitting.pop() if fitting else None
     if names is not None and fitting and fitting[-1] is not None and _are_units(names):
-        units, names = names, fitting[-1]
+        units, names = names, fitting.pop()
     if names is None:
         return ("",) * table.width, (None,) * table.width, False
+    names = _with_groups(names, [cells for cells in reversed(fitting) if cells is not None])
     stated = tuple(
         (units[i].strip("[]() ") or None) if units is not None else stated_unit(name)
         for i, name in enumerate(names)
     )
     return tuple(names), stated, True
+
+
+def _with_groups(names: list[str], above: list[list[str]]) -> list[str]:
+    """Names that come again, each with what stands above it: a marker or device above its axes.
+
+    `above`: lines of as many cells, the nearest first; the first that tells the names apart is it.
+    """
+    for line in above if len(set(names)) < len(names) else ():
+        group, full = "", []
+        for name, over in zip(names, line, strict=True):
+            group = over or group
+            full.append(f"{group} {name}".strip())
+        if any(line) and len(set(full)) == len(full):
+            return full
+    return names
+
+
+def _stated_rate(above: list[str], delimiter: str) -> float | None:
+    """The rate that stands above the header: below the name of a section, or after its word."""
+    cells = [[c for c in cells_of(line, delimiter) if c] for line in above]
+    for row, below in zip(cells, [*cells[1:], []], strict=False):
+        if len(row) == 1 and row[0].lower() in _SECTIONS and len(below) == 1:
+            return _rate(below[0])
+        for name, value in zip(row, row[1:], strict=False):
+            if _RATE.search(name) and (rate := _rate(value)) is not None:
+                return rate
+    return None
+
+
+def _rate(cell: str) -> float | None:
+    return float(cell) if _is_number(cell, ".") and float(cell) > 0 else None
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
@@ -306,9 +345,9 @@ def _are_units(cells: list[str]) -> bool:
 def _is_number(cell: str, decimal: str) -> bool:
     if decimal == ",":
         if "." in cell:
-            return False
+            return is_grouped(cell, decimal)
         cell = cell.replace(",", ".")
-    return bool(_NUMBER.fullmatch(cell))
+    return bool(_NUMBER.fullmatch(cell)) or is_grouped(cell, decimal)
 
 
 def _is_value(cell: str, decimal: str) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
@@ -121,6 +121,9 @@ def read_marker_c3d(
     )
 
 
+#: Between the label of a marker and the number of its second trajectory.
+_AGAIN: Final = "~"
+
 #: The axis that points up -> those that point forward, left and up.
 _WITH_UP: Final = {"z": Z_UP, "y": Y_UP, "x": ("y", "z", "x")}
 
@@ -154,7 +157,11 @@ def _trial(capture: C3dFile, asked: _Asked, rotation: FloatArray, *, stated: boo
         emg_rate_hz=capture.analog_rate_hz,
         plates=plates.forces,
         events=events,
-        remarks=(*capture.layout.remarks, *(plates.forces.remarks if plates.forces else ())),
+        remarks=(
+            *capture.layout.remarks,
+            *_said_of_numbered(names),
+            *(plates.forces.remarks if plates.forces else ()),
+        ),
         left_out={
             **plates.left_out,
             **beside(capture, {*asked.channels, *plates.channels}),
@@ -181,14 +188,25 @@ def _markers(
         expected = "one of " + (", ".join(prefixes) or "no prefix")
         raise InputError(f"no marker of {prefix!r}", file=capture.name, expected=expected)
     own = tuple(str(name) for _, name in kept)
-    twice = sorted({name for name in own if own.count(name) > 1})
-    if twice:
-        raise InputError(f"two markers {twice[0]}", file=capture.name, expected="different labels")
+    own = tuple(_numbered(own))
     # Without their prefix, which is a person's name.
     others = [labels[i].rpartition(":")[2] for i, n in zip(chosen, names, strict=True) if n is None]
     left = {"markers of another subject": tuple(others)}
     left |= _no_markers([labels[i] for i in named], outputs, len(labels) - len(named))
     return own, [i for i, _ in kept], left
+
+
+def _numbered(names: Sequence[str]) -> Iterator[str]:
+    """Different names: a trajectory that was labelled like one before it is its second one."""
+    taken: set[str] = set()
+    for name in names:
+        new = next(n for i in range(1, len(names) + 2) if (n := _nth(name, i)) not in taken)
+        taken.add(new)
+        yield new
+
+
+def _nth(name: str, number: int) -> str:
+    return name if number == 1 else f"{name}{_AGAIN}{number}"
 
 
 def _named_points(labels: Sequence[str]) -> list[int]:
@@ -313,6 +331,15 @@ def _check_same(trial: _Trial, first: _Trial, file: object) -> None:
         if len(own) == len(others):
             problem = "force plates in other places than in the first file"
         raise InputError(problem, file=file, expected="the same plates in every trial")
+
+
+def _said_of_numbered(names: Sequence[str]) -> Iterator[str]:
+    again = [name for name in names if _AGAIN in name and name.partition(_AGAIN)[0] in names]
+    if again:
+        yield (
+            f"Several trajectories of one label, numbered in the file's order: {', '.join(again)}; "
+            "join or rename them in the program that wrote the file."
+        )
 
 
 def _remarks(trials: list[_Trial], axes: Sequence[str]) -> tuple[str, ...]:

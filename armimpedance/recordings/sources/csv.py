@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import re
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -24,7 +23,9 @@ from armimpedance.recordings.mapped.raw_file import (
     Source,
     Wanted,
 )
+from armimpedance.recordings.mapped.text_clocks import distinct_names, tables_of_clocks
 from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cells_of, text_layout
+from armimpedance.recordings.mapped.text_numbers import seconds_of_stamps, without_groups
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm")
 #: A column of texts takes as much room as its longest cell in each row.
@@ -37,9 +38,9 @@ _BLOCK_BYTES: Final = 4_000_000
 
 def _read(file: Path, wanted: Wanted) -> RawFile:
     layout = text_layout(file)
-    names = _names(file, layout)
-    chosen = [name for name in names if wanted(name)]
-    skipped = [name for name in names if not wanted(name)]
+    names, clocks = _names(file, layout)
+    chosen = [name for name in names if wanted(name) or name in clocks]
+    skipped = [name for name in names if name not in chosen]
     place = {name: i for i, name in enumerate(names)}
     if not chosen:
         return RawFile((RawRun(str(file), (RawTable({}),)),), _skipped(skipped))
@@ -53,26 +54,26 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
         elif layout.names[place[name]] or not _is_empty(values):
             # Rows that end in a delimiter make an empty column without a name.
             columns[name] = RawColumn(values, unit)
-    run = RawRun(str(file), (RawTable(columns, first_row=layout.skip + 1),))
-    return RawFile((run,), (*_skipped(skipped), *not_taken(too_long, "its texts are too long")))
+    tables = tables_of_clocks(columns, clocks, layout.skip + 1, layout.rate_hz)
+    told = (*_skipped(skipped), *not_taken(too_long, "its texts are too long"))
+    return RawFile((RawRun(str(file), tables),), told)
 
 
 def _skipped(names: Sequence[str]) -> tuple[str, ...]:
     return not_taken(names, "the mapping gives them no meaning")
 
 
-def _names(file: Path, layout: TextLayout) -> list[str]:
-    """Different names for all columns."""
+def _names(file: Path, layout: TextLayout) -> tuple[list[str], dict[str, list[str]]]:
+    """Different names for all columns; and each column of time that has channels of its own."""
     if len(layout.names) > _MOST_COLUMNS:
         problem = f"{len(layout.names)} columns"
         raise InputError(problem, file=file, expected=f"at most {_MOST_COLUMNS}: one row a sample")
     names = [name or f"column {i}" for i, name in enumerate(layout.names, start=1)]
-    counts = Counter(names)
     for name in names:
-        if counts[name] > 1 or not name.isprintable():
-            problem = "appears twice in the header" if name.isprintable() else "cannot be a name"
-            raise InputError(problem, file=file, row=layout.skip, column=ascii(name).strip("'"))
-    return names
+        if not name.isprintable():
+            shown = ascii(name).strip("'")
+            raise InputError("cannot be a name", file=file, row=layout.skip, column=shown)
+    return distinct_names(names)
 
 
 def _table(file: Path, layout: TextLayout, names: list[str], chosen: list[str]) -> pa.Table:
@@ -131,10 +132,15 @@ def _values(column: pa.ChunkedArray, decimal: str) -> np.ndarray[Any, Any] | Non
         return np.asarray(numbers.cast(pa.float64()).to_numpy(), dtype=np.float64)
     except pa.ArrowInvalid:
         pass
+    grouped = without_groups(pc.if_else(missing, "", texts).to_pylist(), decimal)
+    if grouped is not None:
+        return grouped
     longest = pc.max(pc.utf8_length(texts)).as_py() or 1
     if 4 * longest * len(texts) > _LARGEST_TEXTS:
         return None
-    return np.array(texts.to_pylist(), dtype=np.str_)
+    cells = np.array(texts.to_pylist(), dtype=np.str_)
+    stamps = seconds_of_stamps(cells)
+    return cells if stamps is None else stamps
 
 
 def _is_empty(values: np.ndarray[Any, Any]) -> bool:

@@ -30,6 +30,11 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
     )
     _add_mapping(parser)
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a table whose time stamps scatter; else it is brought to an even clock",
+    )
     title = "motion capture (.c3d, .trc, .mot, .sto: one trial a file)"
     _add_capture(parser.add_argument_group(title))
 
@@ -167,6 +172,7 @@ def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "forces": arguments.forces,
         "in_degrees": None if degrees is None else degrees == "yes",
         "mapping": arguments.mapping,
+        "strict": arguments.strict,
         "where": arguments.where,
     }
 

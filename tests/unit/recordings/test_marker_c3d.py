@@ -125,8 +125,9 @@ def test_prefixes_and_unnamed_points(c3d, tmp_path):
     with pytest.raises(InputError, match=r"no marker of 'T' \(expected one of S, box\)"):
         read_marker_c3d(file, prefix="T")
     twice = write(c3d, tmp_path / "b.c3d", labels=("S:hand", "S:hand", "S:hip"))
-    with pytest.raises(InputError, match="two markers hand"):
-        read_marker_c3d(twice)
+    numbered = read_marker_c3d(twice)
+    assert numbered.names == ("hand", "hand~2", "hip")
+    assert any("hand~2" in step for step in numbered.provenance)
 
 
 def test_several_files_are_trials(c3d, tmp_path):

@@ -1,0 +1,84 @@
+"""Rows that a program fills a trial up with: empty ones, zeros, a last value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.recordings.mapped.clocks import OneClock
+from armimpedance.recordings.mapped.cutting import Piece
+from armimpedance.recordings.mapped.mapping import ColumnMapping
+
+#: No limb goes so many times as far in one sample as it does in any other of its trial.
+_JUMP: Final = 20.0
+#: More than this part of a trial is no padding.
+_MOST: Final = 0.5
+
+
+def without_padding(
+    run: OneClock, pieces: Sequence[Piece], mapping: ColumnMapping
+) -> tuple[list[Piece], list[str]]:
+    """The trials without rows that hold no measurement, and sentences on what was cut off.
+
+    At either end of a trial: rows in which position and force are empty in all axes; and rows that
+    all hold the same values, in all axes to the last bit, which the position leaps to from its
+    neighbour, as to zeros. A trial of such rows alone goes.
+    """
+    columns = [*mapping.position.columns, *mapping.force.columns]
+    if any(run.columns[name].dtype.kind == "U" for name in columns if name in run.columns):
+        return list(pieces), []
+    values = np.column_stack([run.numbers(name) for name in columns])
+    axes = len(mapping.position.columns)
+    kept, lost = [], []
+    for number, piece in enumerate(pieces, start=1):
+        own = values[piece.start : piece.stop]
+        first, last = _measured(own, axes)
+        if last > first:
+            kept.append(replace(piece, start=piece.start + first, stop=piece.start + last))
+        if last - first < len(own):
+            name = number if piece.name is None else piece.name
+            lost.append(
+                (f"{name:g}" if isinstance(name, float) else str(name), len(own) - (last - first))
+            )
+    return kept, _said(run, lost)
+
+
+def _said(run: OneClock, lost: Sequence[tuple[str, int]]) -> list[str]:
+    if not lost:
+        return []
+    rows = sum(count for _, count in lost)
+    trials = ", ".join(name for name, _ in lost[:8]) + (", …" if len(lost) > 8 else "")
+    where = f" of {run.name}" if run.name not in ("", str(run.file)) else ""
+    return [
+        f"Padding: {rows} row{'s' * (rows > 1)} without a measurement at the ends of "
+        f"trial{'s' * (len(lost) > 1)} {trials}{where} left out."
+    ]
+
+
+def _measured(values: FloatArray, axes: int) -> tuple[int, int]:
+    """The first row that was measured, and the one after the last."""
+    full = np.flatnonzero(~np.isnan(values).all(axis=1))
+    if not len(full):
+        return 0, 0
+    first, last = int(full[0]), int(full[-1]) + 1
+    own = values[first:last]
+    return first + _leaped_to(own[::-1], axes), last - _leaped_to(own, axes)
+
+
+def _leaped_to(values: FloatArray, axes: int) -> int:
+    """How many rows at the end are all the same, and far from all that was before."""
+    same: BoolArray = (values == values[-1]).all(axis=1)
+    different = np.flatnonzero(~same)
+    if not len(different):
+        return 0
+    begins = int(different[-1]) + 1
+    count = len(values) - begins
+    if count > _MOST * len(values):
+        return 0
+    steps = np.abs(np.diff(values[: begins + 1, :axes], axis=0))
+    before = steps[:-1].max(axis=0, initial=0.0)
+    return count if (steps[-1] > _JUMP * before).any() and before.any() else 0

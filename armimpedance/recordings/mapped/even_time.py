@@ -1,0 +1,163 @@
+"""Time stamps that scatter about an even clock: were the samples even, or the stamps right?
+
+A network's or a computer's stamp says when a sample arrived; the device took it on a clock of its
+own. Where the device was polled, the stamps are right and the samples are uneven. The motion says
+which: along a smooth course x(t) a sample that was taken r late lies v r off. With h the part of
+v r, and d the part of x, that no cubic over five samples explains, ``d = beta h``: beta is 0 where
+the samples are even, 1 where the stamps are right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.recordings.mapped.clocks import OneClock
+from armimpedance.recordings.mapped.cutting import Piece
+from armimpedance.recordings.mapped.mapping import ColumnMapping
+from armimpedance.recordings.tables.sample_table import STEP_TOLERANCE
+
+#: Stamps further from an even clock than this many steps are no jitter; nor are stamps that all
+#: lie off by more than the second number over a stretch: a sample was lost there.
+_FARTHEST: Final = 1.5
+_LASTING: Final = 0.25
+_STRETCH: Final = 21
+#: What of five samples no cubic explains: the middle one less its neighbours' cubic.
+_ROUGH: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
+
+
+@dataclass(frozen=True)
+class EvenTime:
+    """A run whose trials have even times.
+
+    `notes`: what was done, and the error that it may cause; none where nothing was.
+    """
+
+    run: OneClock
+    notes: tuple[str, ...] = ()
+
+
+def with_even_time(
+    run: OneClock, pieces: Sequence[Piece], mapping: ColumnMapping, rate_hz: float
+) -> EvenTime:
+    """The run with the times of an even clock, where its stamps scatter about one.
+
+    Samples that were taken unevenly are interpolated by a cubic spline; otherwise they stay.
+    Stamps that are even, that run backwards or that have gaps stay as they are: the check of the
+    clock speaks of them.
+    """
+    if run.time_s is None:
+        return EvenTime(run)
+    lines = [_even(run.time_s[p.start : p.stop], rate_hz) for p in pieces]
+    if not any(line is not None for line in lines) or not _all_jitter(run, pieces, lines, rate_hz):
+        return EvenTime(run)
+    time = run.time_s.copy()
+    for piece, line in zip(pieces, lines, strict=True):
+        if line is not None:
+            time[piece.start : piece.stop] = line
+    late = run.time_s - time
+    position = np.column_stack([run.numbers(name) for name in mapping.position.columns])
+    beta, sd = _stamps_are_right(position, late, pieces, rate_hz)
+    right = beta - 2.0 * sd > 0.5
+    columns = _interpolated(run, pieces, time) if right else run.columns
+    speed = max(_fastest(position[p.start : p.stop], rate_hz) for p in pieces)
+    scatter = float(np.concatenate([late[p.start : p.stop] for p in pieces]).std())
+    note = (
+        f"Time stamps scatter by {1e3 * scatter:.2g} ms about an even clock of {rate_hz:.6g} Hz. "
+        + _why(right, beta, sd, mapping.position.unit.symbol, speed * scatter)
+    )
+    return EvenTime(replace(run, time_s=time, columns=columns), (note,))
+
+
+def _why(right: bool, beta: float, sd: float, unit: str, error: float) -> str:
+    share = f"{beta:.2f} ± {2 * sd:.2f} of the scatter is in the motion"
+    if right:
+        return f"The samples are uneven ({share}): they were interpolated onto it."
+    taken = f"if they were not, positions would be off by up to {error:.2g} {unit}"
+    if beta + 2.0 * sd < 0.5:
+        return f"The samples are even ({share}) and stay; {taken}."
+    return (
+        f"Whether the samples are even the motion does not say ({share}); they stay, and {taken}."
+    )
+
+
+def _even(time: FloatArray, rate_hz: float) -> FloatArray | None:
+    """The even clock of the rate through a trial's stamps; None: they are even."""
+    steps = np.diff(time)
+    if not len(steps) or not np.isfinite(time).all() or not (steps > 0.0).all():
+        return None
+    if (np.abs(steps * rate_hz - 1.0) <= STEP_TOLERANCE).all():
+        return None
+    even = np.arange(len(time)) / rate_hz
+    return even + float(np.median(time - even))
+
+
+def _all_jitter(
+    run: OneClock, pieces: Sequence[Piece], lines: Sequence[FloatArray | None], rate_hz: float
+) -> bool:
+    """Whether stamps scatter about their even clocks, without a gap anywhere."""
+    assert run.time_s is not None  # noqa: S101 - asked by the caller
+    for piece, line in zip(pieces, lines, strict=True):
+        if line is None:
+            continue
+        late = (run.time_s[piece.start : piece.stop] - line) * rate_hz
+        width = min(_STRETCH, len(late))
+        lasting = np.median(np.lib.stride_tricks.sliding_window_view(late, width), axis=1)
+        if np.abs(late).max() > _FARTHEST or np.abs(lasting).max() > _LASTING:
+            return False
+    return True
+
+
+def _stamps_are_right(
+    position: FloatArray, late: FloatArray, pieces: Sequence[Piece], rate_hz: float
+) -> tuple[float, float]:
+    """beta and its standard error: see the module."""
+    rough, expected = [], []
+    for piece in pieces:
+        own = position[piece.start : piece.stop]
+        if len(own) < 2 * len(_ROUGH):
+            continue
+        smooth = np.apply_along_axis(np.convolve, 0, own, np.ones(5) / 5.0, "same")
+        moved = np.gradient(smooth, axis=0) * rate_hz * late[piece.start : piece.stop, None]
+        for axis in range(own.shape[1]):
+            rough.append(np.convolve(own[:, axis], _ROUGH, "valid")[5:-5])
+            expected.append(np.convolve(moved[:, axis], _ROUGH, "valid")[5:-5])
+    d, h = np.concatenate(rough or [np.zeros(1)]), np.concatenate(expected or [np.zeros(1)])
+    power = float(h @ h)
+    if not power > 0.0:
+        return 0.0, np.inf
+    # d = h beta, (N,) = (N,) (1,)
+    beta = float(h @ d) / power
+    return beta, float(np.sqrt(np.mean((d - beta * h) ** 2) / power))
+
+
+def _fastest(position: FloatArray, rate_hz: float) -> float:
+    if len(position) < 2:
+        return 0.0
+    return float(np.linalg.norm(np.gradient(position, axis=0), axis=1).max()) * rate_hz
+
+
+def _interpolated(
+    run: OneClock, pieces: Sequence[Piece], time: FloatArray
+) -> dict[str, np.ndarray]:
+    """Every column of numbers at the even times; texts stay those of their samples."""
+    from scipy.interpolate import CubicSpline
+
+    assert run.time_s is not None  # noqa: S101 - asked by the caller
+    columns = {}
+    for name, values in run.columns.items():
+        if values.dtype.kind != "f" or not np.isfinite(values).all():
+            columns[name] = values
+            continue
+        new = values.copy()
+        for piece in pieces:
+            rows = slice(piece.start, piece.stop)
+            constant = (values[rows] == values[piece.start]).all()
+            if not constant and piece.stop - piece.start > 3:
+                new[rows] = CubicSpline(run.time_s[rows], values[rows])(time[rows])
+        columns[name] = new
+    return columns

@@ -1,0 +1,95 @@
+"""Cells of a table of text that no plain reader of numbers knows: 1.000,5 and 10:30:00.25."""
+
+from __future__ import annotations
+
+import re
+from datetime import date
+from functools import cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.core.arrays import FloatArray
+
+#: Marks between thousands, beside the decimal mark of the other kind: blanks of three kinds, and
+#: the apostrophe of Swiss programs.
+_BLANKS: Final = " \u00a0\u202f'\u2019"
+#: A time of day, with or without its date.
+_STAMP: Final = re.compile(
+    r"(?:(\d{4})-(\d\d)-(\d\d)[T ])?(\d{1,2}):(\d\d):(\d\d)(?:[.,](\d{1,9}))?(Z|[+-]\d\d:?\d\d)?"
+)
+_DAY_S: Final = 86_400.0
+
+
+def is_grouped(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number with marks between its thousands, and can be nothing else.
+
+    ``1.000,5`` and ``1.000.000`` can, ``1.000`` may be one and a half thousandths less.
+    """
+    return bool(_grouped(decimal, sure=True).fullmatch(cell))
+
+
+@cache
+def _grouped(decimal: str, *, sure: bool) -> re.Pattern[str]:
+    mark = f"[{re.escape('.' if decimal == ',' else ',')}{_BLANKS}]"
+    rest = re.escape(decimal)
+    first, group = r"[+-]?[1-9]\d{0,2}", rf"(?P<mark>{mark})\d{{3}}(?:(?P=mark)\d{{3}})"
+    if sure:
+        return re.compile(rf"{first}{group}*{rest}\d+|{first}{group.replace('mark', 'same')}+")
+    return re.compile(rf"{first}{group}*(?:{rest}\d*)?")
+
+
+def without_groups(cells: list[str], decimal: str) -> FloatArray | None:
+    """Numbers of which some have marks between thousands; None: a cell is no number, or none is
+    surely grouped, or a number of thousands has no marks where others have.
+
+    `cells`: "" where a value is missing.
+    """
+    if not any(is_grouped(cell, decimal) for cell in cells):
+        return None
+    small = re.compile(rf"[+-]?(?:\d{{1,3}}(?:{re.escape(decimal)}\d*)?|{re.escape(decimal)}\d+)")
+    values = np.full(len(cells), np.nan)
+    for i, cell in enumerate(cells):
+        if not cell:
+            continue
+        if _grouped(decimal, sure=False).fullmatch(cell):
+            cell = re.sub(rf"[{re.escape('.' if decimal == ',' else ',')}{_BLANKS}]", "", cell)
+        elif not small.fullmatch(cell):
+            return None
+        values[i] = float(cell.replace(decimal, "."))
+    return values
+
+
+def seconds_of_stamps(cells: NDArray[np.str_]) -> FloatArray | None:
+    """Times of day, or dates with times, as seconds from the first one's midnight.
+
+    `cells` (N,).
+    Returns: (N,) NaN where a cell is empty; None: a cell is no such stamp, or all are the same.
+    """
+    filled = cells[cells != ""]
+    if not len(filled) or not all(_STAMP.fullmatch(c) for c in (filled[0], filled[-1])):
+        return None
+    stamps = [_STAMP.fullmatch(cell) for cell in filled.tolist()]
+    if None in stamps or (filled == filled[0]).all():
+        return None
+    days = np.array([_day(stamp) for stamp in stamps if stamp])
+    seconds = np.array([_second(stamp) for stamp in stamps if stamp])
+    if (days == days[0]).all():  # a clock without dates begins anew at midnight
+        days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY_S / 2)])
+    values = np.full(len(cells), np.nan)
+    values[cells != ""] = (days - days[0]) * _DAY_S + seconds
+    return values
+
+
+def _day(stamp: re.Match[str]) -> int:
+    year, month, day = stamp.group(1, 2, 3)
+    try:
+        return date(int(year), int(month), int(day)).toordinal() if year else 0
+    except ValueError:
+        return 0
+
+
+def _second(stamp: re.Match[str]) -> float:
+    hours, minutes, whole = (int(part) for part in stamp.group(4, 5, 6))
+    return 3600.0 * hours + 60.0 * minutes + whole + float(f"0.{stamp.group(7) or 0}")

@@ -1,0 +1,100 @@
+"""Exports with one quirk each come back as they were, after the one answer that no file gives."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import export_quirks as quirks
+import numpy as np
+import pytest
+
+import armimpedance as ai
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.recordings import propose_mapping
+from manipulandum_sim.hand import simulate
+
+ALL = {**quirks.ENDS, **quirks.NUMBERS, **quirks.HEADERS, **quirks.CLOCKS}
+
+
+@pytest.fixture(scope="module")
+def session() -> Recording:
+    recording, _ = simulate("cocontraction", seed=8, sets=1, conditions=["cocontraction_10"])
+    return recording
+
+
+def proposed(text: str, folder: Path) -> Path:
+    """The file with its proposed mapping beside it, and the one answer that is always asked."""
+    file = folder / "export.csv"
+    file.write_text(text, encoding="utf-8")
+    mapping = propose_mapping(file)
+    mapping.place.write_text(mapping.text.replace('# by = "limb"', 'by = "limb"'), "utf-8")
+    return file
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_proposal_and_one_answer_give_the_samples_back(
+    name: str, session: Recording, tmp_path: Path
+) -> None:
+    quirk = ALL[name]
+    file = proposed(quirk.write(quirks.table_of(session)), tmp_path)
+    read = ai.read(file)
+    assert isinstance(read, Recording)
+    last = session.n_trials if quirk.trials else 1
+    assert read.n_trials == last
+    assert read.offsets.tolist() == session.offsets[: last + 1].tolist()
+    own = session.position[: session.offsets[last]]
+    corner = np.round(np.mean(read.position - own, axis=0))  # a table may count from its corner
+    np.testing.assert_allclose(read.position - corner, own, rtol=0, atol=quirk.metres)
+    np.testing.assert_allclose(read.force, session.force[: len(own)], rtol=0, atol=quirk.newtons)
+    assert read.sample_rate_hz == pytest.approx(1000.0, rel=2e-4)
+
+
+@pytest.mark.parametrize("name", [*quirks.ENDS, *quirks.CLOCKS])
+def test_what_was_cut_off_or_made_even_is_said(
+    name: str, session: Recording, tmp_path: Path
+) -> None:
+    read = ai.read(proposed(ALL[name].write(quirks.table_of(session)), tmp_path))
+    words = ("Padding", "scatter") if name != "zeros, the trial's number too" else ("",)
+    assert any(word in step for step in read.provenance for word in words)
+
+
+@pytest.mark.parametrize("name", quirks.CLOCKS)
+def test_the_motion_says_whether_samples_or_stamps_are_uneven(
+    name: str, session: Recording, tmp_path: Path
+) -> None:
+    file = proposed(ALL[name].write(quirks.table_of(session)), tmp_path)
+    [said] = [step for step in ai.read(file).provenance if "scatter" in step]
+    assert ("interpolated" in said) == (name == "polled samples")
+    with pytest.raises(InputError, match="column time"):
+        ai.read(file, strict=True)
+
+
+def test_a_sample_that_was_lost_is_no_scatter(session: Recording, tmp_path: Path) -> None:
+    table = quirks.table_of(session)
+    text = quirks.CLOCKS["stamps of a network"].write(table.drop(index=range(300, 303)))
+    with pytest.raises(InputError, match="a gap"):
+        ai.read(proposed(text, tmp_path))
+
+
+def test_a_hand_that_rests_at_zero_is_no_padding(session: Recording, tmp_path: Path) -> None:
+    table = quirks.table_of(session)
+    place = table[["x [m]", "y [m]"]]
+    start = place.groupby(table["trial"]).transform("first")
+    moved = place - start
+    moved[moved.abs() < 1e-4] = 0.0
+    rest = (moved == 0).all(axis=1)
+    table[["x [m]", "y [m]"]] = moved
+    table.loc[rest, ["Fx [N]", "Fy [N]"]] = 0.0
+    read = ai.read(proposed(quirks.plain(table), tmp_path))
+    assert read.offsets.tolist() == session.offsets.tolist()
+
+
+def test_a_trial_that_ends_elsewhere_is_named(session: Recording) -> None:
+    from dataclasses import replace
+
+    place = session.position.copy()
+    place[session.offsets[3] - 1] += 0.4
+    trials = session.trials.drop(columns=["onset_s", "end_s"], errors="ignore")
+    with pytest.raises(InputError, match=r"trial 3.*rest"):
+        ai.estimate(replace(session, position=place, trials=trials))
