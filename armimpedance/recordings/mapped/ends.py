@@ -31,20 +31,38 @@ def without_padding(
     columns = [*mapping.position.columns, *mapping.force.columns]
     if any(run.columns[name].dtype.kind == "U" for name in columns if name in run.columns):
         return list(pieces), []
-    values = np.column_stack([run.numbers(name) for name in columns])
+    signals = [run.numbers(name) for name in columns]
     axes = len(mapping.position.columns)
-    kept, lost = [], []
-    for number, piece in enumerate(pieces, start=1):
-        own = values[piece.start : piece.stop]
+    kept, lost = list(pieces), []
+    for i in np.flatnonzero(_doubtful(signals, axes, pieces)).tolist():
+        piece = pieces[i]
+        own = np.column_stack([signal[piece.start : piece.stop] for signal in signals])
         first, last = _measured(own, axes)
-        if last > first:
-            kept.append(replace(piece, start=piece.start + first, stop=piece.start + last))
+        kept[i] = replace(piece, start=piece.start + first, stop=piece.start + last)
         if last - first < len(own):
-            name = number if piece.name is None else piece.name
-            lost.append(
-                (f"{name:g}" if isinstance(name, float) else str(name), len(own) - (last - first))
-            )
-    return kept, _said(run, lost)
+            lost.append((_name(piece, i), len(own) - (last - first)))
+    return [piece for piece in kept if piece.stop > piece.start], _said(run, lost)
+
+
+def _name(piece: Piece, position: int) -> str:
+    name = position + 1 if piece.name is None else piece.name
+    return f"{name:g}" if isinstance(name, float) else str(name)
+
+
+def _doubtful(signals: Sequence[FloatArray], axes: int, pieces: Sequence[Piece]) -> BoolArray:
+    """Trials (T,) whose first or last rows may be padding: all others need no closer look."""
+    doubtful = np.zeros(len(pieces), dtype=bool)
+    starts = np.array([p.start for p in pieces])
+    stops = np.array([p.stop for p in pieces])
+    long = stops - starts > 3
+    doubtful |= ~long
+    for edge, inward in ((starts[long], 1), (stops[long] - 1, -1)):
+        rows = [[s[edge], s[edge + inward], s[edge + 2 * inward]] for s in signals]
+        empty = np.logical_and.reduce([np.isnan(at) for at, _, _ in rows])
+        alike = np.logical_and.reduce([at == near for at, near, _ in rows])
+        leaps = [np.abs(at - near) > _JUMP * np.abs(near - far) for at, near, far in rows[:axes]]
+        doubtful[long] |= empty | alike | np.logical_or.reduce(leaps)
+    return doubtful
 
 
 def _said(run: OneClock, lost: Sequence[tuple[str, int]]) -> list[str]:

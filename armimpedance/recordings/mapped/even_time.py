@@ -50,7 +50,7 @@ def with_even_time(
     Stamps that are even, that run backwards or that have gaps stay as they are: the check of the
     clock speaks of them.
     """
-    if run.time_s is None:
+    if run.time_s is None or _is_even(run.time_s, pieces, rate_hz):
         return EvenTime(run)
     lines = [_even(run.time_s[p.start : p.stop], rate_hz) for p in pieces]
     if not any(line is not None for line in lines) or not _all_jitter(run, pieces, lines, rate_hz):
@@ -71,6 +71,12 @@ def with_even_time(
         + _why(right, beta, sd, mapping.position.unit.symbol, speed * scatter)
     )
     return EvenTime(replace(run, time_s=time, columns=columns), (note,))
+
+
+def _is_even(time: FloatArray, pieces: Sequence[Piece], rate_hz: float) -> bool:
+    off = ~(np.abs(np.diff(time) * rate_hz - 1.0) <= STEP_TOLERANCE)
+    off[np.array([p.start for p in pieces if p.start], dtype=np.int64) - 1] = False
+    return not off.any()
 
 
 def _why(right: bool, beta: float, sd: float, unit: str, error: float) -> str:

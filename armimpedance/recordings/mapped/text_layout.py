@@ -25,7 +25,7 @@ _DELIMITERS: Final = (",", ";", "\t", "|", " ")
 #: What stands where a value is missing.
 MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "-")
 #: What Vicon Nexus calls the parts of an export; the rate stands below.
-_SECTIONS: Final = ("trajectories", "devices", "model outputs", "joints", "segments")
+SECTIONS: Final = ("trajectories", "devices", "model outputs", "joints", "segments")
 _RATE: Final = re.compile(r"(?:sampl\w*|frame|capture|export|data)[ _]*(?:rate|freq)", re.I)
 _COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.I)
@@ -73,7 +73,7 @@ def text_layout(file: Path) -> TextLayout:
 
     Raises InputError: the file is empty or no text, or no rows of numbers are in its beginning.
     """
-    encoding, lines = _first_lines(file)
+    encoding, lines = text_beginning(file)
     told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
     # A mark that stands nowhere separates nothing.
     there = [d for d in _DELIMITERS if any(d in line for line in lines)] or [","]
@@ -98,7 +98,7 @@ def text_layout(file: Path) -> TextLayout:
     )
 
 
-def _first_lines(file: Path) -> tuple[str, list[str]]:
+def text_beginning(file: Path) -> tuple[str, list[str]]:
     """The encoding, and the lines of the file's beginning."""
     encoding, text, whole = _head(file)
     lines = re.split(r"\r\n|\n|\r", text)
@@ -313,7 +313,7 @@ def _stated_rate(above: list[str], delimiter: str) -> float | None:
     """The rate that stands above the header: below the name of a section, or after its word."""
     cells = [[c for c in cells_of(line, delimiter) if c] for line in above]
     for row, below in zip(cells, [*cells[1:], []], strict=False):
-        if len(row) == 1 and row[0].lower() in _SECTIONS and len(below) == 1:
+        if len(row) == 1 and row[0].lower() in SECTIONS and len(below) == 1:
             return _rate(below[0])
         for name, value in zip(row, row[1:], strict=False):
             if _RATE.search(name) and (rate := _rate(value)) is not None:

@@ -26,6 +26,7 @@ from armimpedance.recordings.mapped.raw_file import (
 from armimpedance.recordings.mapped.text_clocks import distinct_names, tables_of_clocks
 from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cells_of, text_layout
 from armimpedance.recordings.mapped.text_numbers import seconds_of_stamps, without_groups
+from armimpedance.recordings.mapped.text_sections import read_sections, sections_of
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm")
 #: A column of texts takes as much room as its longest cell in each row.
@@ -37,6 +38,12 @@ _BLOCK_BYTES: Final = 4_000_000
 
 
 def _read(file: Path, wanted: Wanted) -> RawFile:
+    if sections := sections_of(file):
+        return read_sections(file, sections, lambda part: _read_one(part, wanted))
+    return _read_one(file, wanted)
+
+
+def _read_one(file: Path, wanted: Wanted) -> RawFile:
     layout = text_layout(file)
     names, clocks = _names(file, layout)
     chosen = [name for name in names if wanted(name) or name in clocks]

@@ -25,7 +25,8 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
     else:
         raw = runs_of_tree(read_mat5(file), wanted)
     if not any(table.columns for run in raw.runs for table in run.tables) and raw.not_taken:
-        objects = [told for told in told_not_taken(raw.not_taken) if "MATLAB class" in told]
+        said = told_not_taken(raw.not_taken)
+        objects = [t for t in said if "MATLAB class" in t or "a function" in t]
         if objects:
             problem = f"holds no plain arrays: {objects[0].strip('.')}"
             raise InputError(problem, file=file, expected="structs, cells and arrays")

@@ -2,7 +2,7 @@
 
 After public descriptions of the formats: the ASCII export of Vicon Nexus ("Trajectories",
 "Devices"), the CSV of OptiTrack Motive and of Delsys EMGworks, the stamps of the Lab Streaming
-Layer, numbers of LabVIEW and Excel. Written here from simulated samples; no file of anybody's is copied.
+Layer, numbers of LabVIEW and Excel. Written here from simulated samples; nobody's file is copied.
 """
 
 from __future__ import annotations
@@ -165,6 +165,16 @@ def nexus(table: pd.DataFrame) -> str:
     return _lines(head, ([i, 0, 1e3 * r[2], 1e3 * r[3], r[4], r[5]] for i, r in rows))
 
 
+def nexus_parts(table: pd.DataFrame) -> str:
+    """Vicon Nexus: the devices' part above that of the trajectories, both with frames."""
+    own = _first(table)
+    cell = nexus(own).splitlines()
+    without = [",".join([*line.split(",")[:2], *line.split(",")[4:]]) for line in cell[2:]]
+    hand = [",".join(line.split(",")[:4]) for line in cell[2:]]
+    head = ["Trajectories", "1000"]
+    return "\n".join([*cell[:2], *without, "", *head, *hand]) + "\n"
+
+
 def motive(table: pd.DataFrame) -> str:
     """OptiTrack Motive: facts in the first line, then type, name, number, kind, axis."""
     head = [
@@ -204,6 +214,7 @@ def _renamed(*names: str) -> Callable[[pd.DataFrame], str]:
 
 HEADERS = {
     "Nexus, groups above the axes": Quirk(nexus, trials=False),
+    "Nexus, parts one below the other": Quirk(nexus_parts, trials=False),
     "Motive, five lines of header": Quirk(motive, trials=False),
     "Delsys, a clock a channel": Quirk(delsys, trials=False),
     "units below the names": Quirk(

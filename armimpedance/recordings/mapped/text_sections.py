@@ -1,0 +1,77 @@
+"""A text that holds several tables one below the other, as Vicon Nexus exports them.
+
+Each part has a line with its name and below it one with its rate; then header and rows, as in a
+file of its own. All parts begin at the same time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.errors import InputError
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, check_claim
+from armimpedance.recordings.mapped.text_layout import SECTIONS, text_beginning
+
+#: No name of a part is longer, its empty cells included.
+_LONGEST: Final = 2000
+
+
+def sections_of(file: Path) -> list[tuple[int, str]]:
+    """The parts of a text with their first lines, from 0; [] where it is a single table."""
+    with file.open("rb") as stream:
+        if not _is_name(stream.readline(_LONGEST).decode("latin-1")):
+            return []
+    check_claim(4 * file.stat().st_size, file)
+    encoding, _ = text_beginning(file)
+    text = file.read_text(encoding=encoding).splitlines()
+    starts = [i for i, line in enumerate(text) if _is_name(line)]
+    if len(starts) < 2:
+        return []
+    ends = [*starts[1:], len(text)]
+    return [(a, "\n".join(text[a:b]).rstrip() + "\n") for a, b in zip(starts, ends, strict=True)]
+
+
+def _is_name(line: str) -> bool:
+    return line.strip('\ufeff\xef\xbb\xbf \r\n,;\t"').lower() in SECTIONS
+
+
+def read_sections(
+    file: Path, sections: list[tuple[int, str]], read: Callable[[Path], RawFile]
+) -> RawFile:
+    """One run with a table for each part, on its own clock from 0.
+
+    `read`: reads a file of one table.
+    Raises InputError: as `read`, with the line of the whole text.
+    """
+    tables: list[RawTable] = []
+    not_taken: list[str] = []
+    for first, text in sections:
+        with TemporaryDirectory() as folder:
+            part = Path(folder, file.name)
+            part.write_text(text, encoding="utf-8")
+            try:
+                made = read(part)
+            except InputError as error:
+                row = None if error.row is None else error.row + first
+                raise InputError(
+                    error.problem, file=file, row=row, column=error.column, expected=error.expected
+                ) from None
+        taken = {name for table in tables for name in table.columns}
+        tables += [_apart(table, first, taken) for table in made.runs[0].tables if table.columns]
+        not_taken += [sentence for sentence in made.not_taken if sentence not in not_taken]
+    return RawFile((RawRun(str(file), tuple(tables)),), tuple(not_taken))
+
+
+def _apart(table: RawTable, first: int, taken: set[str]) -> RawTable:
+    """The table without columns that an earlier part has, such as its frames; with its times."""
+    columns = {name: column for name, column in table.columns.items() if name not in taken}
+    time = table.time_s
+    if time is None and table.rate_hz is not None:
+        time = np.arange(table.rows) / table.rate_hz
+    return replace(table, columns=columns, time_s=time, first_row=table.first_row + first)
