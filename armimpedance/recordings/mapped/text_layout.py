@@ -27,6 +27,7 @@ MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", 
 #: What Vicon Nexus calls the parts of an export; the rate stands below.
 SECTIONS: Final = ("trajectories", "devices", "model outputs", "joints", "segments")
 _RATE: Final = re.compile(r"(?:sampl\w*|frame|capture|export|data)[ _]*(?:rate|freq)", re.I)
+_IN_DEGREES: Final = re.compile(r"\bin_?degrees\W+(yes|no)\b", re.I)
 _COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.I)
 _IN_BRACKETS: Final = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
@@ -44,6 +45,7 @@ class TextLayout:
     `skip`: lines before the first row of numbers.
     `texts`: whether a column holds texts in the first rows.
     `rate_hz`: where a line above the header states it, as Nexus and Motive do.
+    `angle_unit`: of angles, where a line above the header states it, as OpenSim does.
     """
 
     encoding: str
@@ -55,6 +57,7 @@ class TextLayout:
     has_header: bool
     texts: tuple[bool, ...]
     rate_hz: float | None = None
+    angle_unit: str | None = None
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,7 @@ def text_layout(file: Path) -> TextLayout:
         header,
         _texts(lines, best),
         _stated_rate(lines[: best.first], best.delimiter),
+        _angle_unit(lines[: best.first]),
     )
 
 
@@ -319,6 +323,11 @@ def _stated_rate(above: list[str], delimiter: str) -> float | None:
             if _RATE.search(name) and (rate := _rate(value)) is not None:
                 return rate
     return None
+
+
+def _angle_unit(above: list[str]) -> str | None:
+    said = [match for line in above if (match := _IN_DEGREES.search(line))]
+    return None if not said else "deg" if said[0].group(1).lower() == "yes" else "rad"
 
 
 def _rate(cell: str) -> float | None:

@@ -15,6 +15,7 @@ import pyarrow.csv
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import not_taken
+from armimpedance.recordings.mapped.evidence import read_name
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,
@@ -33,6 +34,8 @@ _ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm")
 _LARGEST_TEXTS: Final = 100_000_000
 #: More columns than this are samples that stand in a row.
 _MOST_COLUMNS: Final = 20_000
+#: How OpenSim's names of coordinates end that are lengths.
+_TRANSLATION: Final = re.compile(r"_t[xyz]$", re.I)
 #: Arrow reads a file in pieces of this size; no line is longer.
 _BLOCK_BYTES: Final = 4_000_000
 
@@ -54,7 +57,7 @@ def _read_one(file: Path, wanted: Wanted) -> RawFile:
     table = _table(file, layout, names, chosen)
     columns, too_long = {}, []
     for name in chosen:
-        unit = layout.units[place[name]]
+        unit = layout.units[place[name]] or _unit_of_angle(name, layout)
         values = _values(table.column(name), layout.decimal)
         if values is None:
             too_long.append(name)
@@ -64,6 +67,13 @@ def _read_one(file: Path, wanted: Wanted) -> RawFile:
     tables = tables_of_clocks(columns, clocks, layout.skip + 1, layout.rate_hz)
     told = (*_skipped(skipped), *not_taken(too_long, "its texts are too long"))
     return RawFile((RawRun(str(file), tables),), told)
+
+
+def _unit_of_angle(name: str, layout: TextLayout) -> str | None:
+    """What the file says of all its angles; places and times are none."""
+    if layout.angle_unit is None or _TRANSLATION.search(name):
+        return None
+    return layout.angle_unit if read_name(name).role in ("angle", "unknown") else None
 
 
 def _skipped(names: Sequence[str]) -> tuple[str, ...]:

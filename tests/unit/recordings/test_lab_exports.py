@@ -98,3 +98,18 @@ def test_a_trial_that_ends_elsewhere_is_named(session: Recording) -> None:
     trials = session.trials.drop(columns=["onset_s", "end_s"], errors="ignore")
     with pytest.raises(InputError, match=r"trial 3.*rest"):
         ai.estimate(replace(session, position=place, trials=trials))
+
+
+@pytest.mark.parametrize(("word", "unit"), [("yes", "deg"), ("no", "rad")])
+def test_angles_are_in_what_the_header_says(word: str, unit: str, tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    angle, torque = np.cumsum(random.normal(0, 0.01, (2, 300)), axis=1)
+    rows = (
+        f"{i / 100},{a:.5f},{0.1 * a:.4f},{t:.4f}\n"
+        for i, (a, t) in enumerate(zip(angle, torque, strict=True))
+    )
+    head = f"Coordinates\nversion=1\ninDegrees={word}\nendheader\n"
+    names = "time,elbow_angle,pelvis_tx,elbow_torque [N m]\n"
+    (tmp_path / "joint.csv").write_text(head + names + "".join(rows))
+    said = propose_mapping(tmp_path / "joint.csv").found
+    assert any(f"elbow_angle in {unit} (stated by the file)" in line for line in said)
