@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -231,17 +232,48 @@ def _columns(
     if leaf.size // max(leaf.shape[axes[0]], 1) > _MOST_COLUMNS:
         told.setdefault(f"more than {_MOST_COLUMNS} columns", []).append(path)
         return {}
+    chosen: dict[int, list[tuple[str, tuple[int | slice, ...]]]] = {}
     for axis in axes:
         if leaf.shape[axis] < 2 or leaf.size // leaf.shape[axis] > _MOST_COLUMNS:
             continue
-        chosen = [(n, at) for n, at in _names(path, leaf.shape, axis) if wanted(n)]
-        if chosen:
-            values = leaf.read()
-            return {name: _column(values[at]) for name, at in chosen}
-    told.setdefault(_UNWANTED, []).append(path)
-    return {}
+        named = [(n, at) for n, at in _names(path, leaf.shape, axis) if wanted(n)]
+        if named:
+            chosen[axis] = named
+    if not chosen:
+        told.setdefault(_UNWANTED, []).append(path)
+        return {}
+    values = leaf.read()
+    along = _along_time(values, list(chosen)) if len(chosen) > 1 else next(iter(chosen))
+    return {name: _column(values[at]) for name, at in chosen[along]}
 
 
+def _along_time(values: np.ndarray[Any, Any], axes: Sequence[int]) -> int:
+    """The axis of samples: the first, unless the signals are far smoother along a longer one.
+
+    From sample to sample a signal changes little; from trial to trial it does not go on.
+    """
+    first, shape = axes[0], values.shape
+    if values.dtype.kind not in "fiu":
+        return first
+    longer = [a for a in axes if shape[a] >= _SAMPLES and shape[a] > shape[first]]
+    rough = {a: _roughness(values, a) for a in (first, *longer)}
+    best = min(rough, key=lambda a: rough[a])
+    return best if rough[best] < _SMOOTHER * rough[first] else first
+
+
+def _roughness(values: np.ndarray[Any, Any], axis: int) -> float:
+    """How far a signal goes from one value to the next, in parts of how far it is spread."""
+    numbers = np.asarray(values, dtype=np.float64)
+    with np.errstate(invalid="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # lines without any number
+        step = np.nanmean(np.abs(np.diff(numbers, axis=axis)))
+        spread = np.nanmean(np.abs(numbers - np.nanmean(numbers, axis=axis, keepdims=True)))
+    return float(step / spread) if spread > 0 else np.inf
+
+
+#: So many values along an axis may be samples; and so much smoother the signals are along time.
+_SAMPLES: Final = 20
+_SMOOTHER: Final = 0.5
 _UNWANTED: Final = "the mapping gives them no meaning"
 
 

@@ -14,7 +14,16 @@ GROUPS = {
     "guides/data": (
         "Getting data in",
         "Every file is read by one door; what is not taken is named.",
-        ("starters", "kinarm", "mapping", "exports", "sources", "sharing", "motion_capture", "opensim"),
+        (
+            "starters",
+            "kinarm",
+            "mapping",
+            "exports",
+            "sources",
+            "sharing",
+            "motion_capture",
+            "opensim",
+        ),
     ),
     "guides/hand": (
         "The hand",

@@ -260,3 +260,20 @@ CLOCKS = {
     "stamps in blocks": _uneven(lambda n: -8e-5 * (np.arange(n) % 5), moved=False),
     "polled samples": _uneven(_noise(1.5e-4), moved=True),
 }
+
+# ---- arrays --------------------------------------------------------------------------------------
+
+
+def arrays(recording: Recording, order: str, fill: float) -> dict[str, object]:
+    """Variables of a .mat: trials (t), samples (s) and axes (a) in an order, with padding."""
+    lengths = np.diff(recording.offsets)
+    made: dict[str, object] = {"fs": recording.sample_rate_hz, "nSamples": lengths.astype(float)}
+    for name, samples in (("pos", recording.position), ("force", recording.force)):
+        block = np.full((len(lengths), lengths.max(), 2), fill)
+        for i, first in enumerate(recording.offsets[:-1]):
+            block[i, : lengths[i]] = samples[first : first + lengths[i]]
+        made[name] = block.transpose(["tsa".index(axis) for axis in order])
+    return made
+
+
+ARRAYS = [(order, fill) for order in ("tsa", "sat", "ast", "tas", "sta") for fill in (0.0, np.nan)]

@@ -7,6 +7,7 @@ from pathlib import Path
 import export_quirks as quirks
 import numpy as np
 import pytest
+import scipy.io
 
 import armimpedance as ai
 from armimpedance.core.errors import InputError
@@ -113,3 +114,19 @@ def test_angles_are_in_what_the_header_says(word: str, unit: str, tmp_path: Path
     (tmp_path / "joint.csv").write_text(head + names + "".join(rows))
     said = propose_mapping(tmp_path / "joint.csv").found
     assert any(f"elbow_angle in {unit} (stated by the file)" in line for line in said)
+
+
+@pytest.mark.parametrize(("order", "fill"), quirks.ARRAYS)
+def test_the_axis_of_samples_is_told_by_how_smooth_the_motion_is_along_it(
+    order: str, fill: float, session: Recording, tmp_path: Path
+) -> None:
+    file = tmp_path / "export.mat"
+    scipy.io.savemat(file, quirks.arrays(session, order, fill))
+    mapping = propose_mapping(file)
+    answered = mapping.text.replace('# by = "limb"', 'by = "limb"').replace('"?"', '"N"')
+    mapping.place.write_text(answered, encoding="utf-8")
+    read = ai.read(file)
+    assert isinstance(read, Recording)
+    assert read.offsets.tolist() == session.offsets.tolist()
+    np.testing.assert_array_equal(read.position, session.position)
+    np.testing.assert_array_equal(read.force, session.force)
