@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final, TextIO
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import check_regular
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class TextTable:
 @contextmanager
 def opened_text(file: Path, errors: str = "strict") -> Iterator[TextIO]:
     """A file of UTF-8 text, with or without a mark at its beginning."""
+    check_regular(file)
     try:
         stream = file.open(encoding="utf-8-sig", errors=errors, newline="")
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Inputs: names that tell them apart; those that change while they are read are refused.
+"""Inputs: what is no file, too large or changing is refused; names tell them apart; TOML.
 
 Standard library only.
 
@@ -14,12 +14,13 @@ from __future__ import annotations
 import os
 import stat
 import time
+import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import file_digest
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 
@@ -90,6 +91,33 @@ def unchanged(*paths: str | os.PathLike[str] | None) -> Iterator[None]:
     before.check()
 
 
+#: What an input may be in place of a file, in words.
+_NO_FILES: Final = (
+    (stat.S_ISDIR, "is a folder"),
+    (stat.S_ISFIFO, "is a pipe"),
+    (stat.S_ISSOCK, "is a socket"),
+    (lambda mode: stat.S_ISCHR(mode) or stat.S_ISBLK(mode), "is a device"),
+)
+
+
+def check_regular(file: Path, most_bytes: int | None = None, expected: str = "a file") -> None:
+    """Refuse what may never end, or no memory bears, before a byte of it is read.
+
+    `most_bytes`: None: any size.
+    Raises InputError: it is no regular file, or larger. What is not there is left to the opener.
+    """
+    try:
+        seen = file.stat()
+    except (OSError, ValueError):
+        return
+    for is_one, problem in _NO_FILES:
+        if is_one(seen.st_mode):
+            raise InputError(f"{problem}, no file", file=file, expected=expected)
+    if most_bytes is not None and seen.st_size > most_bytes:
+        problem = f"{seen.st_size / 1e6:.3g} MB, more than {most_bytes / 1e6:g} MB"
+        raise InputError(problem, file=file, expected=expected)
+
+
 def _files(path: Path) -> Iterator[Path]:
     """A file, or the files of a folder; not those that are hidden, such as temporaries."""
     if not path.is_dir():
@@ -134,3 +162,59 @@ def distinct_names(paths: Sequence[Path]) -> list[str]:
         if len(set(short)) == len(short):
             return short
     return [str(path) for path in paths]
+
+
+# What a file claims to hold is checked before room is made for it.
+
+#: So much may always be asked for...
+PLENTY: Final = 300_000_000
+#: ... and beyond it this many times the size of the file: what compression does to real samples.
+MOST_PACKED: Final = 30
+
+
+def check_claim(claimed: int, file: Path, part: str | None = None) -> None:
+    """Refuse a claim that the size of the file makes impossible, or that no memory bears.
+
+    `claimed`: bytes that its content would take.
+    `part`: name of the column or variable.
+    """
+    if claimed <= PLENTY or claimed <= MOST_PACKED * file.stat().st_size:
+        return
+    problem = f"claims {claimed / 1e9:.3g} GB in a file of {file.stat().st_size / 1e6:.3g} MB"
+    raise InputError(problem, file=file, column=part, expected="a file that is not damaged")
+
+
+# TOML: mappings, designs of studies and their settings, by one reader.
+
+#: Nobody types more.
+_LARGEST_TOML: Final = 1_000_000
+#: Parts of a key, ``a.b.c = 1``: the reader makes a table for each of them on every line.
+_MOST_PARTS: Final = 20
+
+
+def read_toml(file: Path, expected: str) -> tuple[dict[str, Any], str]:
+    """The values in a TOML file, and its text.
+
+    `expected`: what the file should be, such as "a mapping".
+    Raises InputError: it is not there, no regular file, too large, or no TOML.
+    """
+    check_regular(file, _LARGEST_TOML, expected)
+    try:
+        with unchanged(file):
+            text = file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected=expected) from None
+    except OSError as error:
+        raise InputError(
+            f"cannot be read: {error.strerror}", file=file, expected=expected
+        ) from None
+    for row, line in enumerate(text.splitlines(), start=1):
+        key = line.partition("=")[0]
+        is_key = "=" in line or line.lstrip().startswith("[")
+        if is_key and key.count(".") >= _MOST_PARTS:
+            problem = f"a key of {key.count('.') + 1} parts"
+            raise InputError(problem, file=file, row=row, expected=f"at most {_MOST_PARTS}")
+    try:
+        return tomllib.loads(text), text
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"broken TOML: {error}", file=file, expected=expected) from None

@@ -6,13 +6,16 @@ import json
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.core.arrays import LARGEST
 from armimpedance.core.errors import InputError, shortened
-from armimpedance.core.inputs import unchanged
+from armimpedance.core.inputs import check_regular, unchanged
+
+#: Results, models and descriptions of recordings are far smaller.
+LARGEST_BYTES: Final = 200_000_000
 
 
 def json_text(content: Any) -> str:
@@ -34,6 +37,7 @@ def finite(value: Any) -> Any:
 
 
 def _text_of(file: Path, expected: str) -> str:
+    check_regular(file, LARGEST_BYTES, expected)
     try:
         with unchanged(file):
             text = file.read_text(encoding="utf-8-sig")

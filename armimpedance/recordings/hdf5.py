@@ -13,7 +13,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, needed
-from armimpedance.recordings.mapped.raw_file import check_claim
+from armimpedance.core.inputs import check_claim
 from armimpedance.recordings.matlab_tree import Leaf, Node, Refused
 
 MAGIC: Final = b"\x89HDF\r\n\x1a\n"

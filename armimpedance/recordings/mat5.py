@@ -18,7 +18,7 @@ from typing import Any, Final, cast
 import numpy as np
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.mapped.raw_file import MOST_PACKED, PLENTY, check_claim
+from armimpedance.core.inputs import MOST_PACKED, PLENTY, check_claim, check_regular
 from armimpedance.recordings.matlab_tree import Leaf, Node, Refused
 
 _MATRIX, _COMPRESSED = 14, 15
@@ -41,6 +41,7 @@ def read_mat5(file: Path) -> dict[str, Node]:
 
     Raises InputError: the file is damaged, or claims more than it can hold.
     """
+    check_regular(file)
     try:
         data = file.read_bytes()
         objects: dict[str, Node] = {}

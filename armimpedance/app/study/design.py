@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import shlex
 import string
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import read_toml
 
 #: The file beside the data, or in the folder of the data, that says what is done.
 DESIGN_FILE: Final = "study.toml"
-LARGEST_BYTES: Final = 1_000_000
 #: What stands in braces in a command, and becomes a word of one session.
 PLACES: Final = ("recording", "study", "participant", "session")
 
@@ -105,7 +104,7 @@ def read_design(file: Path | None, data: Path) -> StudyDesign:
         steps = tuple(map(_step, DEFAULT_STEPS))
         return StudyDesign(steps, (), (), None, data.resolve())
     where = file or own
-    content = _toml(where)
+    content, _ = read_toml(where, "a study.toml")
     for name in content:
         if name not in _KEYS:
             expected = f"one of {', '.join(sorted(_KEYS))}"
@@ -138,19 +137,6 @@ def check_steps(steps: tuple[StudyStep, ...], check: Callable[[list[str]], None]
             check(step.filled(dict.fromkeys(PLACES, "x")))
         except InputError as error:
             raise InputError(f"the step {str(step)!r}: {error}") from None
-
-
-def _toml(file: Path) -> dict[str, Any]:
-    try:
-        if file.stat().st_size > LARGEST_BYTES:
-            raise InputError("is larger than 1 MB", file=file, expected="a study.toml")
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="a study.toml") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"broken TOML: {error}", file=file) from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
 
 
 def _texts(content: Mapping[str, Any], name: str, file: Path) -> list[str]:

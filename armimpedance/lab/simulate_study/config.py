@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -11,11 +10,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import read_toml
 from armimpedance.lab.simulate_study.blocks import Cell
 from armimpedance.lab.simulate_study.fields import Field, Value, one_of, whole
 from armimpedance.lab.simulate_study.rig import RIGS
 
-LARGEST_BYTES: Final = 1_000_000
 MOST_CELLS: Final = 10_000
 MOST_SESSIONS: Final = 10_000_000
 MOST_DRAWN: Final = 1_000_000_000
@@ -46,24 +45,11 @@ def read_config(file: Path) -> Config:
     Raises InputError: naming file and field.
     """
     try:
-        return _config(_toml(file))
+        return _config(read_toml(file, "the settings of a study")[0])
     except InputError as error:
         if error.file is not None:
             raise
         raise InputError(error.problem, file=file, expected=error.expected) from error
-
-
-def _toml(file: Path) -> dict[str, Any]:
-    try:
-        if file.stat().st_size > LARGEST_BYTES:
-            raise InputError("is larger than 1 MB", file=file, expected="the settings of a study")
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="a TOML file") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"broken TOML: {error}", file=file) from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
 
 
 def _config(content: Mapping[str, Any]) -> Config:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import check_regular
 from armimpedance.recordings.c3d.parameters import C3dParameters, Processor, read_parameters
 
 # Where the samples of a C3D file lie and in which form, checked against the file's length.
@@ -338,6 +339,7 @@ def parameters_of(data: bytes, name: str) -> C3dParameters:
 
 def read_c3d(path: str | os.PathLike[str]) -> C3dFile:
     """Read a C3D file from the disk; see `parse_c3d`."""
+    check_regular(Path(path))
     try:
         data = Path(path).read_bytes()
     except OSError as error:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Final, cast
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.inputs import unchanged
+from armimpedance.core.inputs import read_toml
 from armimpedance.core.json_text import Fields, is_number
 from armimpedance.recordings.mapped.mapping import (
     CUTS,
@@ -33,7 +32,6 @@ from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
 MAPPING_FILE: Final = "columns.toml"
 #: What stands for a word that somebody still has to decide.
 UNDECIDED: Final = "?"
-_LARGEST_BYTES: Final = 1_000_000
 
 _OF_THE_RECORDING: Final = {
     *("kind", "sample_rate_hz", "perturbation", "torque", "imposed", "handle_mass_kg"),
@@ -60,11 +58,7 @@ def read_mapping(file: Path) -> ColumnMapping:
     Raises InputError: the file is missing or no TOML, a key is unknown, missing or undecided, or
     not what it must be; the message names the line and the key.
     """
-    text = _text_of(file)
-    try:
-        values = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise InputError(f"broken TOML: {error}", file=file, expected="a mapping") from None
+    values, text = read_toml(file, "a mapping; `armimpedance map-columns` proposes one")
     return mapping_of_values(values, file, text)
 
 
@@ -81,21 +75,6 @@ def mapping_of_values(values: dict[str, Any], file: Path, text: str = "") -> Col
         if not isinstance(values[name], dict):
             raise reader.wrong("", name, f"a section [{name}]")
     return reader.mapping(values)
-
-
-def _text_of(file: Path) -> str:
-    try:
-        if file.stat().st_size > _LARGEST_BYTES:
-            raise InputError("is too large for a mapping", file=file, expected="below 1 MB")
-        with unchanged(file):
-            return file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="TOML") from None
-    except OSError as error:
-        expected = "a mapping; `armimpedance map-columns` proposes one"
-        raise InputError(
-            f"cannot be read: {error.strerror}", file=file, expected=expected
-        ) from None
 
 
 class _Reader:

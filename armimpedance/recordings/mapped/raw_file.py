@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,26 +122,6 @@ def plain(value: Any) -> str:
         return str(int(text)) if re.fullmatch(r"[+-]?\d{1,15}", text) else text
     number = float(value)
     return str(int(number)) if number.is_integer() else repr(number)
-
-
-# What a file claims to hold is checked before room is made for it.
-
-#: So much may always be asked for...
-PLENTY: Final = 300_000_000
-#: ... and beyond it this many times the size of the file: what compression does to real samples.
-MOST_PACKED: Final = 30
-
-
-def check_claim(claimed: int, file: Path, part: str | None = None) -> None:
-    """Refuse a claim that the size of the file makes impossible, or that no memory bears.
-
-    `claimed`: bytes that its content would take.
-    `part`: name of the column or variable.
-    """
-    if claimed <= PLENTY or claimed <= MOST_PACKED * file.stat().st_size:
-        return
-    problem = f"claims {claimed / 1e9:.3g} GB in a file of {file.stat().st_size / 1e6:.3g} MB"
-    raise InputError(problem, file=file, column=part, expected="a file that is not damaged")
 
 
 def names_in(pattern: str, file: Path) -> dict[str, str] | None:

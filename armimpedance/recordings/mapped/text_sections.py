@@ -15,7 +15,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.errors import InputError
-from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, check_claim
+from armimpedance.core.inputs import check_claim
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable
 from armimpedance.recordings.mapped.text_layout import SECTIONS, text_beginning
 
 #: No name of a part is longer, its empty cells included.

@@ -12,6 +12,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import check_regular
 
 #: A larger table in text is taken for something else; three times as much memory is needed.
 _LARGEST_BYTES: Final = 250_000_000
@@ -66,10 +67,8 @@ def text_file(file: Path) -> TextFile:
 
     Raises InputError: it is missing, empty, too large or no text.
     """
+    check_regular(file, _LARGEST_BYTES, "a table in text")
     try:
-        if file.stat().st_size > _LARGEST_BYTES:
-            expected = f"at most {_LARGEST_BYTES // 1_000_000} MB"
-            raise InputError("is too large a table in text", file=file, expected=expected)
         data = file.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None

@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import not_taken
+from armimpedance.core.inputs import check_claim
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,
@@ -21,7 +22,6 @@ from armimpedance.recordings.mapped.raw_file import (
     RawTable,
     Source,
     Wanted,
-    check_claim,
 )
 from armimpedance.recordings.mapped.text_layout import stated_unit
 

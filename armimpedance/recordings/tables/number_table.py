@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 from armimpedance.core.arrays import FloatArray, frozen
 from armimpedance.core.delimited import check_header, numbered_rows, opened_text
 from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import check_claim
 
 #: Rows of a Parquet file that are unpacked together: 32 MiB, which go back to the system at once.
 STRETCH: Final = 1 << 22
@@ -121,6 +122,7 @@ def _parquet_columns(file: Path) -> Iterator[tuple[str, FloatArray | None]]:
     """The columns one after the other, a stretch at a time: no second table is in memory."""
     try:
         with pq.ParquetFile(file) as opened:
+            check_claim(8 * opened.metadata.num_rows * len(opened.schema_arrow), file)
             for field in opened.schema_arrow:
                 if not _is_number(field.type) and opened.metadata.num_rows:
                     yield field.name, None

@@ -14,7 +14,7 @@ import pandas as pd
 from armimpedance.core.arrays import LARGEST, FloatArray
 from armimpedance.core.conventions import LARGEST_ANGLE_RAD, element_names
 from armimpedance.core.errors import InputError
-from armimpedance.core.inputs import unchanged
+from armimpedance.core.inputs import check_regular, unchanged
 from armimpedance.show.files.content import unguarded
 
 
@@ -125,6 +125,7 @@ def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
         The file cannot be read (`what` says what it should be), a column appears twice, or there
         is no row.
     """
+    check_regular(Path(path), expected=what)
     try:
         with unchanged(path):
             table = pd.read_csv(

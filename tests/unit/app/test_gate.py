@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import armimpedance as ai
 from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
 from armimpedance.hand.comparison.show import compare
@@ -105,3 +106,23 @@ def test_conditions_of_one_direction_can_be_one_group(hand):
     assert estimate(apart, by=[])[0].quality.n_trials == 32
     with pytest.raises(InputError, match="force sign"):
         estimate(replace(apart, force=-apart.force), by=[])
+
+
+ONE_WAY = {**VERBS, "random": ai.random, "movement": ai.movement}
+
+
+@pytest.mark.parametrize("verb", ONE_WAY.values(), ids=ONE_WAY)
+def test_one_direction_a_condition_gives_no_matrix(hand, verb):
+    one_way = hand.select((hand.trials["direction_deg"] == 45.0).to_numpy())
+    with pytest.raises(InputError, match="one direction only"):
+        verb(one_way)
+
+
+def test_each_group_needs_its_directions_not_each_condition(hand):
+    diagonal = hand.trials["direction_deg"].to_numpy() % 90 == 45
+    named = np.where(diagonal, "diagonal", "straight")
+    directions = hand.trials["direction_deg"].astype(str)
+    each = replace(hand, trials=hand.trials.assign(condition=directions, ways=named))
+    assert len(estimate(each, by="ways")) == 2
+    with pytest.raises(InputError, match="one direction only"):
+        estimate(each)

@@ -61,5 +61,4 @@ def checked_response(
         *disturbed_checks(recording, CHECKS),
         *check_driven(recording),
     ]
-    # Groups need not be conditions: a fit says itself which of its own lacks a direction.
-    return marks_of([one for one in found if one.name != "directions"], despite)
+    return marks_of(found, despite)

@@ -240,7 +240,7 @@ def test_one_direction_only_says_which(limb, tmp_path, capsys):
     write_folder(limb.record(directions=1, sets=8), tmp_path / "line", table="parquet")
     line = refused(capsys, "estimate", tmp_path / "line", "--out", tmp_path / "o.csv")
     assert "one direction only (1.00, 0.00)" in line or "(-1.00, " in line
-    assert f"{tmp_path / 'line'}: condition c" in line
+    assert f"{tmp_path / 'line'}: directions: condition c" in line
 
 
 def test_no_movement(limb, tmp_path, capsys):

@@ -126,7 +126,7 @@ def test_recordings_against_one_another(people, tmp_path, capsys):
         (["--by", "experiment"], "trial table"),
         (["--by", "kind"], "no column 'kind'"),
         (["--by", "recording"], "two or more"),
-        (["--by", "trial"], "one usable trial"),
+        (["--by", "trial"], "trial 1: one direction only"),
         (["--against", "asleep"], "relaxed; tense"),
         (["--method", "magic"], "unknown method"),
         (["--permutations", "0"], "1 or more"),
