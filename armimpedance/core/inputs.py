@@ -18,6 +18,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date, time as time_of_day
 from hashlib import file_digest
 from pathlib import Path
 from typing import Any, Final
@@ -215,6 +216,23 @@ def read_toml(file: Path, expected: str) -> tuple[dict[str, Any], str]:
             problem = f"a key of {key.count('.') + 1} parts"
             raise InputError(problem, file=file, row=row, expected=f"at most {_MOST_PARTS}")
     try:
-        return tomllib.loads(text), text
+        values = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"broken TOML: {error}", file=file, expected=expected) from None
+    if dated := next(_dates(values, ""), None):
+        raise InputError(
+            "holds a date or a time", file=file, column=dated, expected="a text in quotes"
+        )
+    return values, text
+
+
+def _dates(value: Any, name: str) -> Iterator[str]:
+    """The keys of dates and times: TOML has them, nothing here takes one."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _dates(inner, f"{name}.{key}" if name else key)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from _dates(inner, name)
+    elif isinstance(value, date | time_of_day):
+        yield name

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
-from armimpedance.core.errors import ArmImpedanceError, shortened, shown
+from armimpedance.core.errors import ArmImpedanceError, InputError, shortened, shown
 from armimpedance.show.command.failures import (
     TRACEBACK,
     WRONG_INPUT,
@@ -269,6 +269,7 @@ def _run(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
 
 def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
     try:
+        _check_environment()
         choose(arguments)
         return int(arguments.run(arguments) or 0)
     except Exception as error:
@@ -277,6 +278,19 @@ def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
         return _fail(arguments.prog, asked.why or error, arguments)
     except KeyboardInterrupt as error:
         return _fail(arguments.prog, error)
+
+
+def _check_environment() -> None:
+    """Refuse what libraries would fail on in the midst of the work, with words of their own."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    if epoch is not None and not (epoch.isascii() and epoch.isdigit()):
+        problem = f"SOURCE_DATE_EPOCH={shortened(shown(epoch), 40)} in the environment"
+        raise InputError(problem, expected="whole seconds since 1970")
+    if sys.flags.optimize > 1:
+        problem = "Python leaves the texts of functions out (PYTHONOPTIMIZE=2 or -OO)"
+        raise InputError(
+            problem, expected="PYTHONOPTIMIZE=1 or none: libraries of pictures read them"
+        )
 
 
 def _fail(prog: str, error: BaseException, arguments: argparse.Namespace | None = None) -> int:

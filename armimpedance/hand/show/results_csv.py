@@ -138,7 +138,7 @@ def is_results_file(path: str | os.PathLike[str]) -> bool:
         return False
     with file.open("rb") as stream:
         head = stream.readline(_LONGEST_HEAD).decode("utf-8-sig", "replace")
-    return set(next(csv.reader([head]), [])) >= _OF_RESULTS
+    return set(next(csv.reader(head.splitlines()[:1]), [])) >= _OF_RESULTS
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:

@@ -36,7 +36,10 @@ _NOTES: Final = (".txt", ".dat")
 
 def source_of(path: Path) -> Source | None:
     """The kind of an existing file or folder, or None."""
-    return next((source for source in SOURCES.values() if source.recognises(path)), None)
+    try:
+        return next((source for source in SOURCES.values() if source.recognises(path)), None)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from None
 
 
 def is_mapped(path: Path) -> bool:

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import armimpedance as ai
+from armimpedance.__main__ import main
 from armimpedance.app.study.design import read_design
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import read_toml
@@ -87,3 +88,32 @@ def test_a_small_table_that_claims_gigabytes_is_refused_before_room_is_made(tmp_
     assert samples.stat().st_size < 5_000_000
     with pytest.raises(InputError, match="claims"):
         ai.read(tmp_path / "session")
+
+
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [
+        ("at = 07:32:00", "at"),
+        ("a.days = [2024-05-01]", "a.days"),
+        ("n = 2024-05-01T07:32:00Z", "n"),
+    ],
+)
+def test_dates_of_toml_are_named(line, key, tmp_path):
+    file = tmp_path / "dated.toml"
+    file.write_text(line + "\n")
+    with pytest.raises(InputError, match=f"column {key}: holds a date or a time"):
+        read_toml(file, "settings")
+
+
+def test_a_table_with_carriage_returns_alone_is_no_table_of_results(tmp_path):
+    file = tmp_path / "old.csv"
+    file.write_bytes(b"a,b\r1,2\r3,4\r")
+    with pytest.raises(InputError, match=r"old\.csv"):
+        ai.write_report(file, tmp_path / "page.html")
+
+
+@pytest.mark.parametrize("epoch", ["abc", "-5", "", "1.5"])
+def test_a_wrong_time_in_the_environment_is_said_before_the_work(epoch, monkeypatch, capsys):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    assert main(["inspect", "nowhere"]) == 2
+    assert "SOURCE_DATE_EPOCH" in capsys.readouterr().err
