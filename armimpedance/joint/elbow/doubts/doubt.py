@@ -198,7 +198,9 @@ def _beside(own: Parameters, believed: Posterior) -> Parameters:
     centre = believed.weight @ mean
     within = believed.covariance[:, :3, :3]
     covariance = np.tensordot(believed.weight, within + _outer(mean - centre), 1)
-    sd = np.sqrt(np.diagonal(within, axis1=1, axis2=2)) * t_factor(_DOF) / _NORMAL
+    # a part that the record excludes may have no minimum, and a variance below zero, where it stands
+    own_variance = np.maximum(np.diagonal(within, axis1=1, axis2=2), 0.0)
+    sd = np.sqrt(own_variance) * t_factor(_DOF) / _NORMAL
     half = half_widths(believed.weight, mean, sd, centre)
     covariance = _scaled(covariance, half / t_factor(_DOF))
     return Parameters(own.names, own.units, centre, covariance, "mixture", _DOF)
