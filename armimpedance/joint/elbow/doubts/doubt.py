@@ -198,7 +198,7 @@ def _beside(own: Parameters, believed: Posterior) -> Parameters:
     centre = believed.weight @ mean
     within = believed.covariance[:, :3, :3]
     covariance = np.tensordot(believed.weight, within + _outer(mean - centre), 1)
-    # a part that the record excludes may have no minimum, and a variance below zero, where it stands
+    # A part that the record excludes may have no minimum there, and so a variance below zero.
     own_variance = np.maximum(np.diagonal(within, axis1=1, axis2=2), 0.0)
     sd = np.sqrt(own_variance) * t_factor(_DOF) / _NORMAL
     half = half_widths(believed.weight, mean, sd, centre)
