@@ -119,6 +119,22 @@ def check_regular(file: Path, most_bytes: int | None = None, expected: str = "a 
         raise InputError(problem, file=file, expected=expected)
 
 
+def text_of(file: Path, most_bytes: int, expected: str, absent: str | None = None) -> str:
+    """The UTF-8 text in a file, which is read whole and does not change meanwhile.
+
+    `absent`: what is expected where the file is not there.
+    Raises InputError: as `check_regular`; or it cannot be read, or is no such text.
+    """
+    check_regular(file, most_bytes, expected)
+    try:
+        with unchanged(file):
+            return file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected=expected) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file, expected=absent) from None
+
+
 def _files(path: Path) -> Iterator[Path]:
     """A file, or the files of a folder; not those that are hidden, such as temporaries."""
     if not path.is_dir():
@@ -199,16 +215,7 @@ def read_toml(file: Path, expected: str) -> tuple[dict[str, Any], str]:
     `expected`: what the file should be, such as "a mapping".
     Raises InputError: it is not there, no regular file, too large, or no TOML.
     """
-    check_regular(file, _LARGEST_TOML, expected)
-    try:
-        with unchanged(file):
-            text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected=expected) from None
-    except OSError as error:
-        raise InputError(
-            f"cannot be read: {error.strerror}", file=file, expected=expected
-        ) from None
+    text = text_of(file, _LARGEST_TOML, expected, absent=expected)
     for row, line in enumerate(text.splitlines(), start=1):
         key = line.partition("=")[0]
         is_key = "=" in line or line.lstrip().startswith("[")

@@ -12,7 +12,7 @@ import numpy as np
 
 from armimpedance.core.arrays import LARGEST
 from armimpedance.core.errors import InputError, shortened
-from armimpedance.core.inputs import check_regular, unchanged
+from armimpedance.core.inputs import text_of
 
 #: Results, models and descriptions of recordings are far smaller.
 LARGEST_BYTES: Final = 200_000_000
@@ -37,14 +37,7 @@ def finite(value: Any) -> Any:
 
 
 def _text_of(file: Path, expected: str) -> str:
-    check_regular(file, LARGEST_BYTES, expected)
-    try:
-        with unchanged(file):
-            text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected=expected) from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    text = text_of(file, LARGEST_BYTES, expected)
     if not text.strip():
         raise InputError("is empty", file=file, expected=expected)
     return text
