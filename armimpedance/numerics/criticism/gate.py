@@ -46,8 +46,8 @@ def refuse_stops(findings: Sequence[Finding], despite: Collection[str] = ()) -> 
     stops = [one for one in findings if one.verdict == "unusable"]
     for one in stops:
         if one.name not in despite:
-            # a check that met an error says already what was expected
-            problem, _, own = one.sentence.removesuffix(")").partition(" (expected ")
-            problem, own = (problem, own) if own else (one.sentence, "a recording without this")
-            raise InputError(problem, expected=f"{own}; or --despite '{one.name}' to go on")
+            raise InputError(
+                one.sentence,
+                expected=f"a recording without this, or --despite '{one.name}' to go on",
+            )
     return tuple(stops)

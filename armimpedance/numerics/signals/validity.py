@@ -65,6 +65,11 @@ def check_recording(recording: Recording, window: Window | None = None) -> tuple
     return tuple(checks)
 
 
+def _needs(error: InputError) -> str:
+    """What is wrong and what is needed, as a check says it: its own refusal expects something."""
+    return error.problem if error.expected is None else f"{error.problem}; needs {error.expected}"
+
+
 def _disturbance_checks(recording: Recording, window: Window | None) -> Iterator[Finding]:
     unit = POSITION_UNIT[recording.kind]
     try:
@@ -74,7 +79,7 @@ def _disturbance_checks(recording: Recording, window: Window | None) -> Iterator
             return
         window = window or cut_windows(recording, timing=timing)
     except InputError as error:
-        yield Finding("disturbance", "unusable", str(error))
+        yield Finding("disturbance", "unusable", _needs(error))
         return
     peak = _peak_displacement(window)
     size = np.linalg.norm(peak, axis=1)
