@@ -25,7 +25,7 @@ _DAY_S: Final = 86_400.0
 def is_grouped(cell: str, decimal: str) -> bool:
     """Whether a cell is a number with marks between its thousands, and can be nothing else.
 
-    ``1.000,5`` and ``1.000.000`` can, ``1.000`` may be one and a half thousandths less.
+    ``1.000,5`` and ``1.000.000`` are thousands; ``1.000`` may be one.
     """
     return bool(_grouped(decimal, sure=True).fullmatch(cell))
 
@@ -73,7 +73,10 @@ def seconds_of_stamps(cells: NDArray[np.str_]) -> FloatArray | None:
     stamps = [_STAMP.fullmatch(cell) for cell in filled.tolist()]
     if None in stamps or (filled == filled[0]).all():
         return None
-    days = np.array([_day(stamp) for stamp in stamps if stamp])
+    try:
+        days = np.array([_day(stamp) for stamp in stamps if stamp])
+    except ValueError:  # no such day
+        return None
     seconds = np.array([_second(stamp) for stamp in stamps if stamp])
     if (days == days[0]).all():  # a clock without dates begins anew at midnight
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY_S / 2)])
@@ -84,10 +87,7 @@ def seconds_of_stamps(cells: NDArray[np.str_]) -> FloatArray | None:
 
 def _day(stamp: re.Match[str]) -> int:
     year, month, day = stamp.group(1, 2, 3)
-    try:
-        return date(int(year), int(month), int(day)).toordinal() if year else 0
-    except ValueError:
-        return 0
+    return date(int(year), int(month), int(day)).toordinal() if year else 0
 
 
 def _second(stamp: re.Match[str]) -> float:

@@ -15,12 +15,13 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.errors import InputError
-from armimpedance.core.inputs import check_claim
+from armimpedance.core.inputs import check_regular
 from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable
 from armimpedance.recordings.mapped.text_layout import SECTIONS, text_beginning
 
 #: No name of a part is longer, its empty cells included.
 _LONGEST: Final = 2000
+_LARGEST_BYTES: Final = 250_000_000
 
 
 def sections_of(file: Path) -> list[tuple[int, str]]:
@@ -28,7 +29,7 @@ def sections_of(file: Path) -> list[tuple[int, str]]:
     with file.open("rb") as stream:
         if not _is_name(stream.readline(_LONGEST).decode("latin-1")):
             return []
-    check_claim(4 * file.stat().st_size, file)
+    check_regular(file, _LARGEST_BYTES, "a table in text")
     encoding, _ = text_beginning(file)
     text = file.read_text(encoding=encoding).splitlines()
     starts = [i for i, line in enumerate(text) if _is_name(line)]
