@@ -46,7 +46,7 @@ def pieces_of(run: OneClock, cut: TrialCut, rate_hz: float | None) -> tuple[list
     """
     left_out: list[str] = []
     if cut.by == "column":
-        pieces = _by_column(run, cut)
+        pieces, left_out = _by_column(run, cut)
     elif cut.by == "gap":
         pieces = _by_gap(run, cut)
     elif cut.by == "edge":
@@ -60,9 +60,10 @@ def pieces_of(run: OneClock, cut: TrialCut, rate_hz: float | None) -> tuple[list
     return pieces, left_out
 
 
-def _by_column(run: OneClock, cut: TrialCut) -> list[Piece]:
+def _by_column(run: OneClock, cut: TrialCut) -> tuple[list[Piece], list[str]]:
     values = _marks(run, str(cut.column))
-    outside = np.isin(values, _as(values, cut.between)) | _missing(values) | _blank(run, values)
+    blank = _blank(run, values)
+    outside = np.isin(values, _as(values, cut.between)) | _missing(values) | blank
     changes = np.flatnonzero((values[1:] != values[:-1]) | (outside[1:] != outside[:-1])) + 1
     edges = [0, *changes.tolist(), run.rows] if run.rows else []
     pieces, seen = [], set()
@@ -76,7 +77,8 @@ def _by_column(run: OneClock, cut: TrialCut) -> list[Piece]:
             raise run.error(problem, expected, cut.column, start)
         seen.add(name)
         pieces.append(Piece(start, stop, name))
-    return pieces
+    told = f"Padding: {blank.sum()} rows of zeros in all columns left out."
+    return pieces, [told] if blank.any() else []
 
 
 def _by_gap(run: OneClock, cut: TrialCut) -> list[Piece]:

@@ -63,7 +63,8 @@ def with_even_time(
     position = np.column_stack([run.numbers(name) for name in mapping.position.columns])
     beta, sd = _stamps_are_right(position, late, pieces, rate_hz)
     right = beta - 2.0 * sd > 0.5
-    columns = _interpolated(run, pieces, time) if right else run.columns
+    signals = {name for quantity in mapping.quantities.values() for name in quantity.columns}
+    columns = _interpolated(run, signals, pieces, time) if right else run.columns
     speed = max(_fastest(position[p.start : p.stop], rate_hz) for p in pieces)
     scatter = float(np.concatenate([late[p.start : p.stop] for p in pieces]).std())
     note = (
@@ -148,22 +149,18 @@ def _fastest(position: FloatArray, rate_hz: float) -> float:
 
 
 def _interpolated(
-    run: OneClock, pieces: Sequence[Piece], time: FloatArray
+    run: OneClock, signals: set[str], pieces: Sequence[Piece], time: FloatArray
 ) -> dict[str, np.ndarray]:
-    """Every column of numbers at the even times; texts stay those of their samples."""
+    """The signals at the even times; marks and all else stay those of their samples."""
     from scipy.interpolate import CubicSpline
 
     assert run.time_s is not None  # noqa: S101 - asked by the caller
-    columns = {}
-    for name, values in run.columns.items():
-        if values.dtype.kind != "f" or not np.isfinite(values).all():
-            columns[name] = values
-            continue
-        new = values.copy()
+    columns = dict(run.columns)
+    for name in signals & set(columns):
+        new = run.numbers(name).copy()
         for piece in pieces:
             rows = slice(piece.start, piece.stop)
-            constant = (values[rows] == values[piece.start]).all()
-            if not constant and piece.stop - piece.start > 3:
-                new[rows] = CubicSpline(run.time_s[rows], values[rows])(time[rows])
+            if piece.stop - piece.start > 3 and np.isfinite(new[rows]).all():
+                new[rows] = CubicSpline(run.time_s[rows], new[rows])(time[rows])
         columns[name] = new
     return columns
