@@ -12,8 +12,13 @@ import pandas as pd
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
-from armimpedance.recordings import ExamLook, look_at_exam, propose_mapping, with_where
-from armimpedance.show.verbs.results import read
+from armimpedance.recordings import (
+    ExamLook,
+    is_recording,
+    look_at_exam,
+    propose_mapping,
+    with_where,
+)
 
 #: Columns of a trial table that no group is made of: one value a trial, or a number of the robot's.
 _NO_GROUPS = ("trial", "onset_s", "end_s", "file")
@@ -51,7 +56,7 @@ def questions_of(path: Path) -> Questions:
     place = (path if path.is_dir() else path.parent) / "columns.toml"
     if place.exists():
         return Questions(mapping=place.read_text(encoding="utf-8"))
-    if _or_none(lambda: read(path)) is not None:
+    if is_recording(path):
         return Questions()
     proposed = _or_none(lambda: propose_mapping(path))
     if proposed is None:
@@ -121,22 +126,14 @@ class ChosenAnalysis:
 
         `compared`: whether the groups are compared, too.
         """
-        both = [part for part in (self.reading.get("where"), self.kept) if part]
-        reading = dict(self.reading)
-        if "mapping" in reading:
-            reading["mapping"] = "columns.toml"
-        if both:
-            reading["where"] = both[0] if len(both) == 1 else " and ".join(f"({p})" for p in both)
-        words = [repr(str(self.path)), *(f"{name}={value!r}" for name, value in reading.items())]
         by = repr(self.by[0] if len(self.by) == 1 else list(self.by))
         lines = [
             f'"""Impedance of the hand from {self.path.name}."""',
             "",
-            *(["from dataclasses import replace", ""] if self._handle() else []),
+            *(["from dataclasses import replace", ""] if self.handle_mass_kg is not None else []),
             "import armimpedance as ai",
             "",
-            f"recording = ai.read({', '.join(words)})",
-            *self._handle(),
+            *self.read_lines(str(self.path)),
             "print(ai.inspect(recording))",
             "",
             f"hand = ai.estimate(recording, by={by})",
@@ -154,10 +151,19 @@ class ChosenAnalysis:
         lines += ["", f'ai.write_report(recording, "report.html", by={by})', ""]
         return "\n".join(lines)
 
-    def _handle(self) -> list[str]:
-        if self.handle_mass_kg is None:
-            return []
-        return [f"recording = replace(recording, handle_mass_kg={self.handle_mass_kg!r})"]
+    def read_lines(self, path: str) -> list[str]:
+        """How the recording is read, in Python; a report for other people names the file alone."""
+        both = [part for part in (self.reading.get("where"), self.kept) if part]
+        reading = dict(self.reading)
+        if "mapping" in reading:
+            reading["mapping"] = "columns.toml"
+        if both:
+            reading["where"] = both[0] if len(both) == 1 else " and ".join(f"({p})" for p in both)
+        words = [repr(path), *(f"{name}={value!r}" for name, value in reading.items())]
+        lines = [f"recording = ai.read({', '.join(words)})"]
+        if self.handle_mass_kg is not None:
+            lines += [f"recording = replace(recording, handle_mass_kg={self.handle_mass_kg!r})"]
+        return lines
 
 
 def _one_of(values: Sequence[Any]) -> str:

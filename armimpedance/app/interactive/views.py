@@ -241,9 +241,13 @@ def shown_files(
             buttons.append(_figure(figure, f"{name}_ellipses.{ending}", f"Figure (.{ending})"))
     if compared is not None:
         buttons.append(_download(compared.write, f"{name}_differences.csv", "Differences (.csv)"))
-    by = choice.by
+    by, command = choice.by, "; ".join(choice.read_lines(choice.path.name))
     buttons.append(
-        _download(lambda p: write_report(recording, p, by=by), f"{name}_report.html", "Report")
+        _download(
+            lambda path: write_report(recording, path, by=by, command=command),
+            f"{name}_report.html",
+            "Report",
+        )
     )
     script = choice.script(compared is not None).encode()
     buttons.append(mo.download(script, f"{name}_analysis.py", label="Script (.py)"))
