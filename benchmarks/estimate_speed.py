@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+import armimpedance as ai
 from armimpedance.core.records import Recording
 from armimpedance.hand.show import write_results
 from armimpedance.hand.still import Options, estimate
@@ -103,10 +104,12 @@ def estimate_ratios() -> list[tuple[str, float, float]]:
     with tempfile.TemporaryDirectory() as place:
         folder, out = Path(place) / "session", Path(place) / "results.csv"
         write_recording(make_recording(60, 40), folder)
-        plain, default, yardstick = best_of_each(
-            9,
+        plain, default, verb, inspected, yardstick = best_of_each(
+            5,
             lambda: whole_estimate(folder, out, Options("exact", bound=False)),
             lambda: whole_estimate(folder, out, Options()),
+            lambda: ai.estimate(folder),
+            lambda: ai.inspect(folder),
             lambda: filtering_alone(folder),
         )
     small, large = make_recording(6, 40), make_recording(6, 400)
@@ -115,6 +118,13 @@ def estimate_ratios() -> list[tuple[str, float, float]]:
         ("60 x 40 trials, method exact / (reading + filtering)", plain / yardstick, 1.3),
         # the default weighs every condition by its own noise: a likelihood each, 12 full steps
         ("60 x 40 trials, the default / (reading + filtering)", default / yardstick, 2.0),
+        # with every check and allowance, as a user calls them; nothing is asked of these
+        ("60 x 40 trials, `estimate` / (reading + filtering)", verb / yardstick, np.inf),
+        (
+            "60 x 40 trials, `inspect` / (reading + filtering)",
+            inspected / yardstick,
+            np.inf,
+        ),
         ("ten times the trials / once", ten / once, 11.0),
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Final
 
 import numpy as np
@@ -77,16 +78,17 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     if len(numbers) < 2 or not noise:
         return Finding("copies", "ok", "no noise by which trials could be told apart")
     shared = [each @ each.T for each in noise]
-    alike = np.min(shared, axis=0)
+    alike = reduce(np.minimum, shared)
     np.fill_diagonal(alike, -1.0)
     best = alike.max(axis=1)
-    usual = np.median(alike, axis=1)
-    repeats = _repeats(window)
-    likely = np.max([_chance(each, repeats) for each in shared], axis=0)
-    unlikely = likely < np.log(CHANCE / (len(alike) * (len(alike) - 1) / 2))
     partner = alike.argmax(axis=1)
-    copied = (best > ALIKE) & (APART * (1 - best) < 1 - usual)
-    copied &= unlikely[np.arange(len(alike)), partner]
+    copied = best > ALIKE
+    usual = np.median(alike[copied], axis=1)
+    copied[copied] = APART * (1 - best[copied]) < 1 - usual
+    if copied.any():
+        repeats, tried = _repeats(window), len(alike) * (len(alike) - 1) / 2
+        likely = np.max([_chance(each, partner, repeats) for each in shared], axis=0)
+        copied &= likely < np.log(CHANCE / tried)
     if not copied.any():
         text = f"the most alike trials share {max(100 * best.max(), 0):.0f} % of their noise"
         seen = f"{100 * ALIKE:.0f} %"
@@ -112,21 +114,22 @@ def _repeats(window: Window | None) -> BoolArray | None:
     return np.asarray(labels[:, None] == labels)
 
 
-def _chance(shared: FloatArray, repeats: BoolArray | None) -> FloatArray:
-    """Logarithm of how often chance makes two trials as alike, (T, T).
+def _chance(shared: FloatArray, partner: IntArray, repeats: BoolArray | None) -> FloatArray:
+    """Logarithm of how often chance makes a trial and its partner as alike, (T,).
 
     A filter leaves few numbers of a trial's noise that are independent, and smears the response
     into the rest before it, which repeats have in common. Two vectors of n independent numbers have
     a correlation r with ``r^2 ~ Beta(1/2, (n - 1)/2)``, mean ``1/n``, which tells n.
     """
+    every = np.arange(len(shared))
     others = ~np.eye(len(shared), dtype=bool)
     # a trial's copy is not one of the others
-    others[np.arange(len(shared)), np.where(others, shared, -2.0).argmax(axis=1)] = False
+    others[every, np.where(others, shared, -2.0).argmax(axis=1)] = False
     kinds = [others] if repeats is None else [others, others & repeats]
     means = [float((shared[each] ** 2).mean()) for each in kinds if each.any()]
     independent = max(1 / max(means, default=1 / FEWEST), FEWEST_INDEPENDENT)
     # P(r^2 > x) = I_(1-x)((n - 1)/2, 1/2), of positive r half of it
-    rest = np.clip(1 - np.clip(shared, 0.0, 1.0) ** 2, 0.0, 1.0)
+    rest = np.clip(1 - np.clip(shared[every, partner], 0.0, 1.0) ** 2, 0.0, 1.0)
     with np.errstate(divide="ignore"):
         return np.asarray(np.log(betainc((independent - 1) / 2, 0.5, rest) / 2))
 

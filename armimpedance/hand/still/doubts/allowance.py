@@ -23,7 +23,12 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import AXES
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.still.doubts.changed_gain import possible_gains, wrong_by_gains
-from armimpedance.hand.still.doubts.departures import MOST_CONDITIONS, POSITIVE, models_of
+from armimpedance.hand.still.doubts.departures import (
+    MOST_CONDITIONS,
+    POSITIVE,
+    largest_conditions,
+    models_of,
+)
 from armimpedance.hand.still.doubts.inner import averaged_inner, freedom_told, with_inner
 from armimpedance.hand.still.doubts.model import (
     COLUMNS,
@@ -37,7 +42,7 @@ from armimpedance.hand.still.doubts.model import (
     rows_of,
 )
 from armimpedance.hand.still.doubts.odds import odds_of, tails
-from armimpedance.hand.still.estimation import BOUNDED, groups_of
+from armimpedance.hand.still.estimation import BOUNDED, DEFAULT_BY, groups_of
 from armimpedance.numerics.regression import t_factor
 
 # What all estimates of a recording have in common of what may make them wrong.
@@ -106,7 +111,7 @@ def allowing(
     if recording.perturbation != "returning":
         return list(estimates)
     groups = [rows for _, rows in groups_of(recording, by)]
-    longest = _longest(recording, groups)
+    longest = _longest(recording, groups, tuple(by) == DEFAULT_BY)
     if not longest:
         return list(estimates)
     known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
@@ -138,18 +143,25 @@ def _rank(group: int, model: Model) -> tuple[int, int]:
     return -model.equation.trials, group
 
 
-def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Model]:
-    """The models of the groups with most usable trials, by their number in `groups`."""
+def _longest(
+    recording: Recording, groups: Sequence[IntArray], by_condition: bool
+) -> dict[int, Model]:
+    """The models of the groups with most usable trials, by their number in `groups`.
+
+    `by_condition`: the groups are the conditions, which the checks have fitted already.
+    """
+    made = largest_conditions(recording) if by_condition else ()
+    ready = {rows.tobytes(): model for rows, model in made}
     found: dict[int, Model] = {}
-    order = sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group))
-    models = models_of(recording, [groups[group] for group in order])
-    for group, model in zip(order, models, strict=True):
+    for group in sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group)):
+        rows = groups[group]
+        model = ready.get(rows.tobytes()) or next(models_of(recording, [rows]))
         if model is not None:
             found[group] = model
         if len(found) > MOST_CONDITIONS:
             del found[max(found, key=lambda g: _rank(g, found[g]))]
         # no group has more usable trials than trials
-        if len(found) == MOST_CONDITIONS and (-len(groups[group]), group) >= max(
+        if len(found) == MOST_CONDITIONS and (-len(rows), group) >= max(
             _rank(g, found[g]) for g in found
         ):
             break

@@ -42,7 +42,7 @@ def possible_gains(
 ) -> list[PossibleGain]:
     """The changes of a gain that the session does not exclude, by what its inertia says."""
     parts = [Part.of(model, rows) for rows, model in models]
-    tried = list(tried_courses(recording, parts)) if parts else []
+    tried = tried_courses(recording, parts) if parts else []
     if not tried:
         return []
     told = []

@@ -16,7 +16,7 @@ from typing import Final, Literal
 import numpy as np
 import pandas as pd
 
-from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.model import Model
 
@@ -100,71 +100,98 @@ class CourseFit:
 
 
 def fit_course(parts: Sequence[Part], weight: FloatArray, pattern: FloatArray) -> CourseFit | None:
-    """g of a course, with every condition's theta free beside it; None where no trial tells it.
+    """g of one course of weight (N,), as `fit_courses`."""
+    return fit_courses(parts, weight[None], pattern)[0]
 
+
+def fit_courses(
+    parts: Sequence[Part], weights: FloatArray, pattern: FloatArray
+) -> list[CourseFit | None]:
+    """g of C courses, with every condition's theta free beside it; None where no trial tells it.
+
+    `weights` (C, N): each course's w of every trial.
     `pattern` (3 d, k): which of the scaled rows change together.
     """
     k = pattern.shape[1]
-    H, u, coupled = np.zeros((k, k)), np.zeros(k), []
-    for part in parts:
-        w, D = weight[part.rows], part.scaled @ pattern
-        changed = np.tensordot(w, part.A, axes=1)
-        S, R = D.T @ changed, changed @ D
+    H, u, coupled = np.zeros((len(weights), k, k)), np.zeros((len(weights), k)), []
+    along = [_Along.of(part, pattern) for part in parts]
+    for part, one in zip(parts, along, strict=True):
+        w = weights[:, part.rows]
+        R, S = np.tensordot(w, one.AD, axes=1), np.tensordot(w, one.DA, axes=1)
         # [sum A, sum w A D; sum w D^T A, sum w^2 D^T A D] [shift; g] = [0; sum w D^T r]
-        H += D.T @ np.tensordot(w**2, part.A, axes=1) @ D - S @ part.inverse @ R
-        u += D.T @ (w @ part.residual)
+        H += np.tensordot(w**2, one.DAD, axes=1) - S @ part.inverse @ R
+        u += w @ one.Dr
         coupled.append(part.inverse @ R)
-    if not _is_told(H, _known(parts, pattern)):
-        return None
-    inverse = np.linalg.inv(H)
-    g = inverse @ u
-    shifts = tuple(-each @ g for each in coupled)
-    return CourseFit(g, inverse * _excess(parts, weight, pattern, g, shifts), shifts)
+    told = np.flatnonzero(_is_told(H, along))
+    inverse = np.linalg.inv(H[told])
+    g = inverse @ u[told, :, None]
+    shifts = [-(each[told] @ g)[..., 0] for each in coupled]
+    covariance = inverse * _excess(parts, along, weights[told], g[..., 0], shifts)
+    fits: list[CourseFit | None] = [None] * len(weights)
+    for i, course in enumerate(told):
+        own = tuple(each[i] for each in shifts)
+        fits[course] = CourseFit(g[i, :, 0], covariance[i], own)
+    return fits
 
 
-def _is_told(H: FloatArray, known: FloatArray) -> bool:
-    """Whether the trials tell all numbers of a course: H (k, k) beside what they would with theta.
+@dataclass(frozen=True, eq=False)
+class _Along:
+    """A part's trials along the numbers of a pattern, which are the same for every course.
+
+    `AD` (T, p, k) A_t D; `DA` (T, k, p); `DAD` (T, k, k); `Dr` (T, k).
+    """
+
+    AD: FloatArray
+    DA: FloatArray
+    DAD: FloatArray
+    Dr: FloatArray
+
+    @classmethod
+    def of(cls, part: Part, pattern: FloatArray) -> _Along:
+        D = part.scaled @ pattern
+        AD = part.A @ D
+        return cls(AD, D.T @ part.A, D.T @ AD, part.residual @ D)
+
+    @property
+    def known(self) -> FloatArray:
+        """What these trials would tell of g if theta were known: the diagonal of ``D^T A D``."""
+        return np.asarray(np.einsum("tkk->k", self.DAD))
+
+
+def _is_told(H: FloatArray, along: Sequence[_Along]) -> BoolArray:
+    """Whether trials tell all numbers of C courses: H (C, k, k) beside what they would with theta.
 
     Instruments leave H not quite symmetric; its inverse has positive variances where its symmetric
     part is positive.
     """
+    known = np.sum([np.abs(one.known) for one in along], axis=0)
     if not (known > 0).all():
-        return False
+        return np.zeros(len(H), dtype=bool)
     scaled = H / np.sqrt(np.outer(known, known))
-    return float(np.linalg.eigvalsh((scaled + scaled.T) / 2)[0]) > LEAST_TOLD
-
-
-def _known(parts: Sequence[Part], pattern: FloatArray) -> FloatArray:
-    """What all trials would tell of g if theta were known: the diagonal of ``sum D^T A D``."""
-    found = np.zeros(pattern.shape[1])
-    for part in parts:
-        D = part.scaled @ pattern
-        found += np.abs(np.diag(D.T @ part.A.sum(axis=0) @ D))
-    return found
+    return np.asarray(np.linalg.eigvalsh((scaled + scaled.mT) / 2)[:, 0] > LEAST_TOLD)
 
 
 def _excess(
     parts: Sequence[Part],
-    weight: FloatArray,
-    pattern: FloatArray,
+    along: Sequence[_Along],
+    weights: FloatArray,
     g: FloatArray,
     shifts: Sequence[FloatArray],
 ) -> FloatArray:
-    """By how much trials differ more than their noise makes them, squared: (k, k).
+    """By how much trials differ more than their noise makes them, squared: (C, k, k).
 
     One measure of all trials: that of the few beside a late change is rough.
+    `g` (C, k) of the courses `weights` (C, N); `shifts` (C, p) of each part.
     """
-    k = len(g)
-    found, expected = np.zeros(k), np.zeros(k)
-    for part, shift in zip(parts, shifts, strict=True):
-        w, D = weight[part.rows], part.scaled @ pattern
-        changed = part.residual - part.A @ shift - w[:, None] * (part.A @ D @ g)
-        T = len(part.rows)
+    found = np.zeros_like(g)
+    for part, one, shift in zip(parts, along, shifts, strict=True):
+        w, T = weights[:, part.rows, None], len(part.rows)
+        # D^T (r - A shift - w A D g) of each trial, (C, T, k)
+        moved = np.moveaxis(one.DA @ shift.T, -1, 0) + w * np.moveaxis(one.DAD @ g.T, -1, 0)
         free = T / max(T - part.scaled.shape[1], 1)
-        found += free * ((changed @ D) ** 2).sum(axis=0)
-        expected += np.einsum("pk,tpq,qk->k", D, part.A, D)
-    scale = np.sqrt(found / expected)
-    return np.outer(scale, scale)
+        found += free * ((one.Dr - moved) ** 2).sum(axis=1)
+    scale = np.sqrt(found / np.sum([one.known for one in along], axis=0))
+    return np.asarray(scale[:, :, None] * scale[:, None, :])
 
 
 def in_order(recording: Recording) -> IntArray:
@@ -250,13 +277,15 @@ class Tried:
         return float(self.fit.z[self.number])
 
 
-def tried_courses(recording: Recording, parts: Sequence[Part]) -> Iterator[Tried]:
+def tried_courses(recording: Recording, parts: Sequence[Part]) -> list[Tried]:
     """Every course that the trials can tell something of."""
-    d = parts[0].scaled.shape[1] // 3
-    single = np.eye(3 * d)
-    for course in courses_of(recording):
-        whole = fit_course(parts, course.weight, together(d))
-        apart = fit_course(parts, course.weight, single)
-        if whole is not None and apart is not None:
-            yield Tried(course, None, whole)
-            yield from (Tried(course, axis, apart) for axis in range(d if d > 1 else 0))
+    d, courses = parts[0].scaled.shape[1] // 3, list(courses_of(recording))
+    weights = np.array([course.weight for course in courses])
+    whole = fit_courses(parts, weights, together(d))
+    apart = fit_courses(parts, weights, np.eye(3 * d))
+    found = []
+    for course, one, each in zip(courses, whole, apart, strict=True):
+        if one is not None and each is not None:
+            found.append(Tried(course, None, one))
+            found += [Tried(course, axis, each) for axis in range(d if d > 1 else 0)]
+    return found

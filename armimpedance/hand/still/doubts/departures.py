@@ -16,6 +16,7 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
+from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.inner import (
     FEWEST_AXES,
     Inner,
@@ -344,17 +345,30 @@ def _share_text(what: str, one: Departure) -> tuple[str, str]:
 
 
 def _models(recording: Recording) -> list[tuple[IntArray, Model]]:
+    """The conditions that are fitted, beside each the rows of the trials that its fit has used."""
+    return [(rows[model.usable], model) for rows, model in largest_conditions(recording)]
+
+
+@once_per_record
+def largest_conditions(recording: Recording) -> tuple[tuple[IntArray, Model], ...]:
     """The conditions with most trials, each fitted; all trials together where none can be.
 
-    Beside each fit the rows of its trials.
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    tuple of (rows, Model)
+        `rows`: of the condition's trials, whether they can be used or not.
     """
     for by in (DEFAULT_BY, ()):
         groups = sorted((rows for _, rows in groups_of(recording, by)), key=len, reverse=True)
         groups = groups[:MOST_CONDITIONS]
         fitted = zip(groups, models_of(recording, groups), strict=True)
-        if found := [(rows[model.usable], model) for rows, model in fitted if model is not None]:
+        if found := tuple((rows, model) for rows, model in fitted if model is not None):
             return found
-    return []
+    return ()
 
 
 def session_blocks(recording: Recording) -> SessionBlocks | None:

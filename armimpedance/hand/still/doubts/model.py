@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -301,37 +302,74 @@ class Model:
         k = float(parameters[-1])
         return (self.parameters - parameters[:-1]) / k if k else np.zeros(len(self.parameters))
 
-    def _solved(
-        self, column: str, beside: str | None = None
-    ) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+    def _solved(self, column: str, beside: str | None = None) -> _Solved:
         """M, B, K and k (and that of the one beside), covariance, dof, and the normal matrix."""
+        if (column, beside) not in self._solutions:
+            self._solutions[column, beside] = self._solve(column, beside)
+        return self._solutions[column, beside]
+
+    @cached_property
+    def _solutions(self) -> dict[tuple[str, str | None], _Solved]:
+        """What has been solved: checks and intervals ask for the same."""
+        return {}
+
+    def _solve(self, column: str, beside: str | None) -> _Solved:
         columns = [column] if beside is None else [column, beside]
-        p, T = len(self.parameters), self.equation.trials
+        p, T, products = len(self.parameters), self.equation.trials, self._products
+        at = [products.names.index(name) for name in columns]
         size = p + len(columns)
         A, b = np.empty((T, size, size)), np.empty((T, size))
         A[:, :p, :p], b[:, :p] = self.equations.A, self.equations.b
-        y = self.equation.force.reshape(T, -1)
-        flat = [self.columns[name].reshape(T, -1) for name in columns]
-        for i, name in enumerate(columns):
-            A[:, p + i, :p], A[:, :p, p + i] = self._cross(name)
-            weighted = flat[i] @ self.weight
-            b[:, p + i] = (weighted * y).sum(axis=1)
-            for j, other in enumerate(flat):
-                A[:, p + i, p + j] = (weighted * other).sum(axis=1)
+        A[:, p:, :p], A[:, :p, p:] = products.zVW[:, at], products.ZVz[:, at].mT
+        A[:, p:, p:], b[:, p:] = products.zVz[:, at][:, :, at], products.zVy[:, at]
         names = (*self.equations.names, *columns)
         units = (*self.equations.units, *("" for _ in columns))
         # [[Z^T V W, Z^T V z], [z^T V W, z^T V z]] (p + 1, p + 1) [theta; k] = [Z^T V y; z^T V y]
         solved = solve_equations(TrialEquations(A, b, names, units))
         return solved.parameters, solved.covariance, solved.dof, A.sum(axis=0)
 
-    def _cross(self, name: str) -> tuple[FloatArray, FloatArray]:
-        """``z^T V W`` and ``Z^T V z`` of every trial, (T, p) each."""
-        moved = replace(self.equation, force=self.columns[name])
-        kind: Kind = "hand"  # only names the parameters
-        own = weighted_equations(moved, self.weight, kind).b
-        if self.instruments is None:
-            return own, own
-        return own, weighted_equations(moved, self.weight, kind, instruments=self.instruments).b
+    @cached_property
+    def _products(self) -> _Products:
+        """Those of all columns at once."""
+        T, d, n = self.equation.force.shape
+        z = np.stack([each.reshape(T, d * n) for each in self.columns.values()], axis=1)
+        Vz = z @ self.weight
+        own = self._against(self.equation.regressors, Vz)
+        Z = self.instruments
+        return _Products(
+            names=tuple(self.columns),
+            zVW=own,
+            ZVz=own if Z is None else self._against(Z, Vz),
+            zVz=Vz @ z.mT,
+            zVy=(Vz @ self.equation.force.reshape(T, -1, 1))[..., 0],
+        )
+
+    def _against(self, motion: FloatArray, Vz: FloatArray) -> FloatArray:
+        """``W_t^T V z_t`` (T, c, p) of the regressors (T, r d, n) that motion makes W of."""
+        (T, c, _), d = Vz.shape, self.equation.axes
+        n, r = self.equation.modes.count, self.equation.matrices
+        # [t, (m k), (c i)] = sum_n motion[t, (m k), n] Vz[t, (c i), n]; parameters are (m, i, k)
+        made = (motion @ Vz.reshape(T, c * d, n).mT).reshape(T, r, d, c, d)
+        return made.transpose(0, 3, 1, 4, 2).reshape(T, c, r * d * d)
+
+
+#: Parameters and k, covariance, dof and normal matrix.
+_Solved = tuple[FloatArray, FloatArray, float, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class _Products:
+    """Products of c columns z over the weight V, of every trial.
+
+    `zVW`, `ZVz` (T, c, p): with the regressors W and with the instruments Z. `zVz` (T, c, c), `zVy`
+    (T, c).
+    """
+
+    names: tuple[str, ...]
+    zVW: FloatArray
+    ZVz: FloatArray
+    zVz: FloatArray
+    zVy: FloatArray
 
 
 def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> Departure:

@@ -27,6 +27,7 @@ from armimpedance.hand.still.doubts.courses import (
     Part,
     SessionCourse,
     fit_course,
+    fit_courses,
     in_order,
     rows_of_gain,
     together,
@@ -92,7 +93,7 @@ def change_of(
     d = models[0][1].equation.axes
     dof = max(sum(len(part.rows) - 3 * d for part in parts), 1)
     limit = float(stdtrit(dof, 1 - LEVEL_OF_CHANGE / 2))
-    tried = list(tried_courses(recording, parts))
+    tried = tried_courses(recording, parts)
     if not tried:
         return None
     best = max(tried, key=lambda one: abs(one.z))
@@ -153,12 +154,13 @@ def _placed(
     """Where a change begins that has this pattern, and between which trials (95 %)."""
     if best.kind != "from":
         return best, (best.first, best.first)
-    explained = []
-    for course in (one for one in courses if one.kind == "from"):
-        fit = fit_course(parts, course.weight, pattern)
-        if fit is not None:
-            known = np.linalg.inv(fit.covariance)
-            explained.append((float(fit.sizes @ known @ fit.sizes), course))
+    begun = [one for one in courses if one.kind == "from"]
+    fits = fit_courses(parts, np.array([one.weight for one in begun]), pattern)
+    explained = [
+        (float(fit.sizes @ np.linalg.inv(fit.covariance) @ fit.sizes), course)
+        for fit, course in zip(fits, begun, strict=True)
+        if fit is not None
+    ]
     most, course = max(explained, key=lambda one: one[0])
     near = [one.first for size, one in explained if size >= most - _DROP]
     return course, (min(near), max(near))
