@@ -140,7 +140,8 @@ def _unexplained(model: Model) -> tuple[float, float, float] | None:
     apart = (white - mean)[chosen]
     between, within = (mean[chosen] ** 2).sum(), (apart**2).sum()
     free = groups * rows - len(model.parameters), (len(apart) - groups) * rows
-    if free[0] <= 0:
+    # repeats that are copies of each other have no noise to judge by, which `copies` names
+    if free[0] <= 0 or within <= np.finfo(float).eps * between:
         return None
     noise = within / free[1]
     known = _independent(apart, len(apart) - groups) / rows
