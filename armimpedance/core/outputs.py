@@ -13,6 +13,7 @@ import os
 import stat
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Final
 
@@ -21,6 +22,21 @@ from armimpedance.core.temporaries import exchange, remove, sweep, temporary_nam
 
 #: What a recording's folder may hold; such a folder may be replaced by a new one.
 RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "samples.csv")
+
+_WITHIN: Final[ContextVar[Path | None]] = ContextVar("folder of all outputs", default=None)
+
+
+@contextmanager
+def written_within(folder: Path) -> Iterator[None]:
+    """Refuse every output that would lie outside a folder, until the end.
+
+    `folder`: exists.
+    """
+    token = _WITHIN.set(folder.resolve())
+    try:
+        yield
+    finally:
+        _WITHIN.reset(token)
 
 
 @contextmanager
@@ -145,6 +161,9 @@ def check_file_replaceable(path: str | os.PathLike[str]) -> None:
 def _final_path(path: str | os.PathLike[str]) -> Path:
     # A link is written through, not replaced.
     final = Path(os.path.realpath(path))
+    within = _WITHIN.get()
+    if within is not None and not final.is_relative_to(within):
+        raise InputError("lies outside of the folder of what is written", file=path)
     if final.is_symlink():
         raise InputError("is a link to itself", file=path, expected="the name of a file or folder")
     if not final.parent.is_dir():

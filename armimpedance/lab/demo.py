@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armimpedance.lab.parts.simulation import simulated_files, write_simulated
-from armimpedance.show.command.outputs import check_folder, check_seed
+from armimpedance.show.command.outputs import OutputPath, check_folder, check_seed
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -38,7 +38,7 @@ LONGEST_FIRST = ("force", "postures", "cocontraction")
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    parser.add_argument("--out", type=Path, default=Path("armimpedance_demo"), metavar="DIR")
+    parser.add_argument("--out", type=OutputPath, default=Path("armimpedance_demo"), metavar="DIR")
     parser.add_argument("--quick", action="store_true", help="fewer disturbances and conditions")
     parser.add_argument("--subject", default="A", help="simulated subject, A (default) to D")
     parser.add_argument("--seed", type=int, default=1997)

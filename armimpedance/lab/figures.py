@@ -12,14 +12,13 @@ have a CSV beside them.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from armimpedance.show.command.outputs import add_look
+from armimpedance.show.command.outputs import OutputPath, add_look
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument("--out", type=OutputPath, required=True, metavar="DIR")
     parser.add_argument(
         "--only",
         action="append",

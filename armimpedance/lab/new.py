@@ -12,16 +12,15 @@ really has.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from armimpedance.lab.parts.starter import README, SCRIPT, STARTERS, write_starter
-from armimpedance.show.command.outputs import add_replace, check_folder
+from armimpedance.show.command.outputs import OutputPath, add_replace, check_folder
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("--for", dest="lab", required=True, choices=STARTERS.names)
-    parser.add_argument("folder", metavar="DIR", type=Path)
+    parser.add_argument("folder", metavar="DIR", type=OutputPath)
     add_replace(parser)
 
 

@@ -48,7 +48,7 @@ from armimpedance.app.cli.convert_motion import (
 )
 from armimpedance.core.errors import InputError
 from armimpedance.show.command.options import add_reading, reading_options
-from armimpedance.show.command.outputs import add_replace, check_folder
+from armimpedance.show.command.outputs import OutputPath, add_replace, check_folder
 
 if TYPE_CHECKING:
     from armimpedance.recordings import AnyRecording
@@ -62,7 +62,7 @@ SUBJECT_FIELDS = ("mass_kg", "height_m", "upper_arm_m", "forearm_hand_m")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("input", metavar="INPUT", type=Path)
-    parser.add_argument("output", metavar="OUTPUT_FOLDER", type=Path)
+    parser.add_argument("output", metavar="OUTPUT_FOLDER", type=OutputPath)
     add_reading(parser)
     add_skeleton(parser)
     stated = parser.add_argument_group("what the files do not say")

@@ -23,14 +23,17 @@ from pathlib import Path
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file
-from armimpedance.show.command.outputs import add_replace
+from armimpedance.show.command.outputs import OutputPath, add_replace
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("file", metavar="FILE", type=Path, help="a table, or a folder of them")
     parser.add_argument(
-        "--out", type=Path, metavar="FILE.toml", help="where to (default: columns.toml beside it)"
+        "--out",
+        type=OutputPath,
+        metavar="FILE.toml",
+        help="where to (default: columns.toml beside it)",
     )
     parser.add_argument("--files", metavar="PATTERN", help="of a folder, such as 'trial_*.csv'")
     add_replace(parser)

@@ -131,7 +131,7 @@ def _add_disturbance(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
-    from armimpedance.show.command.outputs import add_figure
+    from armimpedance.show.command.outputs import OutputPath, add_figure
 
     robot = parser.add_argument_group("robot")
     robot.add_argument("--servo", metavar="N_PER_M", help="stiffness, or ideal (default)")
@@ -140,7 +140,7 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
     )
     robot.add_argument("--robot-kg", type=float, help="robot and handle as felt (default: 2)")
     out = parser.add_argument_group("output")
-    out.add_argument("--out-profile", type=Path, metavar="CSV", help="the best one, at 1 kHz")
+    out.add_argument("--out-profile", type=OutputPath, metavar="CSV", help="the best one, at 1 kHz")
     add_figure(out, "courses and intervals")
 
 

@@ -26,7 +26,7 @@ from typing import Any
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import inputs_now
 from armimpedance.show.command.options import SHARED_FORMS, add_reading, reading_options
-from armimpedance.show.command.outputs import Output, add_replace, check_outputs
+from armimpedance.show.command.outputs import Output, OutputPath, add_replace, check_outputs
 
 _RESULTS = ".csv"
 _MARK = "dataset_description.json"
@@ -37,7 +37,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("inputs", metavar="RECORDING|RESULTS.csv", type=Path, nargs="+")
     parser.add_argument("--as", dest="form", required=True, choices=SHARED_FORMS.names)
-    parser.add_argument("--out", required=True, type=Path, metavar="PLACE", help="folder or file")
+    parser.add_argument(
+        "--out", required=True, type=OutputPath, metavar="PLACE", help="folder or file"
+    )
     add_replace(parser)
     said = parser.add_argument_group("what only you can say")
     said.add_argument("--name", metavar="TEXT")

@@ -19,6 +19,8 @@ DATA holds a folder a person (sub-01/ses-1/... as in BIDS, or any names), with r
 
 A name without a folder lies in the session's folder; {study}/arm.csv lies beside study.toml.
 {participant} and {session} are their names. Without study.toml: inspect, estimate, report.
+A step runs an analysis and writes in the session's folder; one of DATA/study.toml reads the
+recording and what lies beside the design, one of a design named with --design reads any file.
 
 What fails is a row with its reason (exit status 3), the others are unharmed. A step runs again
 only if its words, the bytes that it reads, or the program changed.
@@ -235,12 +237,12 @@ def _found(arguments: argparse.Namespace) -> tuple[StudyDesign, list[StudySessio
     from armimpedance.recordings import is_recording
 
     design = read_design(arguments.design, arguments.data)
-    check_steps((*design.steps, *design.group_steps), parse)
+    check_steps(design, parse)
     sessions = find_sessions(arguments.data, design.recordings, is_recording)
     return design, chosen(sessions, arguments.participant_label)
 
 
-def parse(words: list[str]) -> None:
+def parse(words: list[str]) -> argparse.Namespace:
     """Parse a command's words and do nothing.
 
     Raises InputError: they are no call of a command.
@@ -254,7 +256,7 @@ def parse(words: list[str]) -> None:
     told = io.StringIO()
     try:
         with redirect_stderr(told), redirect_stdout(io.StringIO()):
-            make_parser(words).parse_args(words)
+            return make_parser(words).parse_args(words)
     except SystemExit:
         raise InputError(told.getvalue().strip() or "no command") from None
 

@@ -1,7 +1,7 @@
+from .allowed import check_steps as check_steps
 from .cohort import run_group as run_group
 from .design import (
     StudyDesign as StudyDesign,
-    check_steps as check_steps,
     read_design as read_design,
 )
 from .discrimination import discriminate as discriminate

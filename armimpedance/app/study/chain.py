@@ -14,6 +14,7 @@ from typing import Final
 
 from armimpedance.app.study.design import StudyStep
 from armimpedance.app.study.store import Fingerprints, StepResult, Store, states
+from armimpedance.core.outputs import written_within
 from armimpedance.core.program import of_program, of_words
 
 #: A command: its words to an exit status; it prints to standard output and error.
@@ -182,10 +183,10 @@ def _with_paths(result: StepResult, task: ChainTask) -> StepResult:
 
 
 def _do(words: list[str], work: Path, command: Command) -> StepResult:
-    """Run a command in a folder, and see what it printed and wrote."""
+    """Run a command that may write in a folder only, and see what it printed and wrote."""
     before = states(work)
     printed, complained = io.StringIO(), io.StringIO()
-    with chdir(work), redirect_stdout(printed), redirect_stderr(complained):
+    with written_within(work), chdir(work), redirect_stdout(printed), redirect_stderr(complained):
         try:
             status = command(words)
         except SystemExit as end:

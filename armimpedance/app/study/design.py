@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 import string
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -72,6 +72,10 @@ class StudyDesign:
         Pattern of the recordings' paths below the data's folder; None: whatever can be opened.
     folder : Path
         Where the design stands; ``{study}`` in a command.
+    file : Path, optional
+        The design itself, where there is one.
+    named : bool
+        Whether whoever runs the study named the file; one that lies with the data came with them.
     """
 
     steps: tuple[StudyStep, ...]
@@ -79,6 +83,8 @@ class StudyDesign:
     tables: tuple[str, ...]
     recordings: str | None
     folder: Path
+    file: Path | None = None
+    named: bool = False
 
 
 def read_design(file: Path | None, data: Path) -> StudyDesign:
@@ -115,28 +121,9 @@ def read_design(file: Path | None, data: Path) -> StudyDesign:
         tables=tuple(_texts(content, "tables", where)),
         recordings=_pattern(content, where),
         folder=where.resolve().parent,
+        file=where,
+        named=file is not None,
     )
-
-
-def check_steps(steps: tuple[StudyStep, ...], check: Callable[[list[str]], None]) -> None:
-    """Have every command's words parsed before any work is done.
-
-    Parameters
-    ----------
-    steps : tuple of StudyStep
-    check : function
-        Parses the words of a command; raises InputError.
-
-    Raises
-    ------
-    InputError
-        Naming the command.
-    """
-    for step in steps:
-        try:
-            check(step.filled(dict.fromkeys(PLACES, "x")))
-        except InputError as error:
-            raise InputError(f"the step {str(step)!r}: {error}") from None
 
 
 def _texts(content: Mapping[str, Any], name: str, file: Path) -> list[str]:
@@ -167,17 +154,15 @@ def _pattern(content: Mapping[str, Any], file: Path) -> str | None:
 def _step(line: str) -> StudyStep:
     try:
         words = shlex.split(line)
-        named = [name for word in words for _, name, _, _ in string.Formatter().parse(word)]
+        fields = [field for word in words for field in string.Formatter().parse(word)]
     except ValueError as error:
         raise InputError(f"the step {line!r}: {error}", expected="a command") from None
     if words[:1] == ["armimpedance"]:
         words = words[1:]
     if not words:
         raise InputError("an empty step", expected='a command such as "inspect {recording}"')
-    for name in named:
-        if name is not None and name not in PLACES:
+    for _, name, form, conversion in fields:
+        if name is not None and (name not in PLACES or form or conversion):
             known = ", ".join(f"{{{place}}}" for place in PLACES)
-            raise InputError(f"the step {line!r}: {{{name}}}", expected=f"one of {known}")
-    if words[0] == "study":
-        raise InputError(f"the step {line!r}: a study within a study", expected="another command")
+            raise InputError(f"the step {line!r}: {{{name}}}", expected=f"one of {known} as it is")
     return StudyStep(tuple(words))

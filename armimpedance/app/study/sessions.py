@@ -67,7 +67,8 @@ def find_sessions(
     Raises
     ------
     InputError
-        There is no such folder, nothing in it is a recording, or two sessions have one name.
+        There is no such folder, nothing in it is a recording, a name is dots alone, or two sessions
+        have one name.
     """
     if not data.is_dir():
         raise InputError("no such folder", file=data, expected="a folder of people's recordings")
@@ -172,7 +173,11 @@ def _named(top: Path, recording: Path) -> StudySession:
     if not session and len(parts) > 1:
         session = _stem(parts[-1]) if recording.is_file() else parts[-1]
     first = person if len(parts) > 1 or recording.is_dir() else _stem(person)
-    return StudySession(first.removeprefix("sub-"), session.removeprefix("ses-"), recording)
+    made = StudySession(first.removeprefix("sub-"), session.removeprefix("ses-"), recording)
+    # In the words of a step such a name would stand for a folder above.
+    if any(label and not label.strip(".") for label in (made.participant, made.session)):
+        raise InputError("a name of dots alone", file=recording, expected="letters or digits")
+    return made
 
 
 def _told_apart(sessions: list[StudySession], top: Path) -> list[StudySession]:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.outputs import add_replace, check_folder
+from armimpedance.show.command.outputs import OutputPath, add_replace, check_folder
 
 if TYPE_CHECKING:
     from armimpedance.lab.benchmark import Key
@@ -30,7 +30,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     from armimpedance.lab.benchmark_command.tasks import TASKS
 
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    parser.add_argument("--out", type=OutputPath, required=True, metavar="FOLDER")
     parser.add_argument("--key", type=Path, metavar="FILE", help="of the sealed half")
     parser.add_argument(
         "--task",

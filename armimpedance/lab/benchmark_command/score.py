@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.outputs import Output, check_outputs
+from armimpedance.show.command.outputs import Output, OutputPath, check_outputs
 
 if TYPE_CHECKING:
     from armimpedance.lab.benchmark import BenchmarkFolder, KnownTruth
@@ -28,7 +28,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("submission", type=Path, metavar="SUBMISSION.csv")
     parser.add_argument("--key", type=Path, metavar="FILE", help="of the sealed half")
     parser.add_argument("--name", metavar="TEXT", help="of the method (the file's name)")
-    parser.add_argument("--out", type=Path, required=True, metavar="SCORES.json")
+    parser.add_argument("--out", type=OutputPath, required=True, metavar="SCORES.json")
 
 
 def run(arguments: argparse.Namespace) -> int:

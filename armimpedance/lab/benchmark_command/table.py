@@ -12,13 +12,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.show.command.outputs import Output, check_outputs
+from armimpedance.show.command.outputs import Output, OutputPath, check_outputs
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("scores", type=Path, nargs="+", metavar="SCORES.json")
-    parser.add_argument("--out", type=Path, required=True, metavar="TABLE.md")
+    parser.add_argument("--out", type=OutputPath, required=True, metavar="TABLE.md")
 
 
 def run(arguments: argparse.Namespace) -> int:

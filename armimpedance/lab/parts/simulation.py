@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 from armimpedance.core.method_table import MethodTable
 from armimpedance.core.progress import Progress
 from armimpedance.lab.lab_forms import FORMS, form_for
-from armimpedance.show.command.outputs import add_replace, check_folder, check_seed
+from armimpedance.show.command.outputs import OutputPath, add_replace, check_folder, check_seed
 
 if TYPE_CHECKING:
     from armimpedance.recordings import AnyRecording
@@ -83,7 +83,7 @@ class SimulatedRig:
 
     def configure(self, parser: argparse.ArgumentParser) -> None:
         """Arguments of the subcommand."""
-        parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+        parser.add_argument("--out", type=OutputPath, required=True, metavar="FOLDER")
         if self.subjects:
             parser.add_argument("--subject", metavar="NAME", help=self.subjects)
         parser.add_argument("--seed", type=int, default=0, help="of all random numbers (0)")

@@ -32,6 +32,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armimpedance.show.command.outputs import OutputPath
+
 if TYPE_CHECKING:
     from armimpedance.app.study import Engine
     from armimpedance.lab.simulate_study.blocks import Blocks
@@ -44,7 +46,7 @@ SOME_FAILED = 3
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("config", metavar="CONFIG.toml", type=Path)
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    parser.add_argument("--out", type=OutputPath, required=True, metavar="FOLDER")
     parser.add_argument(
         "--workers", type=int, metavar="N", help="processes (default: as many as cores)"
     )

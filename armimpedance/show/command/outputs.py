@@ -21,6 +21,12 @@ FIT: Final = (".json",)
 FIGURE: Final = (".png", ".svg", ".pdf")
 
 
+class OutputPath(type(Path())):  # type: ignore[misc]
+    """The type of an argument that names what a command writes: whoever looks at a parsed call,
+    as the check of a study's steps does, knows such a path from one that is read.
+    """
+
+
 @dataclass(frozen=True)
 class Output:
     """A file that a command is asked to write.
@@ -49,7 +55,7 @@ def add_out(
     """
     parser.add_argument(
         "--out",
-        type=Path,
+        type=OutputPath,
         required=required,
         metavar="FILE",
         help=f"{what}: {' or '.join(endings)}"
@@ -67,7 +73,9 @@ def add_out(
 
 def add_figure(parser: argparse._ActionsContainer, what: str) -> None:
     """The option ``--figure FILE`` for a drawing of the result, with those of its look."""
-    parser.add_argument("--figure", type=Path, metavar="FILE", help=f"{what}: {listed(FIGURE)}")
+    parser.add_argument(
+        "--figure", type=OutputPath, metavar="FILE", help=f"{what}: {listed(FIGURE)}"
+    )
     add_look(parser)
 
 

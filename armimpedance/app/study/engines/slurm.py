@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from armimpedance.app.study.engines.dask import Dask
 from armimpedance.app.study.engines.engine import Asked, Given, Work
-from armimpedance.core.errors import needed
+from armimpedance.core.errors import InputError, needed
+
+#: As SLURM takes them: minutes, minutes:seconds, hours:minutes:seconds, days-hours and so on;
+#: a number of megabytes, or of another unit.
+_TIME: Final = re.compile(r"([0-9]+-)?[0-9]+(:[0-9]+){0,2}")
+_MEMORY: Final = re.compile(r"([0-9]+)([KMGTkmgt]?)[Bb]?")
 
 
 @dataclass(frozen=True)
@@ -59,7 +66,13 @@ def array_script(
     Returns
     -------
     str
+
+    Raises
+    ------
+    InputError
+        No time or memory as SLURM takes them.
     """
+    time, memory = _time(time), _memory(memory)
     share = shlex.join([*words, "participant", *options])
     group = shlex.join([*words, "group", *options])
     return f"""#!/bin/bash
@@ -80,3 +93,18 @@ if [ "$SLURM_ARRAY_TASK_ID" = "{jobs - 1}" ]; then
 fi
 {share} --workers 1 --task-index "$SLURM_ARRAY_TASK_ID" --tasks {jobs}
 """
+
+
+def _time(word: str) -> str:
+    """A time, and nothing that would be another line of a script."""
+    if not _TIME.fullmatch(word):
+        raise InputError(f"--time {word}", expected="minutes, hours:minutes:seconds or days-hours")
+    return word
+
+
+def _memory(word: str) -> str:
+    """A number with the letter of its unit, and nothing else."""
+    parts = _MEMORY.fullmatch(word)
+    if parts is None:
+        raise InputError(f"--memory {word}", expected="such as 4G, 4GB or 4000M")
+    return f"{parts[1]}{parts[2] or 'M'}"

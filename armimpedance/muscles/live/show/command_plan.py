@@ -26,6 +26,8 @@ OWN = (
 
 def add_live(parser: argparse.ArgumentParser) -> None:
     """Options of a calibration."""
+    from armimpedance.show.command.outputs import OutputPath
+
     live = parser.add_argument_group("a calibration of the live stiffness")
     live.add_argument(
         "--live",
@@ -44,7 +46,7 @@ def add_live(parser: argparse.ArgumentParser) -> None:
     live.add_argument(
         "--elbow", choices=("held", "free"), help="in space (default: what the recording says)"
     )
-    live.add_argument("--out-calibration", type=Path, metavar="CSV", help="the conditions")
+    live.add_argument("--out-calibration", type=OutputPath, metavar="CSV", help="the conditions")
 
 
 def _add_precision(live: argparse._ArgumentGroup) -> None:

@@ -36,6 +36,7 @@ from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
     Output,
+    OutputPath,
     add_figure,
     add_out,
     check_long,
@@ -67,7 +68,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_out(parser, "one row a movement", TABLE, long=True)
     parser.add_argument(
-        "--samples", type=Path, metavar="FILE", help=f"one row a sample: {listed(TABLE)}"
+        "--samples", type=OutputPath, metavar="FILE", help=f"one row a sample: {listed(TABLE)}"
     )
     parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
     parser.add_argument("--live", action="store_true", help="sample by sample, and timed")
