@@ -22,8 +22,8 @@ MOST_WORDS = 1500
 #: Page -> why it may be longer.
 MAY_BE_LONG = {
     "CHANGELOG.md": "a history is looked up, not read",
-    "docs/licences.md": "docs/licences.py writes it from the lock",
-    "docs/benchmark_table.md": "`armimpedance benchmark table` writes it from the scores",
+    "docs/project/licences.md": "docs/licences.py writes it from the lock",
+    "docs/evidence/benchmark_table.md": "`armimpedance benchmark table` writes it from the scores",
     "docs/gallery.md": "captions of pictures, each by itself",
 }
 

@@ -26,7 +26,7 @@ FETCHED = {"script", "img", "link", "iframe", "source"}
 #: Kinds of <link> that say where something is and fetch nothing.
 ONLY_SAID = {"canonical", "index", "search", "next", "prev", "author", "license", "copyright"}
 #: Pages that are written for the site stay short enough to be read in one go.
-OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "theory/*.md", "reference/*.md")
+OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "explanation/**/*.md", "reference/**/*.md")
 MOST_WORDS = 1500
 #: Processor seconds that the code of a tutorial may take, written by `_site/seconds.py`.
 MOST_SECONDS = 60.0

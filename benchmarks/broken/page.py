@@ -36,14 +36,15 @@ WIDTH_IN, ROW_IN, HEAD_IN, DPI = 6.6, 0.135, 0.42, 160
 
 
 def write_page(rows: pd.DataFrame, docs: Path) -> None:
-    """Write ``what_can_go_wrong/`` into a folder of docs, its drawings into the gallery."""
+    """Write ``evidence/what_can_go_wrong/`` below the docs, its drawings into the gallery."""
     for name, commands in DRAWINGS.items():
         chosen = rows[rows["command"].isin(commands) & (rows["violation"] != "none")]
         if len(chosen):
             draw(chosen, commands, docs / "gallery" / f"{STEM}_{name}")
-    (docs / STEM).mkdir(exist_ok=True)
+    folder = docs / "evidence" / STEM
+    folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts(rows).items():
-        with staged_file(docs / STEM / f"{name}.md") as staged:
+        with staged_file(folder / f"{name}.md") as staged:
             Path(staged).write_text(text, encoding="utf-8")
 
 
@@ -124,7 +125,7 @@ def _intro(broken: pd.DataFrame) -> list[str]:
     for name, commands in DRAWINGS.items():
         if broken["command"].isin(commands).any():
             title = ", ".join(f"`{c}`" for c in commands if (broken["command"] == c).any())
-            lines += [f"![{name}](../gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
+            lines += [f"![{name}](../../gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
     return lines
 
 
