@@ -156,4 +156,6 @@ def picture() -> str:
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("project").joinpath("data_flow.svg").write_text(picture(), encoding="utf-8")
+    Path(__file__).with_name("project").joinpath("data_flow.svg").write_text(
+        picture(), encoding="utf-8"
+    )

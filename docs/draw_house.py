@@ -1,7 +1,8 @@
 """Draw docs/project/house.svg: the rooms of `armimpedance`, upper above those they may import.
 
 Standard library only; run ``python docs/draw_house.py`` after a room has come, gone or moved. The
-order stands in `docs/project/data_flow.md`, what a room is for in the first sentence of its own docstring.
+order stands in `docs/project/data_flow.md`, what a room is for in the first sentence of its own
+docstring.
 """
 
 from __future__ import annotations

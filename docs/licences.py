@@ -121,7 +121,9 @@ def main(arguments: list[str]) -> None:
     text = page()
     if "--check" in arguments:
         if PAGE.read_text() != text:
-            raise SystemExit("docs/project/licences.md is not what the lock says: run docs/licences.py")
+            raise SystemExit(
+                "docs/project/licences.md is not what the lock says: run docs/licences.py"
+            )
     else:
         PAGE.write_text(text)
 

@@ -125,7 +125,12 @@ def _intro(broken: pd.DataFrame) -> list[str]:
     for name, commands in DRAWINGS.items():
         if broken["command"].isin(commands).any():
             title = ", ".join(f"`{c}`" for c in commands if (broken["command"] == c).any())
-            lines += [f"![{name}](../../gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
+            lines += [
+                f"![{name}](../../gallery/{STEM}_{name}.png)",
+                "",
+                f"*{title.capitalize()}*",
+                "",
+            ]
     return lines
 
 
