@@ -25,8 +25,8 @@ FIRST: Final = (
     "## Filtered, drifting, exchanged",
     "",
     "What changes in a session (a gain, a channel, the person, labels) and what was filtered",
-    "before it was saved have pages of their own: [sessions](../estimate/sessions.md),",
-    "[filters](../estimate/filters.md).",
+    "before it was saved have a page of their own:",
+    "[sessions and filters](../../explanation/sessions_and_filters.md).",
     "",
 )
 PERSON, SENSORS, ALL = "person and rig", "sensors and units", "all"
