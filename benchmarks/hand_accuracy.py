@@ -1,6 +1,6 @@
 """Accuracy and coverage of the default estimate: measured against what is asked.
 
-Two limbs: the linear one of the table in docs/estimate/accuracy.md (M, B, K known, perfect return)
+Two limbs: the linear one of the table in docs/evidence/estimate.md (M, B, K known, perfect return)
 and the simulated subject behind a servo of finite stiffness. 40 disturbances an experiment. The
 experiments are those of `armimpedance simulate-study`; a run that was stopped goes on where it was.
 """

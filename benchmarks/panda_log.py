@@ -8,8 +8,8 @@ It is not part of this project; give its path:
 
 --folder writes it as a recording that `armimpedance body robot --rows all` reads. Nobody knows this
 robot's true parameters: what can be judged is the prediction, every fifth of the log from the other
-four. Exit status 1 if a joint's torque is predicted worse than R^2 = .80. docs/body/real_robot.md
-reads the numbers.
+four. Exit status 1 if a joint's torque is predicted worse than R^2 = .80.
+docs/evidence/real_robot.md reads the numbers.
 """
 
 from __future__ import annotations

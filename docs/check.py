@@ -17,15 +17,20 @@ LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)[^)]*\)")
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 MADE = re.compile(r"^<!-- made by: python (.*?) -->\n\n((?:\|.*\n)+)", re.MULTILINE)
-#: A page is read in one go, or split.
-MOST_WORDS = 1500
-#: Page -> why it may be longer.
-MAY_BE_LONG = {
+#: Shelf -> most words of a page, tables included: it is read in one go, or split.
+MOST_WORDS = {"README.md": 400, "tutorials": 900, "how_to": 400}
+MOST_ELSEWHERE = 1200
+#: Words outside of tables that all shelves may have together: who adds a page shortens another.
+MOST_PROSE = 55_000
+#: Page or folder -> why it is no part of that, and may be longer.
+WRITTEN_BY_PROGRAMS = {
     "CHANGELOG.md": "a history is looked up, not read",
-    "docs/licences.md": "docs/licences.py writes it from the lock",
-    "docs/benchmark_table.md": "`armimpedance benchmark table` writes it from the scores",
-    "docs/gallery.md": "captions of pictures, each by itself",
+    "docs/project/licences.md": "docs/licences.py writes it from the lock",
+    "docs/evidence/benchmark_table.md": "`armimpedance benchmark table` writes it from the scores",
+    "docs/evidence/what_can_go_wrong": "`benchmarks/broken_assumptions.py` writes it",
 }
+#: Lists of links, and captions of pictures, each by itself.
+LISTS = ("docs/gallery.md", "docs/how_to/index.md")
 
 
 def pages() -> list[Path]:
@@ -54,9 +59,38 @@ def anchors(page: Path) -> set[str]:
 
 def too_long(page: Path, text: str) -> Iterator[str]:
     """Pages that should be split."""
-    words = len(text.split())
-    if words > MOST_WORDS and named(page) not in MAY_BE_LONG:
-        yield f"{named(page)}: {words} words (expected at most {MOST_WORDS}: split it)"
+    name = named(page)
+    if is_written_by_a_program(page) or name in LISTS:
+        return
+    most = MOST_WORDS.get(name.removeprefix("docs/").split("/")[0], MOST_ELSEWHERE)
+    if words(text) > most:
+        yield f"{name}: {words(text)} words (expected at most {most}: split it)"
+
+
+def words(text: str) -> int:
+    """Words of a text; bars of tables and marks of lists are none."""
+    return sum(any(letter.isalnum() for letter in word) for word in text.split())
+
+
+def is_written_by_a_program(page: Path) -> bool:
+    """Whether a page is made anew from something else."""
+    return any(f"{named(page)}/".startswith(f"{name}/") for name in WRITTEN_BY_PROGRAMS)
+
+
+def by_shelf() -> dict[str, tuple[int, int, int]]:
+    """Shelf -> pages, words outside of tables and words in tables, of what people wrote."""
+    counted: dict[str, tuple[int, int, int]] = {}
+    for page in sorted(DOCS.rglob("*.md")):
+        if is_written_by_a_program(page):
+            continue
+        place = page.relative_to(DOCS).parts
+        lines = page.read_text().splitlines()
+        rows = [line for line in lines if line.startswith("|")]
+        prose = words("\n".join(line for line in lines if not line.startswith("|")))
+        shelf = place[0] if len(place) > 1 else "(top)"
+        known = counted.get(shelf, (0, 0, 0))
+        counted[shelf] = (known[0] + 1, known[1] + prose, known[2] + words("\n".join(rows)))
+    return counted
 
 
 def named(page: Path) -> str:
@@ -109,6 +143,11 @@ def main() -> int:
         text = page.read_text()
         for check in (broken_links, too_long, other_tables, wrong_commands, failing_examples):
             problems += check(page, text)
+    shelves = by_shelf()
+    if (prose := sum(count for _, count, _ in shelves.values())) > MOST_PROSE:
+        problems.append(f"docs: {prose} words (expected at most {MOST_PROSE}: shorten a page)")
+    for shelf, (count, outside, inside) in shelves.items():
+        print(f"{shelf}: {count} pages, {outside} words, and {inside} in tables")
     for problem in problems:
         print(problem)
     print(f"docs: {len(pages())} pages, {len(problems)} problems")

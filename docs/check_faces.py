@@ -10,7 +10,9 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import chdir
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from numpydoc.validate import validate
@@ -21,7 +23,7 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "docs/_site"))
-from faces import names_without_an_example  # noqa: E402
+from faces import EXAMPLE, names_without_an_example  # noqa: E402
 
 #: No docstring; parameters not documented, unknown, in another order; no section of returns.
 ERRORS = {"GL08", "PR01", "PR02", "PR03", "RT01"}
@@ -70,14 +72,27 @@ def failing_examples(room: str, name: str) -> Iterator[str]:
     thing = getattr(importlib.import_module(room), name)
     if not is_ours(thing):
         return
+    tests = doctest.DocTestFinder(recurse=False).find(thing, name, globs={})
+    yield from failing(f"{room}.{name}", tests)
+
+
+def failing_example_of_the_index() -> Iterator[str]:
+    """The example on the API's first page, run in a folder of its own."""
+    test = doctest.DocTestParser().get_doctest(EXAMPLE, {}, "EXAMPLE", None, None)
+    with TemporaryDirectory() as folder, chdir(folder):
+        yield from failing("faces.EXAMPLE", [test])
+
+
+def failing(where: str, tests: list[doctest.DocTest]) -> Iterator[str]:
+    """What doctest says of examples that print something else."""
     said: list[str] = []
     runner = doctest.DocTestRunner(
         verbose=False, optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     )
-    for test in doctest.DocTestFinder(recurse=False).find(thing, name, globs={}):
+    for test in tests:
         runner.run(test, out=said.append)
     if said:
-        yield f"{room}.{name}: {' '.join(''.join(said).split())}"
+        yield f"{where}: {' '.join(''.join(said).split())}"
 
 
 def remember_sessions() -> None:
@@ -116,6 +131,7 @@ def main() -> int:
         if id(thing) not in seen:
             problems += failing_examples(room, name)
         seen.add(id(thing))
+    problems += failing_example_of_the_index()
     for problem in problems:
         print(problem)
     seconds = time.process_time() - begun

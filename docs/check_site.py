@@ -25,9 +25,6 @@ from armimpedance.app.cli.main import COMMANDS  # noqa: E402
 FETCHED = {"script", "img", "link", "iframe", "source"}
 #: Kinds of <link> that say where something is and fetch nothing.
 ONLY_SAID = {"canonical", "index", "search", "next", "prev", "author", "license", "copyright"}
-#: Pages that are written for the site stay short enough to be read in one go.
-OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "theory/*.md", "reference/*.md")
-MOST_WORDS = 1500
 #: Processor seconds that the code of a tutorial may take, written by `_site/seconds.py`.
 MOST_SECONDS = 60.0
 #: What a shell prints where a command of a tutorial did not run; a notebook goes on after it.
@@ -134,14 +131,6 @@ def slow_tutorials(tutorials: list[Path]) -> Iterator[str]:
             yield f"{page}: {seconds} s (expected at most {MOST_SECONDS:g} s of the processor)"
 
 
-def long_pages() -> Iterator[str]:
-    """Pages of ours that are too long."""
-    for page in (page for pattern in OURS for page in DOCS.glob(pattern)):
-        words = len(page.read_text().split())
-        if words > MOST_WORDS:
-            yield f"{page.relative_to(DOCS)}: {words} words (expected at most {MOST_WORDS})"
-
-
 def main(folder: str) -> int:
     """Print every problem; 1 if there is any."""
     site = Path(folder)
@@ -152,7 +141,7 @@ def main(folder: str) -> int:
     tutorials = sorted(site.glob("tutorials/*.html"))
     problems += [found for page in tutorials for found in commands_that_failed(page)]
     problems += slow_tutorials(tutorials)
-    problems += [*names_without_a_page(site), *commands_without_a_run(), *long_pages()]
+    problems += [*names_without_a_page(site), *commands_without_a_run()]
     for problem in problems:
         print(problem)
     times = ", ".join(f"{page.stem} {seconds_of(page)}" for page in tutorials)

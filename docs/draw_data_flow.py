@@ -1,4 +1,4 @@
-"""Draw docs/data_flow.svg: the lanes of the topics, from a lab's files to results.
+"""Draw docs/project/data_flow.svg: the lanes of the topics, from a lab's files to results.
 
 Standard library only; run ``python docs/draw_data_flow.py`` after a lane has changed.
 """
@@ -156,4 +156,6 @@ def picture() -> str:
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("data_flow.svg").write_text(picture(), encoding="utf-8")
+    Path(__file__).with_name("project").joinpath("data_flow.svg").write_text(
+        picture(), encoding="utf-8"
+    )

@@ -1,7 +1,8 @@
-"""Draw docs/house.svg: the rooms of `armimpedance`, upper ones above those that they may import.
+"""Draw docs/project/house.svg: the rooms of `armimpedance`, upper above those they may import.
 
 Standard library only; run ``python docs/draw_house.py`` after a room has come, gone or moved. The
-order stands in `docs/data_flow.md`, what a room is for in the first sentence of its own docstring.
+order stands in `docs/project/data_flow.md`, what a room is for in the first sentence of its own
+docstring.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pathlib import Path
 from textwrap import wrap
 
 DOCS = Path(__file__).resolve().parent
+PAGES = DOCS / "project"
 PACKAGE = DOCS.parent / "armimpedance"
 WIDTH, LINE, PAD, GAP = 1000, 14, 10, 8
 #: Letters of the second line that fit into a box of so many points.
@@ -21,7 +23,7 @@ POINTS_PER_LETTER = 5.6
 
 def floors() -> list[list[str]]:
     """Rooms and modules of each floor, the highest first, as `data_flow.md` lists them."""
-    page = (DOCS / "data_flow.md").read_text(encoding="utf-8")
+    page = (PAGES / "data_flow.md").read_text(encoding="utf-8")
     listed = page.split("## Rooms and their faces")[1].split("```")[1]
     return [line.split(" | ") for line in listed.strip().splitlines()]
 
@@ -75,4 +77,4 @@ def picture() -> str:
 
 
 if __name__ == "__main__":
-    (DOCS / "house.svg").write_text(picture(), encoding="utf-8")
+    (PAGES / "house.svg").write_text(picture(), encoding="utf-8")

@@ -17,7 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs/licences.md"
+PAGE = ROOT / "docs/project/licences.md"
 
 #: Packages that declare nothing, and what the licence file in their distribution says.
 FROM_THEIR_FILES: Final = {"cmeel-qhull": "Qhull (as BSD, with notice of changes)", "ezc3d": "MIT"}
@@ -121,7 +121,9 @@ def main(arguments: list[str]) -> None:
     text = page()
     if "--check" in arguments:
         if PAGE.read_text() != text:
-            raise SystemExit("docs/licences.md is not what the lock says: run docs/licences.py")
+            raise SystemExit(
+                "docs/project/licences.md is not what the lock says: run docs/licences.py"
+            )
     else:
         PAGE.write_text(text)
 

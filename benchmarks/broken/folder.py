@@ -19,14 +19,12 @@ _SENSORS: Final = re.compile(
 FIRST: Final = (
     "# What can go wrong, and what you will see",
     "",
-    "A message of a command bears a name (`reflex: ...`). Look it up here: the table says which",
-    "faults made that message come, and the pages say what else you will see and what to do.",
-    "",
-    "## Filtered, drifting, exchanged",
+    "A warning or a refusal of a command begins with a name, such as `reflex: ...`. Look that",
+    "name up here. The table lists the faults that caused the message. The pages say what",
+    "else you will see, and what to do.",
     "",
     "What changes in a session (a gain, a channel, the person, labels) and what was filtered",
-    "before it was saved have pages of their own: [sessions](../estimate/sessions.md),",
-    "[filters](../estimate/filters.md).",
+    "before it was saved are on [their own page](../../explanation/sessions_and_filters.md).",
     "",
 )
 PERSON, SENSORS, ALL = "person and rig", "sensors and units", "all"
@@ -34,35 +32,42 @@ PERSON, SENSORS, ALL = "person and rig", "sensors and units", "all"
 
 @dataclass(frozen=True)
 class Topic:
-    """A page: its title, and which part of which commands' tables it holds."""
+    """A page: its title, its name in a table, and which part of which commands' tables it holds."""
 
     title: str
+    short: str
     tables: tuple[tuple[str, str], ...]
 
 
 TOPICS: Final = {
-    "joint": Topic("One joint: person and rig", (("elbow", PERSON),)),
-    "joint_sensors": Topic("One joint: sensors and units", (("elbow", SENSORS),)),
+    "joint": Topic("One joint: person and rig", "joint", (("elbow", PERSON),)),
+    "joint_sensors": Topic("One joint: sensors and units", "joint: sensors", (("elbow", SENSORS),)),
     "joint_over_time": Topic(
-        "One joint over time, and EMG", (("elbow --time-varying", ALL), ("elbow --emg-law", ALL))
+        "One joint over time, and EMG",
+        "joint over time",
+        (("elbow --time-varying", ALL), ("elbow --emg-law", ALL)),
     ),
-    "hand": Topic("The hand: person and rig", (("estimate", PERSON), ("reflex", ALL))),
-    "hand_sensors": Topic("The hand: sensors and units", (("estimate", SENSORS),)),
+    "hand": Topic("The hand: person and rig", "hand", (("estimate", PERSON), ("reflex", ALL))),
+    "hand_sensors": Topic("The hand: sensors and units", "hand: sensors", (("estimate", SENSORS),)),
     "hand_around": Topic(
         "The hand: looking, mapping, comparing",
+        "hand: around",
         (("inspect", ALL), ("map", ALL), ("compare", ALL)),
     ),
     "hand_moving": Topic(
         "The hand under random perturbations, and while it reaches",
+        "hand: moving",
         (("random", ALL), ("movement", ALL)),
     ),
-    "relaxed": Topic("Relaxed joints", (("passive", ALL),)),
+    "relaxed": Topic("Relaxed joints", "relaxed", (("passive", ALL),)),
     "bodies_and_therapy": Topic(
         "Bodies and therapy robots",
+        "bodies, therapy",
         tuple((c, ALL) for c in ("body", "therapy robot", "therapy arm", "therapy contribution")),
     ),
     "muscles_and_files": Topic(
         "Muscles, and exams that are converted",
+        "muscles, files",
         (("fit activation", ALL), ("fit moment-arms", ALL), ("convert", ALL)),
     ),
 }
@@ -101,21 +106,21 @@ def _symptoms(where: dict[str, list[str]]) -> Iterator[str]:
                 said.setdefault(name, []).append(cause)
             if "**in" in seen:
                 silent.append(cause)
-    yield from ("## By what you read", "")
+    yield from ("## By message", "")
     yield from (
-        "| the message begins with | what was broken when it came | pages |",
+        "| the message begins with | what was broken | pages |",
         "| --- | --- | --- |",
     )
     for name in sorted(said):
         yield _symptom(f"`{name}`", said[name])
     if silent:
-        yield _symptom("no word, and the number is wrong", silent)
+        yield _symptom("no message, and the number is wrong", silent)
     yield ""
 
 
 def _symptom(name: str, causes: list[tuple[str, str]]) -> str:
     what = "; ".join(dict.fromkeys(cause for cause, _ in causes))
-    pages_ = ", ".join(f"[{TOPICS[p].title}]({p}.md)" for p in dict.fromkeys(p for _, p in causes))
+    pages_ = ", ".join(f"[{TOPICS[p].short}]({p}.md)" for p in dict.fromkeys(p for _, p in causes))
     return f"| {name} | {what} | {pages_} |"
 
 

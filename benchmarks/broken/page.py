@@ -36,14 +36,15 @@ WIDTH_IN, ROW_IN, HEAD_IN, DPI = 6.6, 0.135, 0.42, 160
 
 
 def write_page(rows: pd.DataFrame, docs: Path) -> None:
-    """Write ``what_can_go_wrong/`` into a folder of docs, its drawings into the gallery."""
+    """Write ``evidence/what_can_go_wrong/`` below the docs, its drawings into the gallery."""
     for name, commands in DRAWINGS.items():
         chosen = rows[rows["command"].isin(commands) & (rows["violation"] != "none")]
         if len(chosen):
             draw(chosen, commands, docs / "gallery" / f"{STEM}_{name}")
-    (docs / STEM).mkdir(exist_ok=True)
+    folder = docs / "evidence" / STEM
+    folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts(rows).items():
-        with staged_file(docs / STEM / f"{name}.md") as staged:
+        with staged_file(folder / f"{name}.md") as staged:
             Path(staged).write_text(text, encoding="utf-8")
 
 
@@ -102,29 +103,35 @@ def _intro(broken: pd.DataFrame) -> list[str]:
     judged = broken[(broken["effect_in_se"] > EFFECT_SE) & broken["seen"].astype(bool)]
     quiet = int((judged["silently_wrong"] <= 0.02).sum())
     lines = [
-        "Every command takes something for granted: that the rig imposes a torque, that the person",
-        "is relaxed, that channels are on one clock, that newtons are newtons. Here each of these",
-        "is broken on purpose, and the command is asked what it says. Four things can happen to a",
-        "record:",
+        "Every command assumes something: that the rig imposes a torque, that the person is",
+        "relaxed, that channels are on one clock, that newtons are newtons. Each assumption",
+        "is violated on purpose in simulated records, many of plants written apart from the",
+        "toolkit's own simulators, and the command is run: `python",
+        "benchmarks/broken_assumptions.py`. A record is then",
         "",
         "- *refused*: there is no number, and one line says why;",
         "- *named*: there is a number, and a warning bears the name of what is wrong;",
-        "- *right or wide*: the printed 95 % interval, widened by half, holds the truth;",
-        "- *silently wrong*: none of these. Nothing should be here; what is left is orange.",
+        "- *right or wide*: the printed 95 % interval, widened by half, covers the truth;",
+        "- *silently wrong*: none of these (orange).",
         "",
-        f"{len(broken)} violations, {n} records a cell at most, made by `python",
-        "benchmarks/broken_assumptions.py`; simulated records, many by plants written apart from",
-        "the toolkit's own simulators. *Effect* is the largest error that the violation causes, in",
-        "standard errors of the same experiment without it; below two it does no harm that anyone",
-        f"could see, and the bars are faint. Of the {len(judged)} violations above two,",
-        f"{quiet} are silently wrong in at most 2 % of the printed numbers. A star marks what no",
-        "record can show, a gain that is a little off for example: only a calibration helps.",
+        "*Effect* is the largest error that the violation causes, in standard errors of the",
+        "same experiment without it. Below two it does no harm that anyone could see, and the",
+        "bars are faint.",
+        f"Of {len(broken)} violations, {n} records a cell at most, {len(judged)} are above two;",
+        f"{quiet} of these are silently wrong in at most 2 % of the printed numbers.",
+        "A star marks what no record can show, such as a gain that is a little off. Only a",
+        "calibration helps there.",
         "",
     ]
     for name, commands in DRAWINGS.items():
         if broken["command"].isin(commands).any():
             title = ", ".join(f"`{c}`" for c in commands if (broken["command"] == c).any())
-            lines += [f"![{name}](../gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
+            lines += [
+                f"![{name}](../../gallery/{STEM}_{name}.png)",
+                "",
+                f"*{title.capitalize()}*",
+                "",
+            ]
     return lines
 
 

@@ -1,6 +1,6 @@
 """Ten seconds of live stiffness from raw EMG against the truth, with an electrode that is pulled.
 
-python benchmarks/live/trace.py docs/live_trace.svg
+python benchmarks/live/trace.py docs/gallery/live_trace.svg
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A moving hand: the error of K against the number of pushed trials, for every method.
 
-    python benchmarks/movement/trials.py --sessions 20 --figure docs/movement_trials.svg
+    python benchmarks/movement/trials.py --sessions 20 --figure docs/gallery/movement_trials.svg
 
 One phase in the middle of the reach, 40 free reaches; the error is the rms over sessions of the
 Frobenius norm of K's error at the hand, in percent of K.

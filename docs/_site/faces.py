@@ -5,6 +5,8 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +16,65 @@ from uses_of import use_of
 import armimpedance
 
 PACKAGE = Path(armimpedance.__file__).parent
-#: Kinds of names at the top, in the order in which a reader meets them.
-KINDS = {
-    "first": "First steps",
-    "verbs": "Verbs: from a recording to a result",
-    "files": "Reading and writing",
-    "plots": "Pictures",
-    "types": "Records and results",
-    "errors": "Errors",
+#: The names used most, in the order of work.
+FIRST = (
+    *("read", "inspect", "estimate", "to_joint", "fit_posture", "predict"),
+    *("compare", "plot_ellipses", "write_report", "save"),
+)
+#: Heading -> the modules whose names stand below it: the order of work, then the topics.
+SECTIONS = {
+    "Read, inspect, write": r"recordings|show|app\.(inspection|report)",
+    "Estimate: a hand at rest": r"hand\.(still|ellipses|show\.(estimates|labelled))",
+    "To the joints and the muscles": r"hand\.levels|limb\.arm",
+    "Fit and predict: models over posture and EMG": r"muscles\.(models|show)",
+    "Compare": r"hand\.comparison|app\.study",
+    "Plot": r"hand\.show\.\w+_plot",
+    "Plan an experiment": r"hand\.planning",
+    "A hand that moves": r"hand\.reaching",
+    "Random perturbations of hand, wrist or ankle": r"hand\.random",
+    "One joint under a random perturbation": r"joint\.elbow",
+    "Relaxed joints": r"joint\.relaxed",
+    "Masses and inertias of a body": r"joint\.body",
+    "Therapy robots": r"joint\.therapy",
+    "Live stiffness": r"muscles\.live",
+    "Records": r"",
+    "Errors": r"core\.errors",
 }
-#: The first steps, in their order.
-FIRST = ("read", "recording", "inspect", "estimate", "plot_ellipses", "compare", "to_joint", "save")
+#: The first steps as a session; `docs/check_faces.py` runs it.
+EXAMPLE = """\
+>>> import armimpedance as ai
+>>> from manipulandum_sim.hand import simulate
+>>> levels = ["cocontraction_10", "cocontraction_30"]
+>>> simulated, truth = simulate("cocontraction", seed=1, sets=2, conditions=levels)
+>>> ai.write_recording(simulated, "session")
+>>> session = ai.read("session")
+>>> ai.inspect(session).usable
+True
+>>> hand = ai.estimate(session)
+>>> hand
+2 estimates
+cocontraction_10: weighted, 16 trials, K 397.8, 151.9 N/m
+cocontraction_30: weighted, 16 trials, K 640.8, 304.5 N/m
+>>> ai.to_joint(hand)["cocontraction_10"].stiffness
+K (N m/rad)   shoulder              elbow
+shoulder      33.2 [23.83, 42.58]   13.82 [7.58, 20.06]
+elbow         13.82 [7.58, 20.06]   24.68 [20.04, 29.31]
+>>> difference = ai.compare(session, permutations=99)
+>>> difference.pairs[0].second
+'cocontraction_30'
+>>> axes = ai.plot_ellipses(hand)
+>>> [path.name for path in ai.save(axes.figure, "ellipses")]
+['ellipses.png', 'ellipses.svg']
+>>> ai.write_report(session, "report.html").verdict.trust
+'The numbers can be used: 2 groups, 32 trials.'
+>>> places = [f"posture_{k:02d}" for k in range(1, 11)]
+>>> postures, truth = simulate("postures", seed=1, sets=1, conditions=places)
+>>> model = ai.fit_posture(ai.to_joint(ai.estimate(postures)), order=1)
+>>> predicted = ai.predict(model, postures=[[1.0, 1.5]])
+>>> predicted.to_frame()[["K_11", "sd_K_11", "extrapolated"]].round(1)
+   K_11  sd_K_11  extrapolated
+0  25.0      7.4             1
+"""
 
 
 def names_of(room: str) -> list[str]:
@@ -54,34 +104,41 @@ def _index() -> str:
     text = [
         title("API"),
         "Everything that a script needs stands at the top: ``import armimpedance as ai``. "
-        "The rooms below hold the parts of which the verbs are made.\n",
+        "The modules below hold the parts of which these functions are made.\n",
     ]
-    by_kind: dict[str, list[str]] = {kind: [] for kind in KINDS}
-    for name in names_of(""):
-        by_kind[_kind(name)].append(name)
-    by_kind["first"] = list(FIRST)
-    for kind, names in by_kind.items():
+    for heading, names in _sections().items():
         rows = "\n".join(f"* - :doc:`ai.{n} <ai/{n}>`\n  - {_first_line('', n)}" for n in names)
-        text += [title(KINDS[kind], "-"), directive("list-table", "", rows, widths="30 70")]
-        text += [toctree([f"ai.{n} <ai/{n}>" for n in names], hidden="", caption=KINDS[kind])]
-    text += [title("Rooms", "-")]
+        text += [title(heading, "-"), directive("list-table", "", rows, widths="30 70")]
+        text += [toctree([f"ai.{n} <ai/{n}>" for n in names], hidden="", caption=heading)]
+        if names == FIRST:
+            text += ["One after another, on a simulated person:\n", code(EXAMPLE, "pycon")]
+    text += [title("Modules", "-")]
     rows = "\n".join(
         f"* - :doc:`armimpedance.{room} <rooms/{room}>`\n  - {_line_of(_room_doc(room))}"
         for room in rooms()
     )
     text += [directive("list-table", "", rows, widths="30 70")]
-    text += [toctree([f"{room} <rooms/{room}>" for room in rooms()], hidden="", caption="Rooms")]
+    text += [toctree([f"{room} <rooms/{room}>" for room in rooms()], hidden="", caption="Modules")]
     return "\n".join(text)
 
 
-def _kind(name: str) -> str:
+def _sections() -> dict[str, Sequence[str]]:
+    """Heading -> names of the top: what one calls, then pictures, then what one gets."""
+    found: dict[str, list[str]] = {heading: [] for heading in SECTIONS}
+    for name in sorted(set(names_of("")) - set(FIRST), key=_place):
+        found[_section(name)].append(name)
+    return {"The ten names used most": FIRST, **found}
+
+
+def _place(name: str) -> tuple[bool, bool, str]:
     thing = getattr(armimpedance, name)
-    if name in FIRST:
-        return "first"
-    if inspect.isclass(thing):
-        return "errors" if issubclass(thing, Exception) else "types"
-    last = thing.__module__.split(".")[-1]
-    return "verbs" if "verb" in last else "plots" if "plot" in thing.__name__ else "files"
+    return inspect.isclass(thing), "plot" in thing.__module__, name
+
+
+def _section(name: str) -> str:
+    module = getattr(armimpedance, name).__module__.removeprefix("armimpedance.")
+    fitting = (heading for heading, where in SECTIONS.items() if where and re.match(where, module))
+    return next(fitting, "Records")
 
 
 def _room(room: str) -> str:

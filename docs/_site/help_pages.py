@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from command_runs import KEPT
 from rst import code, directive, title, toctree
 
-from armimpedance.app.cli.main import COMMANDS, PLACES, make_parser
+from armimpedance.app.cli.main import COMMANDS, GROUPS, PLACES, make_parser
 from armimpedance.show.verbs.options import Verb
 
 #: Above the examples.
@@ -20,17 +20,16 @@ WHOSE = "On simulated people, when this site was built.\n"
 def command_pages() -> dict[str, str]:
     """Name of a page -> its text."""
     pages = {f"reference/commands/{name}": _page(name) for name in COMMANDS}
-    rows = "\n".join(
-        f"* - :doc:`{name}`\n  - {line.replace('%%', '%')}" for name, line in COMMANDS.items()
-    )
-    pages["reference/commands/index"] = "\n".join(
-        [
-            title("Commands"),
-            "``armimpedance COMMAND --help`` prints what stands on these pages.\n",
-            directive("list-table", "", rows, widths="20 80"),
-            toctree(COMMANDS, hidden=""),
-        ]
-    )
+    text = [
+        title("Commands"),
+        "``armimpedance COMMAND --help`` prints what stands on these pages.\n",
+    ]
+    for heading, names in GROUPS.items():
+        lines = ((name, COMMANDS[name].replace("%%", "%")) for name in names)
+        rows = "\n".join(f"* - :doc:`{name}`\n  - {line}" for name, line in lines)
+        text += [title(heading, "-"), directive("list-table", "", rows, widths="20 80")]
+    text += [toctree(COMMANDS, hidden="")]
+    pages["reference/commands/index"] = "\n".join(text)
     return pages
 
 

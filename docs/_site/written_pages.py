@@ -1,4 +1,4 @@
-"""Write the pages that follow from the code: the faces, the commands, the lists of pages.
+"""Write the pages that follow from the code: the faces, the commands, the columns.
 
 They are written before Sphinx looks for sources, and only where they change.
 """
@@ -10,12 +10,11 @@ from typing import Any
 
 from column_pages import column_pages
 from faces import api_pages
-from guides import guide_pages
 from help_pages import command_pages
 from sphinx.application import Sphinx
 
 #: Folders that hold nothing else: what is no longer written there is taken away.
-FOLDERS = ("reference/api", "reference/commands", "guides")
+FOLDERS = ("reference/api", "reference/commands")
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -26,7 +25,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 def write(source: Path) -> None:
     """Write all of them below the folder of the sources."""
-    pages = {**api_pages(), **command_pages(), **column_pages(), **guide_pages(source)}
+    pages = {**api_pages(), **command_pages(), **column_pages()}
     for name, text in pages.items():
         path = source / f"{name}.rst"
         path.parent.mkdir(parents=True, exist_ok=True)

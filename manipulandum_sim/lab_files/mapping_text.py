@@ -62,7 +62,7 @@ def mapping_text(
     second, metre, turn = ("ms", "mm", "deg") if units == "small" else ("s", "m", "rad")
     place, push = (metre, "N") if kind == "hand" else (turn, "N m")
     lines = [
-        "# Which column of these files is what; see docs/mapping.md.",
+        "# Which column of these files is what; see docs/reference/files/mapping.md.",
         f'kind = "{kind}"',
         f"sample_rate_hz = {float(recording.sample_rate_hz)!r}",
         f'perturbation = "{recording.perturbation}"',

@@ -96,7 +96,7 @@ def _breaches(path: Path) -> Iterator[str]:
 def test_the_page_and_the_drawing_of_the_house_are_those_of_its_rooms():
     drawing = runpy.run_path(str(ROOT / "docs/draw_house.py"))
     assert [set(floor) for floor in drawing["floors"]()] == RANKS[1:]
-    drawn = (ROOT / "docs/house.svg").read_text(encoding="utf-8")
+    drawn = (ROOT / "docs/project/house.svg").read_text(encoding="utf-8")
     assert drawn == drawing["picture"](), "python docs/draw_house.py"
 
 

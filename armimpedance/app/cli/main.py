@@ -172,6 +172,8 @@ _TABLE: Final = {
         ("figures", "lab.figures", "draw the sources' figures from simulated subjects"),
     ),
 }
+#: Heading of the overview -> its commands.
+GROUPS: Final = {title: [name for name, _, _ in rows] for title, rows in _TABLE.items()}
 COMMANDS: Final = {name: line for rows in _TABLE.values() for name, _, line in rows}
 PLACES: Final = {
     name: f"armimpedance.{place}" for rows in _TABLE.values() for name, place, _ in rows
@@ -199,12 +201,11 @@ def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     from armimpedance import __version__
 
     plain = argparse.RawDescriptionHelpFormatter
-    groups = {title: [name for name, _, _ in rows] for title, rows in _TABLE.items()}
     parser = OneLineParser(
         prog="armimpedance",
         usage="armimpedance [-h] [--version] COMMAND ...",
         description=OVERVIEW,
-        epilog=f"{grouped(groups, COMMANDS)}\n\n{CLOSING}",
+        epilog=f"{grouped(GROUPS, COMMANDS)}\n\n{CLOSING}",
         formatter_class=plain,
     )
     parser.add_argument("--version", action="version", version=f"armimpedance {__version__}")

@@ -207,7 +207,7 @@ def _tail(rates: FloatArray, counts: FloatArray, t: FloatArray) -> FloatArray:
 #
 # What the squared distance has beyond the form, it has in the tail too: a distance d is reached by
 # no form smaller than ``(2 tanh(d/2))^2``, which stands in its place and errs on the careful side.
-# docs/compare/tests.md has the measured levels.
+# docs/evidence/compare.md has the measured levels.
 
 #: Numbers of one block of pairs: some 20 MB with what is computed on the way.
 _BLOCK_NUMBERS: Final = 40_000

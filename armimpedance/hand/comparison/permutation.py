@@ -15,7 +15,7 @@ statistic whose distribution does not depend on the noise keeps it anyway (E. Ch
 2013, Exact and asymptotically robust permutation tests, Ann Stat 41:484-507) and stays exact where
 trials are exchangeable. T2 itself depends, with nine elements and a dozen noisy trials, on how well
 its covariance is known; its probability does so to the next order only (R. Beran 1988, Prepivoting
-test statistics, J Am Stat Assoc 83:687-697). docs/compare/accuracy.md has the measured levels.
+test statistics, J Am Stat Assoc 83:687-697). docs/evidence/compare.md has the measured levels.
 """
 
 from __future__ import annotations

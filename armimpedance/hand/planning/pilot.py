@@ -97,5 +97,5 @@ def _warnings(recording: Recording, rows: IntArray) -> tuple[str, ...]:
     return (
         "elbow not held: the plan is for the stiffness that a short disturbance meets, not for "
         "that at rest, and a free elbow makes the intervals of `estimate` wider; hold the elbow, "
-        "or use disturbances that stay out for 0.3 s (docs/space.md)",
+        "or use disturbances that stay out for 0.3 s (docs/explanation/space.md)",
     )

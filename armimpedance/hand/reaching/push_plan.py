@@ -169,7 +169,7 @@ def _swing(
 TRIALS: Final = 40
 #: Rounds of all directions beyond which nobody plans.
 MOST_ROUNDS: Final = 2**17
-#: The share of the bound's information that the estimator reaches (docs/movement/accuracy.md).
+#: The share of the bound's information that the estimator reaches (docs/evidence/movement.md).
 EFFICIENCY: Final = 0.8
 
 

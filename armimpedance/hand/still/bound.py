@@ -5,7 +5,7 @@ For Gaussian noise e of the force and n of the position, with the motion itself 
     cov(theta) >= (sum_t G_t^T (Sigma_e + A Sigma_n A^T)^-1 G_t)^-1,   G = [X'' X' X]:
 
 the information about theta once the unknown motion is projected out, by the matrix inversion lemma
-(docs/estimate/accuracy.md). With ``Sigma_n = 0`` it is the bound of a known motion, which no
+(docs/evidence/estimate.md). With ``Sigma_n = 0`` it is the bound of a known motion, which no
 estimator reaches for M behind an encoder.
 """
 

@@ -28,7 +28,7 @@ from armimpedance.numerics.signals import Modes, position_noise
 
 # What disturbs a measurement, estimated from the measurement itself.
 #
-# Force: components of known shape over time (docs/estimate/methods.md), their sizes from the
+# Force: components of known shape over time (docs/explanation/estimators.md), their sizes from the
 # residuals of the impedance equation, rest before and after the disturbance included. Position: the
 # sensor's own noise (`numerics.signals.encoder`), which reaches the equation through M, B and K.
 

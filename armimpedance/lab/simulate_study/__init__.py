@@ -23,7 +23,7 @@ Instead of sessions = N, [fixed] with full = 400 and drawn = 1000000 simulates 4
 draws a million from the distribution of their estimates. OUT gets cells.csv (bias, error, coverage,
 efficiency), changes.csv (power) and sessions.parquet (every session). What is done is kept: a
 study that was killed goes on, one that is enlarged adds what is new.
-See docs/simulate_study/index.md.
+See docs/reference/simulate_study.md.
 """
 
 from __future__ import annotations

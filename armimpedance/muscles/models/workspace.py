@@ -1,7 +1,7 @@
 """A workspace of joint angles: scaled to [-1, 1], and where something was measured.
 
 Powers of angles in radians are nearly dependent; scaled, the condition of the regressor falls by
-orders of magnitude (docs/muscles/posture.md), and a posture is inside of the box if all numbers
+orders of magnitude (docs/explanation/posture_models.md), and a posture is inside of the box if all numbers
 are.
 """
 

@@ -62,10 +62,15 @@ def predict(
 
     Examples
     --------
-    >>> from armimpedance.muscles.show import predict
-    >>> predict("nowhere.json", postures=[[1.0, 1.5]])
-    Traceback (most recent call last):
-    armimpedance.core.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> names = [f"posture_{i:02d}" for i in range(1, 11)]
+    >>> recording, _ = simulate("postures", seed=1, sets=1, conditions=names)
+    >>> model = ai.fit_posture(ai.to_joint(ai.estimate(recording)), order=1)
+    >>> predicted = ai.predict(model, postures=[[1.0, 1.5]])
+    >>> predicted.to_frame()[["K_11", "sd_K_11", "extrapolated"]].round(1)
+       K_11  sd_K_11  extrapolated
+    0  25.0      7.4             1
     """
     file = model if isinstance(model, str | os.PathLike) else None
     made = read_model(Path(file)) if file is not None else cast(FittedModel, model)

@@ -20,7 +20,7 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen
 from armimpedance.core.errors import InputError
 from armimpedance.numerics.signals.differentiate import SPLINE_DEGREE, cardinal_spline
 
-#: Distance of the knots (s); docs/estimate/methods.md says how it was chosen.
+#: Distance of the knots (s) (docs/explanation/estimators.md).
 SPACING_S = 0.020
 #: A window is covered by at least this many test functions, with narrower spacing if need be.
 FEWEST = 10

@@ -80,7 +80,7 @@ def correct_force_only(force: FloatArray, lag_s: FloatArray, start: int, end: in
     return np.matmul(end_operator(lag_s, start, end), force)
 
 
-#: Support of the smoothing kernel (s). Measured in simulation (docs/estimate/methods.md): at 20 um
+#: Support of the smoothing kernel (s). Measured in simulation (docs/evidence/estimate.md): at 20 um
 #: encoder steps narrower kernels bias M and K, wider ones gain nothing.
 KERNEL_S = 0.16
 #: The fit runs from this long before the onset to this long after the end (s).

@@ -140,7 +140,7 @@ def mapping_text(found: Proposal, name: str) -> str:
     """
     lines = [
         f"# Proposed from {_plain(name)}. Check each line; replace each ? by your word.",
-        "# Reference: docs/mapping.md",
+        "# Reference: docs/reference/files/mapping.md",
         *(f"# cannot tell: {_plain(question)}" for question in found.cannot_tell),
         "",
         f"kind = {_text(found.kind)}".ljust(30) + '# "hand" (m, N) or "joint" (rad, N m)',

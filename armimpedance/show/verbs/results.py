@@ -58,10 +58,15 @@ def read(
 
     Examples
     --------
-    >>> from armimpedance.show.verbs.results import read
-    >>> read("nowhere")
-    Traceback (most recent call last):
-    armimpedance.core.errors.InputError: nowhere: no such file or folder (expected a recording)
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> with TemporaryDirectory() as folder:
+    ...     ai.write_recording(session, f"{folder}/session")
+    ...     read_back = ai.read(f"{folder}/session")
+    >>> read_back.n_trials
+    8
     """
     if not isinstance(source, str | os.PathLike):
         if isinstance(source, get_args(AnyRecording)):

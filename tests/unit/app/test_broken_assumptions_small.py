@@ -158,7 +158,9 @@ def test_a_small_study_from_records_to_page(tmp_path):
 
     (tmp_path / "gallery").mkdir()
     write_page(rows.reset_index(), tmp_path)
-    pages = {p.stem: p.read_text() for p in (tmp_path / "what_can_go_wrong").glob("*.md")}
+    pages = {
+        p.stem: p.read_text() for p in (tmp_path / "evidence" / "what_can_go_wrong").glob("*.md")
+    }
     assert "| torque's sign, turned |" in pages["joint_sensors"]
     assert "(joint_sensors.md)" in pages["index"]
     assert (tmp_path / "gallery" / "what_can_go_wrong_joint.png").stat().st_size > 1000

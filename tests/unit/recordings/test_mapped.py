@@ -425,7 +425,7 @@ def test_numbers_of_trials_that_stand_twice_are_kept_beside_new_ones(
 
 
 def test_the_mapping_of_the_documentation_is_one(tmp_path: Path) -> None:
-    page = Path(__file__).resolve().parents[3] / "docs/mapping.md"
+    page = Path(__file__).resolve().parents[3] / "docs/reference/files/mapping.md"
     text = page.read_text().partition("```toml\n")[2].partition("```")[0]
     (tmp_path / "columns.toml").write_text(text)
     mapping = read_mapping(tmp_path / "columns.toml")

@@ -50,7 +50,7 @@ def explained_by(equations: ReachEquations, solution: PhaseSolution) -> float:
 
 METHOD = ReachMethod(
     assumes="K and B change linearly over the window; the person does not yet answer on purpose",
-    reference="docs/movement/equation.md",
+    reference="docs/explanation/movement.md",
     fit=fit,
     levels=("hand", "joint"),
     throughout=True,

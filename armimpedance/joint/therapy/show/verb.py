@@ -76,7 +76,7 @@ def calibrate_robot(
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/therapy/index.md has one):
+    A simulated session takes longer than an example may (docs/how_to/therapy_robot.md has one):
 
     >>> from armimpedance.joint.therapy.show import calibrate_robot
     >>> robot = calibrate_robot("calibration", "drawings.json", validate="moving")  # doctest: +SKIP
@@ -157,7 +157,7 @@ def calibrate_arm(
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/therapy/index.md has one):
+    A simulated session takes longer than an example may (docs/how_to/contribution.md has one):
 
     >>> from armimpedance.joint.therapy.show import calibrate_arm
     >>> arm = calibrate_arm("session", "robot.json", mass_kg=72.0)  # doctest: +SKIP
@@ -240,7 +240,7 @@ def contribution(
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/therapy/index.md has one):
+    A simulated session takes longer than an example may (docs/how_to/contribution.md has one):
 
     >>> from armimpedance.joint.therapy.show import contribution
     >>> session = contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP

@@ -38,7 +38,7 @@ class PosturePolynomial(FrozenRecord):
     `coefficients` (terms, 3): coefficients of ss, se, ee over the monomials ``exponents(2 order)``
     of the scaled angles.
     `covariance` (3 terms, 3 terms): all terms of ss, then se, then ee.
-    `structure`: "free", "full", "separable" or "box" (docs/muscles/posture.md).
+    `structure`: "free", "full", "separable" or "box" (docs/explanation/posture_models.md).
     `penalty`: the regularisation that was chosen; 0 where there is none.
     """
 

@@ -36,7 +36,7 @@ from armimpedance.muscles.models.posture.certificate import (
 
 #: What it costs that a moment arm at one joint varies with the other joint's angle, against with
 #: its own: chosen by simulation, where anything from 3 to 30 does about as well
-#: (docs/muscles/posture_why.md).
+#: (docs/explanation/posture_models.md).
 OTHER_JOINT = 10.0
 
 
