@@ -69,6 +69,15 @@ def complaints(monkeypatch):
     return found
 
 
+def still_open(folder: Path) -> list[str]:
+    """Files of a folder that this process holds open: what waits for them cannot be written."""
+    held = Path("/proc/self/fd")
+    if not held.exists():
+        return []
+    files = (os.path.realpath(each) for each in held.iterdir())
+    return [file for file in files if file.startswith(str(folder))]
+
+
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """A short session of pushes on the disk, and its results."""
@@ -91,12 +100,14 @@ def test_a_table_of_any_format_is_there_whole_or_not_at_all(
     content = table_content(rows, keys=["time_s"])
     long, _, name = ending.rpartition(" ")
     out = tmp_path / f"out.{name}"
-    with DISKS[disk]() as why, pytest.raises(OSError, match=why) as told:
-        write_content(content, out, long=bool(long))
-    assert str(told.value.filename) == str(out)
-    del told
-    gc.collect()
+    with DISKS[disk]() as why:
+        with pytest.raises(OSError, match=why) as told:
+            write_content(content, out, long=bool(long))
+        assert str(told.value.filename) == str(out)
+        del told
+        gc.collect()
     assert complaints == []
+    assert still_open(tmp_path) == []
     assert os.listdir(tmp_path) == ["temporary"]
     assert os.listdir(temporary) == []
     write_content(content, out, long=bool(long))
@@ -139,7 +150,7 @@ def test_a_command_says_it_in_one_line_and_nothing_else(
     words = call.format(out=tmp_path / "out").split()
     with no_room() as why:
         status = main(words)
-    gc.collect()
+        gc.collect()
     told = capsys.readouterr()
     assert status == 1
     assert told.out == ""
@@ -147,6 +158,7 @@ def test_a_command_says_it_in_one_line_and_nothing_else(
     assert why in line
     assert str(tmp_path / "out") in line
     assert complaints == []
+    assert still_open(tmp_path) == []
     assert os.listdir(tmp_path) == []
 
 
