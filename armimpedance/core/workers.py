@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -31,6 +32,8 @@ from armimpedance.core.errors import WorkerError
 _PATIENCE_S: Final = 2.0
 #: The same where nobody is left who could ask again.
 _ALONE_S: Final = 0.3
+#: As shells tell a program that a signal ended, with its number.
+_BY_SIGNAL: Final = 128
 #: What ends a command; "SIGHUP" is not known everywhere.
 _SIGNALS: Final = {
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -255,30 +258,29 @@ class _AskedToEnd(BaseException):
 
 def _work_off(pipe: Connection) -> None:
     """Do what comes through the pipe, until nobody is at its other end."""
-    _hear_one_signal()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError, OSError):
-        while True:
-            sent = pipe.recv_bytes()
-            signal.signal(signal.SIGTERM, _stop_working)
-            try:
-                answer = _packed(_worked(sent))
-                signal.signal(signal.SIGTERM, signal.SIG_DFL)
-            except _AskedToEnd:
-                signal.signal(signal.SIGTERM, signal.SIG_DFL)
-                signal.raise_signal(signal.SIGTERM)
-            pipe.send_bytes(answer)
+    try:
+        _hear_one_signal()
+        threading.Thread(target=_end_with_parent, daemon=True).start()
+        with suppress(EOFError, OSError):
+            while True:
+                pipe.send_bytes(_packed(_worked(pipe.recv_bytes())))
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    except _AskedToEnd:
+        sys.exit(_BY_SIGNAL + signal.SIGTERM)
 
 
 def _hear_one_signal() -> None:
     """SIGTERM ends this process; what a terminal sends to all, the first one heeds for all."""
     for number in _SIGNALS:
-        signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
+        signal.signal(number, _stop_working if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
 
 
-def _stop_working(_: int, __: FrameType | None) -> None:
+def _stop_working(number: int, _: FrameType | None) -> None:
+    signal.signal(
+        number, signal.SIG_IGN
+    )  # once is enough: a second one would disturb the tidying up
     raise _AskedToEnd
 
 

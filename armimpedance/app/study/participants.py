@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import timedelta
 from itertools import chain
@@ -123,7 +124,9 @@ def run_participants(
             raise kept_so_far(error, out) from None
         raise
     finally:
-        prints.save()
+        # what is not remembered costs the next run time, and no result
+        with suppress(OSError):
+            prints.save()
 
 
 @dataclass(frozen=True)

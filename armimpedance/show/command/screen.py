@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import RLock
 from typing import Final, TextIO
 
 from armimpedance.core.progress import Progress
@@ -134,6 +135,8 @@ def bar(title: str) -> Iterator[Progress]:
     """A bar fed by ``progress(done, all)``; it shows after a second, and only on a terminal."""
     from tqdm import tqdm
 
+    # its own is a lock of the system, which outlives a process that is killed
+    tqdm.set_lock(RLock())
     with tqdm(desc=title, disable=None, delay=DELAY_S, leave=False) as shown:
 
         def progress(done: int, total: int) -> None:

@@ -222,6 +222,32 @@ def _runs(pid: str) -> bool:
         return False
 
 
+#: A worker that is killed while it shows how far it is.
+KILLED_WORKER = """
+import os, signal
+from armimpedance.core.workers import crew
+from armimpedance.show.command.screen import bar
+
+def work():
+    with bar("work") as progress:
+        progress(1, 2)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+if __name__ == "__main__":
+    with crew(2) as workers:
+        print(type(workers.share(work).exception(60)).__name__)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal here")
+def test_of_a_worker_that_was_killed_python_itself_says_nothing(tmp_path):
+    script = tmp_path / "work.py"
+    script.write_text(KILLED_WORKER)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)
+    assert done.stdout == "WorkerError\n"
+    assert done.stderr == ""
+
+
 #: A command whose workers hold a file open, half written.
 WORKERS_AT_WORK = """
 import sys, time
