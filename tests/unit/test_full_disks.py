@@ -23,6 +23,7 @@ from armimpedance.app.study import (
     run_participants,
 )
 from armimpedance.app.study.store import Fingerprints, StepResult, Store
+from armimpedance.lab.benchmark import Key
 from armimpedance.recordings import write_recording
 from armimpedance.show.files import table_content, write_content
 from armimpedance.show.files.endings import ENDINGS
@@ -159,6 +160,13 @@ def test_a_command_says_it_in_one_line_and_nothing_else(
     assert str(tmp_path / "out") in line
     assert complaints == []
     assert still_open(tmp_path) == []
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_key_that_was_not_written_is_not_there(tmp_path):
+    with no_room() as why, pytest.raises(OSError, match=why) as told:
+        Key.drawn(tmp_path / "key")
+    assert str(told.value.filename) == str(tmp_path / "key")
     assert os.listdir(tmp_path) == []
 
 
