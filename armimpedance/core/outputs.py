@@ -23,6 +23,10 @@ from armimpedance.core.temporaries import exchange, remove, sweep, temporary_nam
 #: What a recording's folder may hold; such a folder may be replaced by a new one.
 RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "samples.csv")
 
+_FULL: Final = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
+#: Errors of a disk, whatever a library makes of them.
+_DISK: Final = {*_FULL, errno.EFBIG, errno.EIO}
+
 _WITHIN: Final[ContextVar[Path | None]] = ContextVar("folder of all outputs", default=None)
 
 
@@ -58,8 +62,9 @@ def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         _like_the_old(temporary, final)
         os.replace(temporary, final)
         _flush_names(final.parent)
-    except OSError as error:
-        _name_the_output(error, temporary, path)
+    except Exception as error:
+        if (named := _with_its_name(error, temporary, path)) is not error:
+            raise named from None
         raise
     finally:
         remove(temporary)
@@ -98,8 +103,9 @@ def staged_folder(
         if exchange(temporary, final):
             _keep_what_came_meanwhile(temporary, final, mark, known)
         _flush_names(final.parent)
-    except OSError as error:
-        _name_the_output(error, temporary, path)
+    except Exception as error:
+        if (named := _with_its_name(error, temporary, path)) is not error:
+            raise named from None
         raise
     finally:
         remove(temporary)
@@ -174,11 +180,34 @@ def _final_path(path: str | os.PathLike[str]) -> Path:
     return final
 
 
-def _name_the_output(error: OSError, temporary: Path, path: str | os.PathLike[str]) -> None:
-    """Have an error of the system name what was to be written: a full disk, say, names nothing."""
-    named = "" if error.filename is None else os.fsdecode(error.filename)
-    if not named or named.startswith(str(temporary)):
-        error.filename, error.filename2 = os.fspath(path), None
+def _with_its_name(error: Exception, temporary: Path, path: str | os.PathLike[str]) -> Exception:
+    """Have an error of the system name what was to be written: a full disk, say, names nothing.
+
+    Returns: the system's error, also where a library failed on it with another one of its own.
+    """
+    behind: BaseException | None = error
+    while behind is not None and not (isinstance(behind, OSError) and behind.errno in _DISK):
+        behind = behind.__context__
+    found = behind if isinstance(behind, OSError) else error
+    if isinstance(found, OSError):
+        named = "" if found.filename is None else os.fsdecode(found.filename)
+        if not named or named.startswith(str(temporary)):
+            found.filename, found.filename2 = os.fspath(path), None
+    return found
+
+
+def is_full(error: BaseException) -> bool:
+    """Whether an error is that of a disk, or of somebody's share of it, that has no space left."""
+    return isinstance(error, OSError) and error.errno in _FULL
+
+
+def kept_so_far(error: OSError, place: Path) -> OSError:
+    """What is told of a work of many parts that met a full disk, which no other part would fit on.
+
+    `place`: where the parts are kept, for an error that names no file.
+    """
+    problem = f"{error.strerror}; what was done is kept, and the same call goes on from there"
+    return OSError(error.errno, problem, error.filename or os.fspath(place))
 
 
 def _like_the_old(temporary: Path, final: Path) -> None:

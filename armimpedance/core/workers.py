@@ -1,35 +1,43 @@
-"""Processes that work for this one: started alike, stopped by it alone, ended with it."""
+"""Processes that work for this one: started alike, stopped by it alone, ended with it.
+
+Each has a pipe to a thread of this process and shares no lock with anybody: one that is killed, at
+whatever moment, costs the piece of work that it had. On Ctrl-C, or where a terminal or a scheduler
+ends the command, this process alone decides; it asks the others to end, and they tidy up.
+"""
 
 from __future__ import annotations
 
 import os
+import pickle
 import signal
+import sys
 import threading
-from collections import deque
+import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import FIRST_EXCEPTION, Future, wait as wait_for
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import partial
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import wait
-from typing import Any
+from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from multiprocessing.util import Finalize
+from queue import Empty, SimpleQueue
+from types import FrameType
+from typing import Any, Final
 
 from armimpedance.core.errors import WorkerError
 
-#: What is said of a process that went without a word.
-_ENDED = "a worker process ended before its work was done (killed, or out of memory)"
-
-
-def worker_pool(workers: int) -> ProcessPoolExecutor:
-    """Processes that wait for work, and end when this one does, also where it is killed.
-
-    "spawn" everywhere: a fork of a process whose libraries have threads may hang. The others have
-    as many threads as this one: on their number the last bits of a matrix product depend.
-
-    Returns: work is submitted to it within `interrupts_for_us_alone`.
-    """
-    return ProcessPoolExecutor(workers, get_context("spawn"), _end_with_parent)
+#: So long a process that is asked to end may tidy up, s.
+_PATIENCE_S: Final = 2.0
+#: The same where nobody is left who could ask again.
+_ALONE_S: Final = 0.3
+#: As shells tell a program that a signal ended, with its number.
+_BY_SIGNAL: Final = 128
+#: What ends a command; "SIGHUP" is not known everywhere.
+_SIGNALS: Final = {
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+}
 
 
 def usable_cores() -> int:
@@ -37,24 +45,6 @@ def usable_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-@contextmanager
-def interrupts_for_us_alone() -> Iterator[None]:
-    """Processes that start in here ignore Ctrl-C and a closed terminal: this one stops them.
-
-    A process inherits that a signal is ignored, even before it runs a line of ours.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @dataclass(frozen=True)
@@ -65,99 +55,261 @@ class _Piece:
 
 
 class Crew:
-    """This process and others beside it, which take pieces of work from one row; see `crew`."""
+    """Processes beside this one, which take pieces of work from one row and end with the block.
+
+    Each starts with the first piece that is there for it, as a new interpreter ("spawn") on every
+    system: a fork of a process whose libraries have threads may hang. On the number of threads the
+    last bits of a matrix product depend: with more than one process, the matrix libraries should
+    have one each (OMP_NUM_THREADS=1), as the command line sets it.
+
+    `others`: how many.
+    """
 
     def __init__(self, others: int) -> None:
-        self._pool = worker_pool(others) if others else None
-        self._free = others
-        self._row: deque[_Piece] = deque()
-        # pieces are handed out here and, when one is done, by the pool's own thread
-        self._lock = threading.RLock()
+        self._others = others
+        self._row: SimpleQueue[_Piece | None] = SimpleQueue()
+        self._places: list[_Place] = []
+        # also where an error keeps this alive until the interpreter ends, which waits for processes
+        self._end = Finalize(None, _end, (self._row, self._places), exitpriority=0)
+
+    def __enter__(self) -> Crew:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Begin nothing more, and stop what was begun."""
+        self._end()
 
     def share(self, work: Callable[..., Any], *given: Any) -> Future[Any]:
         """Put a piece of work at the end of the row; the longest should come first.
 
         `*given`: what it is called with; as its result, it goes from process to process.
-        Returns: for `finish`.
+        Returns: for `finish`; its error is a WorkerError where its process was killed, or ran out
+        of memory.
         """
         piece = _Piece(work, given)
-        self._row.append(piece)
-        self._hand_out()
+        if len(self._places) < self._others:
+            self._places.append(_Place(self._row, piece))
+        else:
+            self._row.put(piece)
         return piece.done
 
     def finish(self, pieces: Sequence[Future[Any]]) -> list[Any]:
         """Work along until the row is empty, then wait for these pieces.
 
         Returns: their results, in this order.
-        Raises WorkerError: another process was killed, or ran out of memory.
+        Raises WorkerError: at once, when the process of one was killed, or ran out of memory.
         """
-        while (piece := self._next()) is not None:
-            piece.done.set_result(piece.work(*piece.given))
-        try:
-            return [piece.result() for piece in pieces]
-        except BrokenExecutor:
-            raise WorkerError(f"{_ENDED}; try again with more memory free") from None
+        with suppress(Empty):
+            while not any(map(_is_lost, pieces)):
+                if (piece := self._row.get_nowait()) is not None:
+                    piece.done.set_result(piece.work(*piece.given))
+        wait_for(pieces, return_when=FIRST_EXCEPTION)
+        for lost in filter(_is_lost, pieces):
+            lost.result()
+        return [piece.result() for piece in pieces]
 
-    def end(self) -> None:
-        """Begin nothing more, and wait for what was begun."""
-        with self._lock:
-            self._row.clear()
-        if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
 
-    def _next(self) -> _Piece | None:
-        with self._lock:
-            return self._row.popleft() if self._row else None
+def _is_lost(piece: Future[Any]) -> bool:
+    return piece.done() and isinstance(piece.exception(), WorkerError)
 
-    def _hand_out(self) -> None:
-        with self._lock:
-            while self._pool is not None and self._free and (piece := self._next()) is not None:
-                self._free -= 1
-                with interrupts_for_us_alone():
-                    done = self._pool.submit(piece.work, *piece.given)
-                done.add_done_callback(partial(self._take_back, piece))
 
-    def _take_back(self, piece: _Piece, done: Future[Any]) -> None:
-        if done.cancelled():
+def crew(workers: int) -> Crew:
+    """So many processes, this one among them.
+
+    `workers`: 1 does all work in this process.
+    """
+    return Crew(workers - 1)
+
+
+def _end(row: SimpleQueue[_Piece | None], places: Sequence[_Place]) -> None:
+    with suppress(Empty):
+        while (piece := row.get_nowait()) is not None:
             piece.done.cancel()
-            return
-        error = done.exception()
-        if error is None:
-            piece.done.set_result(done.result())
+    for place in places:
+        row.put(None)
+        place.stop()
+    until = time.monotonic() + _PATIENCE_S
+    try:
+        for place in places:
+            place.wait(until)
+    finally:
+        for place in places:
+            place.kill()
+
+
+class _Place:
+    """A thread here, and the process that it has work; another one where that was killed."""
+
+    def __init__(self, row: SimpleQueue[_Piece | None], first: _Piece) -> None:
+        self._row = row
+        self._process: SpawnProcess | None = None
+        self._pipe: Connection | None = None
+        self._lock = threading.Lock()
+        self._works = self._stopped = False
+        self._thread = threading.Thread(target=self._serve, args=(first,), daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Ask the process to end, where it is at work; without work it ends by itself."""
+        with self._lock:
+            self._stopped = True
+            if self._works and self._process is not None:
+                self._process.terminate()
+
+    def wait(self, until: float) -> None:
+        """Let both come to their end, but not for ever."""
+        self._thread.join(max(0.0, until - time.monotonic()))
+        if self._process is not None:
+            self._process.join(max(0.0, until - time.monotonic()))
+
+    def kill(self) -> None:
+        """End the process where it still runs."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+
+    def _serve(self, first: _Piece) -> None:
+        piece: _Piece | None = first
+        while piece is not None:
+            self._settle(piece)
+            piece = self._row.get()
+        if self._pipe is not None:
+            self._pipe.close()
+
+    def _settle(self, piece: _Piece) -> None:
+        try:
+            sent = pickle.dumps((piece.work, piece.given))
+            done, result = pickle.loads(self._answer(sent))  # noqa: S301 - of our own process
+        except Exception as error:
+            done, result = False, error
+        if done:
+            piece.done.set_result(result)
         else:
-            piece.done.set_exception(error)
-        # a pool that lost a process takes no more work: this process does it
-        if not isinstance(error, BrokenExecutor):
-            with self._lock:
-                self._free += 1
-                self._hand_out()
+            piece.done.set_exception(result)
+
+    def _answer(self, sent: bytes) -> bytes:
+        with self._lock:
+            if self._stopped:
+                raise WorkerError("the work was stopped")
+            if self._pipe is None:
+                self._process, self._pipe = _started()
+            self._works = True
+        try:
+            self._pipe.send_bytes(sent)
+            return self._pipe.recv_bytes()
+        except (EOFError, OSError):
+            self._pipe.close()
+            self._pipe = None
+            raise WorkerError(_how_it_ended(self._process)) from None
+        finally:
+            self._works = False
+
+
+def _started() -> tuple[SpawnProcess, Connection]:
+    """A new process, and this side of the pipe to it."""
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_work_off, args=(theirs,))
+    try:
+        with _unheard():
+            process.start()
+    finally:
+        theirs.close()
+    return process, ours
 
 
 @contextmanager
-def crew(workers: int) -> Iterator[Crew]:
-    """So many processes, this one among them; the others end with the block.
-
-    `workers`: 1 does all work in this process. With more, the matrix libraries should have one
-    thread each (OMP_NUM_THREADS=1), as the command line sets it.
-    """
-    working = Crew(workers - 1)
+def _unheard() -> Iterator[None]:
+    """What starts in here hears no signal before it is ready: what is blocked is inherited."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
     try:
-        yield working
+        # Python's own helper, which starts with the first process, unblocks what it finds blocked
+        resource_tracker.ensure_running()
+        signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
+        yield
     finally:
-        working.end()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _how_it_ended(process: SpawnProcess | None) -> str:
+    code = None
+    if process is not None:
+        process.join(_PATIENCE_S)
+        code = process.exitcode
+    if code == -getattr(signal, "SIGKILL", 0):
+        how = "killed, or out of memory"
+    elif code is not None and code < 0:
+        how = f"by {signal.Signals(-code).name}"
+    else:
+        how = f"with status {code}"
+    problem = f"a worker process ended before its work was done ({how})"
+    return f"{problem}; try fewer workers, or more memory"
+
+
+# In the other process.
+
+
+class _AskedToEnd(BaseException):
+    """Raised in the midst of the work: what is half done is tidied up on the way out."""
+
+
+def _work_off(pipe: Connection) -> None:
+    """Do what comes through the pipe, until nobody is at its other end."""
+    try:
+        _hear_one_signal()
+        threading.Thread(target=_end_with_parent, daemon=True).start()
+        with suppress(EOFError, OSError):
+            while True:
+                pipe.send_bytes(_packed(_worked(pipe.recv_bytes())))
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    except _AskedToEnd:
+        sys.exit(_BY_SIGNAL + signal.SIGTERM)
+
+
+def _hear_one_signal() -> None:
+    """SIGTERM ends this process; what a terminal sends to all, the first one heeds for all."""
+    for number in _SIGNALS:
+        signal.signal(number, _stop_working if number == signal.SIGTERM else signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _SIGNALS)
+
+
+def _stop_working(number: int, _: FrameType | None) -> None:
+    signal.signal(
+        number, signal.SIG_IGN
+    )  # once is enough: a second one would disturb the tidying up
+    raise _AskedToEnd
+
+
+def _worked(sent: bytes) -> tuple[bool, Any]:
+    """Whether a piece was done, and its result or error."""
+    try:
+        work, given = pickle.loads(sent)  # noqa: S301 - of our own process
+        return True, work(*given)
+    except _AskedToEnd:
+        raise
+    except BaseException as error:
+        error.add_note(traceback.format_exc())
+        return False, error
+
+
+def _packed(answer: tuple[bool, Any]) -> bytes:
+    try:
+        return pickle.dumps(answer)
+    except Exception as error:
+        what = answer[1] if isinstance(answer[1], Exception) else error
+        return pickle.dumps((False, WorkerError(f"{type(what).__name__}: {what}")))
 
 
 def _end_with_parent() -> None:
-    """Let this worker end when the process that wants its work is gone.
-
-    It would wait for ever for the next piece, and keep its memory.
-    """
+    """End when the process that wants the work is gone: in order where that takes no time."""
     parent = parent_process()
-    if parent is not None:
-        watch = threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True)
-        watch.start()
-
-
-def _end_after(sentinel: int) -> None:
-    wait([sentinel])
+    if parent is None:
+        return
+    wait([parent.sentinel])
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(_ALONE_S)
     os._exit(1)

@@ -29,7 +29,7 @@ from armimpedance.show.command.options import (
     grouped,
     nearest_options,
 )
-from armimpedance.show.command.screen import safe_screen
+from armimpedance.show.command.screen import Screen, safe_screen
 
 #: What a reader wants to do -> command, its module in the package, its line in the overview. A
 #: command of one topic stands in the folder of its topic, one that spans the topics here.
@@ -274,11 +274,19 @@ def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
         choose(arguments)
         return int(arguments.run(arguments) or 0)
     except Exception as error:
+        _forget_what_was_printed()
         if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
             raise
         return _fail(arguments.prog, asked.why or error, arguments)
     except KeyboardInterrupt as error:
+        _forget_what_was_printed()
         return _fail(arguments.prog, error)
+
+
+def _forget_what_was_printed() -> None:
+    """It would tell of files that are not there."""
+    if isinstance(sys.stdout, Screen):
+        sys.stdout.forget()
 
 
 def _check_environment() -> None:

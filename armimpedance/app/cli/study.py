@@ -140,7 +140,6 @@ def _participants(
         sessions = share_of(sessions, arguments.task_index, arguments.tasks)
     out = arguments.out.resolve()
     engine = _engine(arguments)
-    out.mkdir(parents=True, exist_ok=True)
     log = StudyLog(out)
     log.begun(f"{len(sessions)} sessions of {arguments.data}")
     failed: dict[str, str] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import shutil
@@ -114,6 +115,7 @@ def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Comm
     Every step is tried, also after one that failed: a page that says why may be among them.
 
     `command`: runs one command in the working folder.
+    Raises OSError: a disk is full, or cannot be written to.
     """
     done: list[Done] = []
     held = {path.name: prints.of(path) for path in task.given}
@@ -127,6 +129,7 @@ def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Comm
             found = result is not None
             if result is None:
                 result = _without_paths(_do(step.filled(task.places), work, command), task)
+                _check_disk(result, work)
                 if not result.lasts:
                     done.append(Done(step, "", _with_paths(result, task), reused=False))
                     continue
@@ -137,6 +140,16 @@ def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Comm
     finally:
         shutil.rmtree(work, ignore_errors=True)
     return Outcome(task.name, tuple(done))
+
+
+def _check_disk(result: StepResult, work: Path) -> None:
+    """Refuse to go on where a command found no space: no other one would.
+
+    Raises OSError: it told so.
+    """
+    problem = os.strerror(errno.ENOSPC)
+    if result.status == 1 and problem in result.complained:
+        raise OSError(errno.ENOSPC, problem, os.fspath(work.parent))
 
 
 def _key(task: ChainTask, step: StudyStep, held: Mapping[str, str], prints: Fingerprints) -> str:

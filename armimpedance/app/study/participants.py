@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import timedelta
 from itertools import chain
@@ -18,7 +19,7 @@ from armimpedance.app.study.sessions import StudySession
 from armimpedance.app.study.store import Fingerprints, Store, are_files_below
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.json_text import json_text, read_json
-from armimpedance.core.outputs import staged_file
+from armimpedance.core.outputs import is_full, kept_so_far, staged_file
 
 #: Within the study's folder.
 STORE: Final = ".store"
@@ -70,6 +71,8 @@ class SessionWork:
             outcome = carry_out(task, store, prints, self.command)
             lay_out(outcome, store, self.out)
         except (ArmImpedanceError, OSError) as error:
+            if is_full(error):
+                raise
             return self.failed(task, str(error))
         return outcome
 
@@ -100,6 +103,11 @@ def run_participants(
     Yields
     ------
     Progressed
+
+    Raises
+    ------
+    OSError
+        The disk is full; what was done is kept.
     """
     (out / STORE).mkdir(parents=True, exist_ok=True)
     prints = Fingerprints(out / STORE / SEEN)
@@ -111,8 +119,14 @@ def run_participants(
     try:
         for done, outcome in enumerate(ended, 1):
             yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
+    except OSError as error:
+        if is_full(error):
+            raise kept_so_far(error, out) from None
+        raise
     finally:
-        prints.save()
+        # what is not remembered costs the next run time, and no result
+        with suppress(OSError):
+            prints.save()
 
 
 @dataclass(frozen=True)
@@ -262,6 +276,8 @@ class StudyLog:
     """
 
     def __init__(self, out: Path) -> None:
+        # a folder is a study's where the store is in it
+        (out / STORE).mkdir(parents=True, exist_ok=True)
         self._file = out / LOG_NAME
         self._began = time.monotonic()
         self._worked = 0
@@ -293,5 +309,10 @@ class StudyLog:
 
     def _add(self, line: str) -> None:
         now = time.strftime("%Y-%m-%d %H:%M:%S")
-        with open(self._file, "a", encoding="utf-8") as stream:
-            stream.write(f"{now}  {line}\n")
+        try:
+            with open(self._file, "a", encoding="utf-8") as stream:
+                stream.write(f"{now}  {line}\n")
+        except OSError as error:
+            if is_full(error):
+                raise kept_so_far(error, self._file) from None
+            raise

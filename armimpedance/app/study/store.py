@@ -21,7 +21,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import json_text, read_json
 from armimpedance.core.outputs import staged_file
 from armimpedance.core.program import of_words
-from armimpedance.core.temporaries import temporary_name
+from armimpedance.core.temporaries import remove, temporary_name
 
 # What tells that a file, a folder or the program has changed: SHA-256 of the bytes.
 #
@@ -163,7 +163,8 @@ class Store:
         with self._aside() as folder:
             for name in result.files:
                 (folder / _FILES / name).parent.mkdir(parents=True, exist_ok=True)
-                os.replace(work / name, folder / _FILES / name)
+                # they may lie on another disk
+                shutil.move(work / name, folder / _FILES / name)
             (folder / _RESULT).write_text(json_text(asdict(result)), encoding="utf-8")
             if self.get(key) is None:
                 shutil.rmtree(place, ignore_errors=True)
@@ -184,10 +185,13 @@ class Store:
                 continue
             aside = temporary_name(final, f".partial{final.suffix}")
             try:
-                os.link(source, aside)
-            except OSError:
-                shutil.copyfile(source, aside)
-            os.replace(aside, final)
+                _linked(source, aside)
+                os.replace(aside, final)
+            except OSError as error:
+                error.filename, error.filename2 = os.fspath(final), None
+                raise
+            finally:
+                remove(aside)
 
     @contextmanager
     def _aside(self) -> Iterator[Path]:
@@ -195,11 +199,21 @@ class Store:
         folder.mkdir(parents=True)
         try:
             yield folder
+        except OSError as error:
+            error.filename, error.filename2 = os.fspath(self._folder), None
+            raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
     def _place(self, key: str) -> Path:
         return self._folder / key[:2] / key
+
+
+def _linked(source: Path, final: Path) -> None:
+    try:
+        os.link(source, final)
+    except OSError:
+        shutil.copyfile(source, final)
 
 
 def are_files_below(files: Any) -> bool:

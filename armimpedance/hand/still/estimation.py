@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from typing import Any, Final, TypeVar
 
@@ -15,11 +15,10 @@ from armimpedance.core.errors import (
     ArmImpedanceError,
     InputError,
     NotIdentifiableError,
-    WorkerError,
 )
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Window
-from armimpedance.core.workers import interrupts_for_us_alone, worker_pool
+from armimpedance.core.workers import Crew
 from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.prepared import BLOCKS_OF_ONE_TRIAL, Prepared
 from armimpedance.hand.still.result import ClusteredKind, Group, to_estimate
@@ -61,21 +60,14 @@ def in_order(
     if workers == 1:
         yield from (work(*piece) for piece in pieces)
         return
-    with worker_pool(workers) as pool:
+    with Crew(workers) as processes:
         waiting: deque[Future[Result]] = deque()
-        try:
-            for piece in pieces:
-                with interrupts_for_us_alone():
-                    waiting.append(pool.submit(work, *piece))
-                if len(waiting) > AHEAD * workers:
-                    yield waiting.popleft().result()
-            while waiting:
+        for piece in pieces:
+            waiting.append(processes.share(work, *piece))
+            if len(waiting) > AHEAD * workers:
                 yield waiting.popleft().result()
-        except BrokenExecutor:
-            problem = "a worker process ended before its work was done (killed, or out of memory)"
-            raise WorkerError(f"{problem}; try fewer workers") from None
-        finally:
-            pool.shutdown(cancel_futures=True)
+        while waiting:
+            yield waiting.popleft().result()
 
 
 #: The columns that name a group where the caller names none.

@@ -192,14 +192,21 @@ class Key:
         ------
         InputError
             There is a file of that name, or it cannot be written.
+        OSError
+            The disk is full; no file is left.
         """
         key = cls(secrets.token_bytes(KEY_BYTES))
         try:
             descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         except OSError as error:
             raise InputError(f"cannot be written: {error.strerror}", file=file) from None
-        with os.fdopen(descriptor, "w", encoding="ascii") as stream:
-            stream.write(key.secret.hex() + "\n")
+        try:
+            with os.fdopen(descriptor, "w", encoding="ascii") as stream:
+                stream.write(key.secret.hex() + "\n")
+        except OSError as error:
+            file.unlink(missing_ok=True)
+            error.filename = os.fspath(file)
+            raise
         return key
 
     @classmethod

@@ -88,5 +88,5 @@ def _key(file: Path | None, out: Path) -> Key | None:
     if file.exists():
         return Key.read(file)
     key = Key.drawn(file)
-    print(f"{file}: a new key; keep it, and keep it secret")
+    print(f"{file}: a new key; keep it, and keep it secret", flush=True)
     return key

@@ -10,6 +10,7 @@ from warnings import catch_warnings, simplefilter
 from armimpedance.app.study import Engine
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.core.outputs import is_full, kept_so_far
 from armimpedance.lab.simulate_study.blocks import Blocks, Cell
 from armimpedance.lab.simulate_study.config import Config
 from armimpedance.lab.simulate_study.rig import BLOCK, Numbers
@@ -55,6 +56,8 @@ class BlockWork:
                 simplefilter("ignore")
                 self._done(task)
         except (ArmImpedanceError, OSError) as error:
+            if is_full(error):
+                raise
             return self.failed(task, str(error))
         return EndedBlock(task.name)
 
@@ -100,10 +103,16 @@ def work_off(
     """Do the tasks.
 
     Yields: as it ends, in any order. why it failed; empty where it did not.
+    Raises OSError: the disk is full; what was done is kept.
     """
     by_name = {task.name: task for task in tasks}
-    for ended in engine(BlockWork(blocks), tasks):
-        yield by_name[ended.name], ended.problem
+    try:
+        for ended in engine(BlockWork(blocks), tasks):
+            yield by_name[ended.name], ended.problem
+    except OSError as error:
+        if is_full(error):
+            raise kept_so_far(error, blocks.out) from None
+        raise
 
 
 # What a study came to: sums of every cell and condition, and of the changes asked for.

@@ -1,8 +1,8 @@
 """Standard output that never costs a result, and progress bars.
 
-What a command prints comes after, and matters less than, what it writes to files. A sink that
-cannot take a text takes it in another form or not at all; the command goes on, and its caller asks
-at the end what was lost.
+What a command prints comes after, and matters less than, what it writes to files: it waits until
+the command has ended well, or hands it on with `flush`. A sink that cannot take a text takes it in
+another form or not at all; the command goes on, and its caller asks at the end what was lost.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import RLock
 from typing import Final, TextIO
 
 from armimpedance.core.progress import Progress
@@ -31,6 +32,7 @@ class Screen(io.TextIOBase):
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
+        self._waiting: list[str] = []
         self.left = False
         self.failed: OSError | None = None
 
@@ -52,13 +54,20 @@ class Screen(io.TextIOBase):
         return True
 
     def write(self, text: str) -> int:
-        """Write a text without characters that command a terminal."""
-        self._try(lambda: self._stream.write(_encodable(_harmless(text), self.encoding)))
+        """Take a text; it waits for `flush`."""
+        self._waiting.append(text)
         return len(text)
 
     def flush(self) -> None:
-        """Have the stream hand on what it holds."""
+        """Hand on what waits, without characters that command a terminal."""
+        text = _encodable(_harmless("".join(self._waiting)), self.encoding)
+        self._waiting.clear()
+        self._try(lambda: self._stream.write(text))
         self._try(self._stream.flush)
+
+    def forget(self) -> None:
+        """Drop what waits: the command came to nothing."""
+        self._waiting.clear()
 
     def _try(self, action: object) -> None:
         if self.left or self.failed is not None:
@@ -126,6 +135,8 @@ def bar(title: str) -> Iterator[Progress]:
     """A bar fed by ``progress(done, all)``; it shows after a second, and only on a terminal."""
     from tqdm import tqdm
 
+    # its own is a lock of the system, which outlives a process that is killed
+    tqdm.set_lock(RLock())
     with tqdm(desc=title, disable=None, delay=DELAY_S, leave=False) as shown:
 
         def progress(done: int, total: int) -> None:

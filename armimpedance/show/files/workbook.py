@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
@@ -67,17 +68,35 @@ def write_book(openpyxl: Any, sheets: Sequence[Sheet], title: str, path: Path) -
     """
     for sheet in sheets:
         check_size(sheet.name, len(sheet.rows), len(sheet.columns))
-    book = openpyxl.Workbook(write_only=True)
-    for sheet in sheets:
-        _write_sheet(openpyxl, book, sheet)
-    properties = book.properties
-    properties.creator, properties.title = "armimpedance", title
-    properties.created = properties.modified = datetime(*_NO_TIME)
     from openpyxl.writer.excel import ExcelWriter
 
-    # the workbook's own `save` would stamp the time
-    with _WithoutTimes(path, "w", ZIP_DEFLATED, allowZip64=True) as archive:
-        ExcelWriter(book, archive).write_data()
+    with _new_book(openpyxl) as book:
+        for sheet in sheets:
+            _write_sheet(openpyxl, book, sheet)
+        properties = book.properties
+        properties.creator, properties.title = "armimpedance", title
+        properties.created = properties.modified = datetime(*_NO_TIME)
+        # the workbook's own `save` would stamp the time
+        with _WithoutTimes(path, "w", ZIP_DEFLATED, allowZip64=True) as archive:
+            ExcelWriter(book, archive).write_data()
+
+
+@contextmanager
+def _new_book(openpyxl: Any) -> Iterator[Any]:
+    """A workbook whose sheets are closed, also after an error, and their temporary files removed.
+
+    Else the interpreter would close them when it ends, and complain of a full disk once for each.
+    """
+    book = openpyxl.Workbook(write_only=True)
+    try:
+        yield book
+    finally:
+        writers = [page._writer for page in book.worksheets if page._writer is not None]
+        rows = [page._rows for page in book.worksheets if page._rows is not None]
+        ends = (each.close for each in (*rows, *(writer.xf for writer in writers)))
+        for end in (*ends, *(writer.cleanup for writer in writers)):
+            with suppress(OSError, ValueError):
+                end()
 
 
 def check_size(name: str, rows: int, columns: int) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import operator
 import os
+import signal
 import time
 
 import pytest
 
 from armimpedance.core.errors import InputError, WorkerError
-from armimpedance.core.workers import crew
+from armimpedance.core.workers import Crew, crew
 
 
 def process_of(number):
@@ -51,9 +52,73 @@ def test_an_error_arrives_from_any_process(processes):
 def test_a_process_that_is_gone_is_told():
     with crew(2) as workers:
         gone, ours = workers.share(os._exit, 1), workers.share(operator.add, 1, 1)
-        with pytest.raises(WorkerError, match="ended before its work was done"):
+        with pytest.raises(WorkerError, match="ended before its work was done.*fewer workers"):
             workers.finish([gone, ours])
         assert ours.result() == 2
+
+
+def kill(number):
+    """A piece whose process is killed, as by a system without memory."""
+    os.kill(os.getpid(), number)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal here")
+def test_one_that_is_killed_costs_its_own_piece_and_another_one_goes_on():
+    with Crew(1) as beside:
+        gone = beside.share(kill, signal.SIGKILL)
+        others = [beside.share(process_of, n) for n in range(3)]
+        with pytest.raises(WorkerError, match="killed, or out of memory"):
+            gone.result(60)
+        found = [other.result(60) for other in others]
+    assert [number for number, _ in found] == [0, 1, 2]
+    assert len({process for _, process in found} - {os.getpid()}) == 1
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal here")
+def test_that_one_was_killed_is_told_before_all_else_is_done():
+    with crew(2) as workers:
+        gone = workers.share(kill, signal.SIGKILL)
+        others = [workers.share(time.sleep, 0.05) for _ in range(2000)]
+        with pytest.raises(WorkerError):
+            workers.finish([*others, gone])
+        assert not others[-1].done()
+
+
+@pytest.mark.parametrize("piece", [(open, os.devnull), (eval, "lambda: 1")], ids=["file", "code"])
+def test_a_result_that_cannot_be_sent_is_told(piece):
+    with Crew(1) as beside, pytest.raises(WorkerError, match="pickle"):
+        beside.share(*piece).result(60)
+
+
+def hold(folder):
+    """A piece that would take for ever, with something half done."""
+    inner = folder / "half"
+    inner.mkdir()
+    try:
+        time.sleep(600)
+    finally:
+        inner.rmdir()
+
+
+def deaf(folder):
+    """A piece that does not let itself be asked."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    (folder / "half").mkdir()
+    time.sleep(600)
+
+
+@pytest.mark.parametrize("piece", [hold, pytest.param(deaf, marks=pytest.mark.study)])
+def test_what_is_under_way_when_the_block_ends_is_stopped_and_tidies_up(tmp_path, piece):
+    with Crew(1) as beside:
+        asked = beside.share(piece, tmp_path)
+        until = time.monotonic() + 60
+        while not (tmp_path / "half").exists() and time.monotonic() < until:
+            time.sleep(0.02)
+        assert not asked.done()
+    assert time.monotonic() < until
+    assert (tmp_path / "half").exists() == (piece is deaf)
+    with pytest.raises(WorkerError):
+        asked.result(60)
 
 
 def interrupted(path):

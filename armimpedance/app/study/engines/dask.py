@@ -144,6 +144,6 @@ def _given(future: Any, work: Work[Asked, Given], task: Asked) -> Given:
         return given
     if isinstance(error, WrongWorkerError):
         raise error
-    if isinstance(error, ArmImpedanceError):
+    if isinstance(error, ArmImpedanceError | OSError):
         return work.failed(task, str(error))
     return work.failed(task, f"its worker could not end it: {type(error).__name__}")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from itertools import islice
 from typing import Final, Generic
 
 from armimpedance.app.study.engines.engine import Asked, Given, Work
-from armimpedance.core.errors import InputError
-from armimpedance.core.workers import interrupts_for_us_alone, usable_cores, worker_pool
+from armimpedance.core.errors import InputError, WorkerError
+from armimpedance.core.workers import Crew, usable_cores
 
 #: How often a task is tried whose process ends before it does.
 _TRIES: Final = 2
@@ -41,40 +41,44 @@ class Processes:
     def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""
         waiting, alone = _Waiting(tasks), deque[Asked]()
-        while waiting:
-            yield from self._until_broken(work, waiting, alone)
+        with Crew(self.workers or usable_cores()) as processes:
+            yield from self._side_by_side(work, waiting, alone, processes)
+        # with all memory to itself
         for task in alone:
-            yield _by_itself(work, task)
+            with Crew(1) as process:
+                asked = process.share(work, task)
+                try:
+                    yield asked.result()
+                except WorkerError as error:
+                    yield work.failed(task, str(error))
 
-    def _until_broken(
-        self, work: Work[Asked, Given], waiting: _Waiting[Asked], alone: deque[Asked]
+    def _side_by_side(
+        self,
+        work: Work[Asked, Given],
+        waiting: _Waiting[Asked],
+        alone: deque[Asked],
+        processes: Crew,
     ) -> Iterator[Given]:
-        """Work until all is done or a process was killed; what was under way then waits again.
+        """Work until all is done but what costs its process again and again.
 
         The first process starts with the first task, before the next one is asked for.
         """
-        count = self.workers or usable_cores()
+        most = 2 * (self.workers or usable_cores())
         running: dict[Future[Given], tuple[Asked, int]] = {}
-        with worker_pool(count) as pool:
-            try:
-                while running or waiting:
-                    while len(running) < 2 * count and waiting:
-                        task, tries = waiting.next()
-                        with interrupts_for_us_alone():
-                            running[pool.submit(work, task)] = (task, tries)
-                    ready, _ = wait(running, return_when=FIRST_COMPLETED)
-                    for future in ready:
-                        outcome = future.result()
-                        del running[future]
-                        yield outcome
-            except BrokenExecutor:
-                for task, tries in running.values():
+        while running or waiting:
+            while len(running) < most and waiting:
+                task, tries = waiting.next()
+                running[processes.share(work, task)] = (task, tries)
+            ready, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in ready:
+                task, tries = running.pop(future)
+                try:
+                    yield future.result()
+                except WorkerError:
                     if tries < _TRIES:
                         waiting.again(task, tries + 1)
                     else:
                         alone.append(task)
-            finally:
-                pool.shutdown(cancel_futures=True)
 
 
 class _Waiting(Generic[Asked]):
@@ -96,15 +100,3 @@ class _Waiting(Generic[Asked]):
     def again(self, task: Asked, tries: int) -> None:
         """Put back what has to be tried again."""
         self._held.append((task, tries))
-
-
-def _by_itself(work: Work[Asked, Given], task: Asked) -> Given:
-    """One task in one process, so that its end is nobody else's."""
-    with worker_pool(1) as pool:
-        try:
-            with interrupts_for_us_alone():
-                asked = pool.submit(work, task)
-            return asked.result()
-        except BrokenExecutor:
-            problem = "its process ended before its work was done (killed, or out of memory)"
-            return work.failed(task, problem)

@@ -183,19 +183,30 @@ if __name__ == "__main__":
 def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path, work):
     script = tmp_path / "work.py"
     script.write_text(WITH_WORKERS.format(work=work))
-    process = subprocess.Popen([sys.executable, str(script)])
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    environment = {**os.environ, "TMPDIR": str(temporary)}
+    call = [sys.executable, str(script)]
+    process = subprocess.Popen(call, stderr=subprocess.PIPE, env=environment)
     until = time.monotonic() + 20
     workers: list[str] = []
     while len(workers) < 2 and time.monotonic() < until:
         time.sleep(0.1)
-        workers = [pid for pid in children.read_text().split() if _is_ready(pid)]
+        workers = [pid for pid in _children(process.pid) if _is_ready(pid)]
     process.kill()
-    process.wait()
+    # nothing is said, by the helpers of Python either, which have this stream to the last
+    assert process.communicate()[1] == b""
     while any(map(_runs, workers)) and time.monotonic() < until:
         time.sleep(0.1)
     assert len(workers) == 2
     assert not any(map(_runs, workers))
+    assert os.listdir(temporary) == []
+
+
+def _children(pid: int) -> list[str]:
+    """Those that any thread of a process started."""
+    lists = Path(f"/proc/{pid}/task").glob("*/children")
+    return [child for each in lists for child in each.read_text().split()]
 
 
 def _is_ready(pid: str) -> bool:
@@ -209,3 +220,90 @@ def _runs(pid: str) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
     except OSError:
         return False
+
+
+#: A worker that is killed while it shows how far it is.
+KILLED_WORKER = """
+import os, signal
+from armimpedance.core.workers import crew
+from armimpedance.show.command.screen import bar
+
+def work():
+    with bar("work") as progress:
+        progress(1, 2)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+if __name__ == "__main__":
+    with crew(2) as workers:
+        print(type(workers.share(work).exception(60)).__name__)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signal here")
+def test_of_a_worker_that_was_killed_python_itself_says_nothing(tmp_path):
+    script = tmp_path / "work.py"
+    script.write_text(KILLED_WORKER)
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True)
+    assert done.stdout == "WorkerError\n"
+    assert done.stderr == ""
+
+
+#: A command whose workers hold a file open, half written.
+WORKERS_AT_WORK = """
+import sys, time
+from pathlib import Path
+from armimpedance.__main__ import main
+
+def hold(out):
+    from armimpedance.core.outputs import staged_file
+    with staged_file(out) as path:
+        path.write_text("half")
+        time.sleep(600)
+
+def run(arguments):
+    from armimpedance.core.workers import crew
+    with crew(3) as workers:
+        workers.finish([workers.share(hold, f"{sys.argv[1]}/{n}.csv") for n in range(3)])
+
+if __name__ == "__main__":
+    import armimpedance.muscles.show.explore_command as command
+    command.run = run
+    command.configure = lambda parser: None
+    sys.exit(main(["explore"]))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc for children")
+@pytest.mark.parametrize(
+    ("name", "status"),
+    [
+        pytest.param("SIGINT", 130, marks=pytest.mark.study),
+        pytest.param("SIGTERM", 143, marks=pytest.mark.study),
+        ("SIGHUP", 129),
+    ],
+)
+def test_a_signal_to_all_processes_ends_all_of_them_in_order(tmp_path, name, status):
+    script, out = tmp_path / "work.py", tmp_path / "out"
+    script.write_text(WORKERS_AT_WORK)
+    out.mkdir()
+    call = [sys.executable, str(script), str(out)]
+    before = signal.signal(getattr(signal, name), signal.SIG_DFL)
+    if name == "SIGINT":
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        process = subprocess.Popen(call, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    finally:
+        signal.signal(getattr(signal, name), before)
+    until = time.monotonic() + 30
+    while len(os.listdir(out)) < 3 and time.monotonic() < until:
+        time.sleep(0.05)
+    workers = _children(process.pid)
+    os.killpg(process.pid, getattr(signal, name))
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == status
+    assert len(said.splitlines()) == 1
+    assert os.listdir(out) == []
+    while any(map(_runs, workers)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert len(workers) == 3  # two, and Python's own helper, which is the last
+    assert not any(map(_runs, workers))
