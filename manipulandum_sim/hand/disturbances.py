@@ -113,8 +113,8 @@ _DOUBLET = _BUMP * (1 - 2 * _S) * (7**0.5 * (7 / 6) ** 3)
 #: Position, velocity and acceleration are zero or at rest at both ends.
 smooth_step: Final = _polynomial(10 * _S**3 - 15 * _S**4 + 6 * _S**5)
 
-#: Optimised on the Cramer-Rao bound with the planner of armimpedance (docs/explanation/plan.md), for 5 mm in
-#: 0.3 s with at most 5.3 m/s^2: the fewest trials for the stiffness,
+#: Optimised on the Cramer-Rao bound by armimpedance's planner (docs/explanation/plan.md), for 5 mm
+#: in 0.3 s with at most 5.3 m/s^2: the fewest trials for the stiffness,
 _DESIGNED: Final = (0.0, -9.625238, 0.0, -6.828925, 0.0, -2.989463)
 #: and the stiffness apart from a reflex that is 40 to 70 ms late.
 _REFLEX_SEPARATING: Final = (

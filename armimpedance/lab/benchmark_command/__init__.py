@@ -8,7 +8,7 @@ Examples:
   armimpedance benchmark table scores/*.json --out benchmark_table.md
 
 A submission is a CSV with the columns task, record, quantity, value, and perhaps low, high, unit,
-warned, time_s; `tasks/*/asked.csv` in the folder lists what is asked. See docs/evidence/benchmark.md.
+warned, time_s; `tasks/*/asked.csv` in the folder lists what is asked. docs/evidence/benchmark.md
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """A workspace of joint angles: scaled to [-1, 1], and where something was measured.
 
 Powers of angles in radians are nearly dependent; scaled, the condition of the regressor falls by
-orders of magnitude (docs/explanation/posture_models.md), and a posture is inside of the box if all numbers
-are.
+orders of magnitude (docs/explanation/posture_models.md), and a posture is inside of the box if all
+numbers are.
 """
 
 from __future__ import annotations
