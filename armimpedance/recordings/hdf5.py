@@ -24,6 +24,8 @@ _SMALL_BYTES: Final = 4_000_000
 #: Numbers of one dataset; 500 MB of them.
 MOST_NUMBERS: Final = 62_500_000
 _LONGEST_TEXT: Final = 10_000
+#: Room that one attribute may ask for, bytes.
+_LARGEST_ATTRIBUTE: Final = 1_000_000
 _LONGEST_NAME: Final = 80
 #: How a heap begins, with its version.
 _HEAP: Final = b"GCOL\x01"
@@ -197,10 +199,23 @@ def plain_text(value: Any) -> str:
     return value[:_LONGEST_TEXT].replace("\x00", "")
 
 
+def attribute(thing: Any, name: str) -> Any:
+    """An attribute as it stands; None where there is none.
+
+    Raises ValueError: it claims more than attributes hold.
+    """
+    if name not in thing.attrs:
+        return None
+    kept = thing.attrs.get_id(name)
+    if kept.dtype.itemsize * math.prod(kept.shape or ()) > _LARGEST_ATTRIBUTE:
+        raise ValueError(f"{name} claims more than {_LARGEST_ATTRIBUTE} bytes")
+    return thing.attrs[name]
+
+
 def attribute_text(thing: Any, name: str) -> str:
     """An attribute's text; "" where there is none."""
     try:
-        return plain_text(thing.attrs.get(name))
+        return plain_text(attribute(thing, name))
     except (OSError, ValueError, TypeError, RuntimeError, KeyError, MemoryError):
         return ""
 
@@ -211,7 +226,7 @@ def attribute_number(thing: Any, name: str, default: float) -> float:
     Raises Hdf5Error: it is there and no finite number.
     """
     try:
-        value = thing.attrs.get(name)
+        value = attribute(thing, name)
         number = default if value is None else float(np.asarray(value).reshape(-1)[0])
     except (OSError, ValueError, TypeError, RuntimeError, KeyError, IndexError, MemoryError):
         raise Hdf5Error(f"its {name} is no number") from None
@@ -284,7 +299,7 @@ class Mat73:
         if depth > _DEEPEST or self.parts > _MOST_PARTS:
             problem = f"more than {_DEEPEST} levels or {_MOST_PARTS} parts"
             raise InputError(problem, file=self.file, column=name, expected="plain structs")
-        kind = _text(thing.attrs.get("MATLAB_class"))
+        kind = _text(attribute(thing, "MATLAB_class"))
         if "MATLAB_object_decode" in thing.attrs or kind == "function_handle":
             return Refused(f"an object of MATLAB class {kind or 'unknown'}")
         if isinstance(thing, self.h5py.Group):
@@ -322,7 +337,7 @@ class Mat73:
         return found
 
     def _dataset(self, data: Any, kind: str, depth: int, name: str) -> Node:
-        if data.shape is None or data.attrs.get("MATLAB_empty", 0):
+        if data.shape is None or attribute(data, "MATLAB_empty"):
             return "" if kind == "char" else Leaf((0, 0), lambda: np.zeros((0, 0)))
         if self._holds_references(data):
             return self._referred(data, depth, name)

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import LARGEST, FloatArray
 from armimpedance.core.conventions import (
     command_columns,
     force_columns,
@@ -166,11 +166,13 @@ def _rate_of(run: OneClock, pieces: Sequence[Piece]) -> float:
     if run.time_s is None:
         expected = "a column with the time, or sample_rate_hz in the mapping"
         raise run.error("no time and no rate", expected)
+    for piece in pieces:
+        lost = np.flatnonzero(~(np.abs(run.time_s[piece.start : piece.stop]) < LARGEST))
+        if len(lost):
+            at = piece.start + int(lost[0])
+            raise run.error("time is missing", "a time for each sample", None, at)
     steps = [np.diff(run.time_s[p.start : p.stop]) for p in pieces]
     every = np.concatenate(steps) if steps else np.empty(0)
-    if not np.isfinite(every).all():
-        at = int(np.flatnonzero(~np.isfinite(run.time_s))[0])
-        raise run.error("time is missing", "a time for each sample", None, at)
     if not len(every) or not (usual := float(np.median(every))) > 0:
         raise run.error("time does not run forward", "at least two samples a trial, in time")
     # The mean of all steps that are no gaps: times are printed with few decimals, or scatter.

@@ -84,7 +84,8 @@ def _by_column(run: OneClock, cut: TrialCut) -> tuple[list[Piece], list[str]]:
 def _by_gap(run: OneClock, cut: TrialCut) -> list[Piece]:
     if run.time_s is None:
         raise run.error("trials by gap without a time", "a column with the time")
-    step = np.diff(run.time_s)
+    with np.errstate(invalid="ignore", over="ignore"):
+        step = np.diff(run.time_s)
     forward = step[step > 0]
     usual = float(np.median(forward)) if len(forward) else 0.0
     longest = USUAL_GAP * usual if cut.gap_s is None else cut.gap_s

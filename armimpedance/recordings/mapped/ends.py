@@ -97,6 +97,8 @@ def _leaped_to(values: FloatArray, axes: int) -> int:
     count = len(values) - begins
     if count > _MOST * len(values):
         return 0
-    steps = np.abs(np.diff(values[: begins + 1, :axes], axis=0))
-    before = steps[:-1].max(axis=0, initial=0.0)
-    return count if (steps[-1] > _JUMP * before).any() and before.any() else 0
+    # numbers that no measurement has are refused later
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.abs(np.diff(values[: begins + 1, :axes], axis=0))
+        before = steps[:-1].max(axis=0, initial=0.0)
+        return count if (steps[-1] > _JUMP * before).any() and before.any() else 0

@@ -75,7 +75,8 @@ def with_even_time(
 
 
 def _is_even(time: FloatArray, pieces: Sequence[Piece], rate_hz: float) -> bool:
-    off = ~(np.abs(np.diff(time) * rate_hz - 1.0) <= STEP_TOLERANCE)
+    with np.errstate(invalid="ignore", over="ignore"):  # stamps that are not finite
+        off = ~(np.abs(np.diff(time) * rate_hz - 1.0) <= STEP_TOLERANCE)
     off[np.array([p.start for p in pieces if p.start], dtype=np.int64) - 1] = False
     return not off.any()
 

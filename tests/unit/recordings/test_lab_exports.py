@@ -78,6 +78,21 @@ def test_a_sample_that_was_lost_is_no_scatter(session: Recording, tmp_path: Path
         ai.read(proposed(text, tmp_path))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("column", ["time [s]", "x [m]"])
+@pytest.mark.parametrize("value", [np.inf, 1e308])
+def test_what_is_no_number_of_a_measurement_is_refused_without_a_warning(
+    column: str, value: float, session: Recording, tmp_path: Path
+) -> None:
+    table = quirks.table_of(session)
+    file = proposed(quirks.plain(table), tmp_path)
+    column = next(name for name in table if name.split()[0] == column.split()[0])
+    table.loc[[300, 301, 302], column] = [value, value, -value]
+    file.write_text(quirks.plain(table), encoding="utf-8")
+    with pytest.raises(InputError):
+        ai.read(file)
+
+
 def test_a_hand_that_rests_at_zero_is_no_padding(session: Recording, tmp_path: Path) -> None:
     table = quirks.table_of(session)
     place = table[["x [m]", "y [m]"]]

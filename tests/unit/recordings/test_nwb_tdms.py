@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
+from armimpedance.recordings.hdf5 import attribute_text
 from armimpedance.recordings.sources.nwb import SOURCE as NWB
 from armimpedance.recordings.sources.tdms import SOURCE as TDMS
 
@@ -206,6 +207,17 @@ def test_claims_without_data_behind_them_take_no_memory(tmp_path):
         raw = hdf5(tmp_path / f"{number}.nwb", make)
         assert not raw.runs[0].tables
         assert any("acquisition/a" in sentence for sentence in raw.not_taken)
+
+
+def test_an_attribute_that_claims_more_than_attributes_hold_is_not_read(tmp_path, monkeypatch):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file.attrs["unit"] = "m"
+        file.attrs["long"] = np.bytes_("x" * 60_000)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert attribute_text(file, "long")
+        monkeypatch.setattr("armimpedance.recordings.hdf5._LARGEST_ATTRIBUTE", 59_999)
+        assert attribute_text(file, "unit") == "m"
+        assert attribute_text(file, "long") == attribute_text(file, "absent") == ""
 
 
 def test_a_link_back_to_where_it_came_from_ends(tmp_path):
