@@ -14,6 +14,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)[^)]*\)")
+#: A page that a docstring or comment names.
+PAGE = re.compile(r"docs/[a-z_/]+\.(?:md|svg)")
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 MADE = re.compile(r"^<!-- made by: python (.*?) -->\n\n((?:\|.*\n)+)", re.MULTILINE)
@@ -65,6 +67,15 @@ def too_long(page: Path, text: str) -> Iterator[str]:
     most = MOST_WORDS.get(name.removeprefix("docs/").split("/")[0], MOST_ELSEWHERE)
     if words(text) > most:
         yield f"{name}: {words(text)} words (expected at most {most}: split it)"
+
+
+def lost_pages() -> Iterator[str]:
+    """Pages that the code names and that are not there."""
+    for top in ("armimpedance", "manipulandum_sim", "benchmarks", "tests", "release"):
+        for file in sorted((ROOT / top).rglob("*.py")):
+            for page in PAGE.findall(file.read_text()):
+                if not (ROOT / page).is_file():
+                    yield f"{named(file)}: {page}, which does not exist"
 
 
 def words(text: str) -> int:
@@ -138,7 +149,7 @@ def failing_examples(page: Path, text: str) -> Iterator[str]:
 
 def main() -> int:
     """Print every problem; 1 if there is any."""
-    problems: list[str] = []
+    problems = list(lost_pages())
     for page in pages():
         text = page.read_text()
         for check in (broken_links, too_long, other_tables, wrong_commands, failing_examples):

@@ -25,7 +25,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file, staged_folder, written_within
 from armimpedance.show.command.outputs import OutputPath
 
-DOCS = Path(__file__).resolve().parents[4] / "docs/study.md"
+DOCS = Path(__file__).resolve().parents[4] / "docs/reference/study.md"
 
 
 def simulated(folder: Path) -> None:
