@@ -10,6 +10,7 @@ import sys
 import tracemalloc
 import weakref
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -101,10 +102,15 @@ def _peak(work: Callable[[], object]) -> float:
         tracemalloc.stop()
 
 
-def test_reading_takes_two_and_a_half_times_the_recordings_own_arrays(tmp_path):
+@pytest.mark.parametrize("channels", [0, 6])
+def test_reading_takes_two_and_a_half_times_the_recordings_own_arrays(channels, tmp_path):
     recording = _returning(4, 100)
+    if channels:
+        emg = np.random.default_rng(0).normal(0, 1e-4, (len(recording.time_s), channels))
+        muscles = tuple(f"m{i}" for i in range(channels))
+        recording = replace(recording, emg=emg, muscles=muscles)
     write_recording(recording, tmp_path / "session")
-    own = OWN * len(recording.time_s)
+    own = (OWN + 8 * channels) * len(recording.time_s)
     assert _peak(lambda: read(tmp_path / "session")) < 2.5 * own
     assert pa.total_allocated_bytes() < 0.1 * own
 
