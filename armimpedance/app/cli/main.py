@@ -274,19 +274,24 @@ def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
         choose(arguments)
         return int(arguments.run(arguments) or 0)
     except Exception as error:
-        _forget_what_was_printed()
+        _settle_what_was_printed(error)
         if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
             raise
         return _fail(arguments.prog, asked.why or error, arguments)
     except KeyboardInterrupt as error:
-        _forget_what_was_printed()
+        _settle_what_was_printed(error)
         return _fail(arguments.prog, error)
 
 
-def _forget_what_was_printed() -> None:
-    """It would tell of files that are not there."""
+def _settle_what_was_printed(error: BaseException) -> None:
+    """What was printed before a refusal belongs to it; beside another error it may tell of files
+    that are not there.
+    """
     if isinstance(sys.stdout, Screen):
-        sys.stdout.forget()
+        if isinstance(error, InputError):
+            sys.stdout.flush()
+        else:
+            sys.stdout.forget()
 
 
 def _check_environment() -> None:
