@@ -12,7 +12,7 @@ SITE = os.environ.get("SITE", "")
 PAGES = [
     "index.html",
     "gallery.html",
-    "theory/hand.html",
+    "explanation/hand.html",
     "tutorials/planning.html",
     "reference/api/ai/estimate.html",
     "reference/commands/estimate.html",
