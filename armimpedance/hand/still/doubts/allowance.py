@@ -119,9 +119,10 @@ def allowing(
     likely, uneven = _likely(known, beside_inner(limb)), _uneven(known)
     gains = possible_gains(recording, [(groups[g][longest[g].usable], longest[g]) for g in longest])
     # A model is as large as its trials' windows: of the others one at a time is kept.
+    others = models_of(recording, [rows for g, rows in enumerate(groups) if g not in longest])
     wider, errors = [], []
     for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
-        model = longest[group] if group in longest else next(models_of(recording, [rows]))
+        model = longest[group] if group in longest else next(others)
         errors.append({} if model is None else _errors(model, likely, uneven))
         if model is not None and gains:
             used = rows[model.usable]
@@ -152,16 +153,18 @@ def _longest(
     """
     made = largest_conditions(recording) if by_condition else ()
     ready = {rows.tobytes(): model for rows, model in made}
+    order = sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group))
+    keys = [rows.tobytes() for rows in groups]
+    others = models_of(recording, [groups[group] for group in order if keys[group] not in ready])
     found: dict[int, Model] = {}
-    for group in sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group)):
-        rows = groups[group]
-        model = ready.get(rows.tobytes()) or next(models_of(recording, [rows]))
+    for group in order:
+        model = ready[keys[group]] if keys[group] in ready else next(others)
         if model is not None:
             found[group] = model
         if len(found) > MOST_CONDITIONS:
             del found[max(found, key=lambda g: _rank(g, found[g]))]
         # no group has more usable trials than trials
-        if len(found) == MOST_CONDITIONS and (-len(rows), group) >= max(
+        if len(found) == MOST_CONDITIONS and (-len(groups[group]), group) >= max(
             _rank(g, found[g]) for g in found
         ):
             break
