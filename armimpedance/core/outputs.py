@@ -201,13 +201,19 @@ def is_full(error: BaseException) -> bool:
     return isinstance(error, OSError) and error.errno in _FULL
 
 
-def kept_so_far(error: OSError, place: Path) -> OSError:
-    """What is told of a work of many parts that met a full disk, which no other part would fit on.
+@contextmanager
+def kept_so_far(place: Path) -> Iterator[None]:
+    """A work of many parts ends where its disk is full, for no other part would fit; it says so.
 
     `place`: where the parts are kept, for an error that names no file.
     """
-    problem = f"{error.strerror}; what was done is kept, and the same call goes on from there"
-    return OSError(error.errno, problem, error.filename or os.fspath(place))
+    try:
+        yield
+    except OSError as error:
+        if not is_full(error):
+            raise
+        problem = f"{error.strerror}; what was done is kept, and the same call goes on from there"
+        raise OSError(error.errno, problem, error.filename or os.fspath(place)) from None
 
 
 def _like_the_old(temporary: Path, final: Path) -> None:

@@ -117,12 +117,9 @@ def run_participants(
     waiting = _asked(sessions, design, _Held(out, store, prints), ready)
     ended = _ended(waiting, ready, SessionWork(out, command), engine)
     try:
-        for done, outcome in enumerate(ended, 1):
-            yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
-    except OSError as error:
-        if is_full(error):
-            raise kept_so_far(error, out) from None
-        raise
+        with kept_so_far(out):
+            for done, outcome in enumerate(ended, 1):
+                yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
     finally:
         # what is not remembered costs the next run time, and no result
         with suppress(OSError):
@@ -309,10 +306,5 @@ class StudyLog:
 
     def _add(self, line: str) -> None:
         now = time.strftime("%Y-%m-%d %H:%M:%S")
-        try:
-            with open(self._file, "a", encoding="utf-8") as stream:
-                stream.write(f"{now}  {line}\n")
-        except OSError as error:
-            if is_full(error):
-                raise kept_so_far(error, self._file) from None
-            raise
+        with kept_so_far(self._file), open(self._file, "a", encoding="utf-8") as stream:
+            stream.write(f"{now}  {line}\n")

@@ -106,13 +106,9 @@ def work_off(
     Raises OSError: the disk is full; what was done is kept.
     """
     by_name = {task.name: task for task in tasks}
-    try:
+    with kept_so_far(blocks.out):
         for ended in engine(BlockWork(blocks), tasks):
             yield by_name[ended.name], ended.problem
-    except OSError as error:
-        if is_full(error):
-            raise kept_so_far(error, blocks.out) from None
-        raise
 
 
 # What a study came to: sums of every cell and condition, and of the changes asked for.
