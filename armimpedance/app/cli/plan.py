@@ -64,6 +64,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     wish.add_argument("--max-trials", type=int, default=1000, metavar="N", help="default: 1000")
     wish.add_argument(
+        "--conditions",
+        type=int,
+        default=1,
+        metavar="N",
+        help="conditions of as many trials in a session (default: 1)",
+    )
+    wish.add_argument(
         "--trials",
         type=int,
         default=40,
@@ -190,7 +197,8 @@ def run(args: argparse.Namespace) -> int:
 def _options(args: argparse.Namespace) -> dict[str, Any]:
     """The keywords of the verb."""
     same = [
-        *("k_percent", "orientation_deg", "max_trials", "pilot", "results", "condition", "noise"),
+        *("k_percent", "orientation_deg", "max_trials", "conditions"),
+        *("pilot", "results", "condition", "noise"),
         *(
             "force_by",
             "despite",

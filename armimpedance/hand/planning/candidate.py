@@ -65,9 +65,8 @@ class Wish:
 
 #: Trials at which intervals of candidates are compared.
 _COMPARED_TRIALS: Final = 40
-#: A reflex beside K that makes its interval so many times as wide is told; where it is 1.25 times
-#: `estimate` finds 1.1 times the planned width (benchmarks/plan_and_estimate.py).
-_WIDER: Final = 1.3
+#: Departures that make K's interval so many times as wide as noise are worth a word.
+_WIDER: Final = 1.15
 #: How well a reflex's delay is known beforehand (s).
 _DELAY_RANGE_S: Final = 0.005
 #: A hand that reaches less of the commanded peak than this is worth a word.
@@ -106,24 +105,20 @@ class Candidate(FrozenRecord):
 
     @property
     def doubt(self) -> str:
-        """What `estimate` will allow for and the interval of `precision` does not; empty: nothing.
+        """How much of K's interval is allowed for departures, where that is much; else empty.
 
         A disturbance that cannot tell a reflex from stiffness leaves it in the interval.
         """
         if self.precision is None:
             return ""
-        if self.apart is None:
-            return (
-                f"whether {self.name} tells a reflex from stiffness is not known; `estimate` "
-                "allows for one, so that its interval of K may be wider than planned"
-            )
-        alone, both = (p.k_part(_COMPARED_TRIALS) for p in (self.precision, self.apart))
-        if both < _WIDER * alone:
+        noise = replace(self.precision, knowledge=None)
+        ratio = self.precision.k_part(_COMPARED_TRIALS) / noise.k_part(_COMPARED_TRIALS)
+        if ratio < _WIDER:
             return ""
         return (
-            f"{self.name} of {self.duration_s:.3g} s cannot tell a reflex from stiffness; "
-            "`estimate` allows for one, so that its interval of K will be wider than planned, up "
-            f"to some {both / alone:.1f} times in a session of one condition"
+            f"{self.name} of {self.duration_s:.3g} s cannot tell a reflex from stiffness: with "
+            f"{_COMPARED_TRIALS} trials the interval of K is {ratio:.1f} times as wide as noise "
+            "alone makes it, which `estimate` allows for and this plan counts"
         )
 
     @property
@@ -133,20 +128,23 @@ class Candidate(FrozenRecord):
         return self.trials or 0, half
 
 
-def judge_pilot(pilot: Pilot, wish: Wish) -> Candidate:
-    """A pilot's own disturbance, as it was recorded."""
+def judge_pilot(pilot: Pilot, wish: Wish, conditions: int = 1) -> Candidate:
+    """A pilot's own disturbance, as it was recorded, in a session of so many conditions."""
+    expected = replace(pilot.precision, conditions=conditions)
     return Candidate(
         "pilot's own",
         None,
-        pilot.precision,
-        wish.trials(pilot.precision),
+        expected,
+        wish.trials(expected),
         duration_s=pilot.duration_s,
         amplitude_m=pilot.amplitude_m,
     )
 
 
-def judge(setting: Setting, profile: Profile, wish: Wish, delay_s: float) -> Candidate:
-    """A disturbance judged by what it will tell."""
+def judge(
+    setting: Setting, profile: Profile, wish: Wish, delay_s: float, conditions: int = 1
+) -> Candidate:
+    """A disturbance judged by what it will tell in a session of so many conditions."""
     made = Candidate(
         profile.shape.name,
         profile,
@@ -155,7 +153,7 @@ def judge(setting: Setting, profile: Profile, wish: Wish, delay_s: float) -> Can
     )
     motion = PlannedMotion(setting, profile)
     try:
-        expected = precision(motion)
+        expected = precision(motion, conditions=conditions)
     except ArmImpedanceError as error:
         return replace(made, problem=str(error))
     try:

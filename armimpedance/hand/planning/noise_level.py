@@ -14,7 +14,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Window
-from armimpedance.hand.still import WeightedFit, force_covariance
+from armimpedance.hand.still import NoiseModel, force_covariance
 from armimpedance.numerics.signals import Modes, position_noise, spline_modes
 
 
@@ -138,12 +138,12 @@ class PilotNoise(FrozenRecord):
     name: str = "pilot"
 
     @classmethod
-    def of(cls, fit: WeightedFit, window: Window) -> PilotNoise:
-        """The noise level that the fit of a window found."""
-        variance, step = fit.noise.sensor_variance, fit.noise.sensor_step
+    def of(cls, noise: NoiseModel, window: Window) -> PilotNoise:
+        """The noise level that was found in a window."""
+        variance, step = noise.sensor_variance, noise.sensor_step
         if step > 0:
-            floor = float(fit.noise.floor[0, 0])
-            return cls(fit.noise.sizes, floor, encoder_step=step, position_sd=0.0)
+            floor = float(noise.floor[0, 0])
+            return cls(noise.sizes, floor, encoder_step=step, position_sd=0.0)
         at_rest = window.position[window.usable][:, window.lag_s <= 0]
         rest = 0.0
         if at_rest.shape[1] >= 32:
@@ -151,8 +151,8 @@ class PilotNoise(FrozenRecord):
             rest = position_noise(at_rest, window.sample_rate_hz, modes).variance
         rest = min(rest, variance)
         return cls(
-            sizes=fit.noise.sizes,
-            floor=float(fit.noise.floor[0, 0]),
+            sizes=noise.sizes,
+            floor=float(noise.floor[0, 0]),
             encoder_step=float(np.sqrt(12 * (variance - rest))),
             position_sd=float(np.sqrt(rest)),
         )

@@ -7,12 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.core.arrays import IntArray
-from armimpedance.core.errors import InputError
-from armimpedance.core.records import Recording
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import Recording, Window
 from armimpedance.hand.planning.noise_level import PilotNoise
-from armimpedance.hand.planning.precision import Precision, precision_of_pilot
+from armimpedance.hand.planning.precision import Precision
 from armimpedance.hand.planning.setting import PlannedArm, Setting
-from armimpedance.hand.still import FEWEST_TRIALS, elbow_told, weighted_fit
+from armimpedance.hand.still import (
+    FEWEST_TRIALS,
+    Model,
+    bound_of,
+    elbow_told,
+)
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 
@@ -74,21 +79,33 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
             f"{wanted}: {int(window.usable.sum())} usable trials",
             expected=f"{FEWEST_TRIALS} or more, better a set of all directions",
         )
-    fit = weighted_fit(window, "hand")
-    d = recording.axes
-    arm = PlannedArm(fit.parameters.reshape(3, d, d), f"pilot, {wanted}")
+    model, d = Model.of(window, "hand"), recording.axes
+    arm = PlannedArm(model.parameters.reshape(3, d, d), f"pilot, {wanted}")
     setting = Setting(
-        arm, PilotNoise.of(fit, window), sample_rate_hz=float(recording.sample_rate_hz)
+        arm, PilotNoise.of(model.noise, window), sample_rate_hz=float(recording.sample_rate_hz)
     )
     moved = window.position - window.position_at_onset[:, None]
     reached = np.linalg.norm(moved[window.usable], axis=2).max(axis=1)
     return Pilot(
         setting,
-        precision_of_pilot(fit),
+        _precision(model),
         duration_s=float(np.median(window.duration_s[window.usable])),
         amplitude_m=float(np.median(reached)),
         warnings=_warnings(recording, rows),
     )
+
+
+def _precision(model: Model) -> Precision:
+    """What more trials like those of the pilot will tell.
+
+    Raises NotIdentifiableError: the pilot's noise has swamped its motion.
+    """
+    d, bound = model.equation.axes, bound_of(model.equations)
+    if bound is None:
+        raise NotIdentifiableError("the pilot's noise has swamped its motion")
+    trials = model.equation.trials
+    known = model.knowledge().times(1 / trials)
+    return Precision(model.parameters.reshape(3, d, d), bound * trials, known)
 
 
 def _warnings(recording: Recording, rows: IntArray) -> tuple[str, ...]:

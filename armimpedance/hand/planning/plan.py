@@ -299,22 +299,26 @@ def make_plan(
     limits: Limits,
     *,
     delay_s: float = 0.055,
+    conditions: int = 1,
     pilot: Pilot | None = None,
     progress: Progress | None = None,
 ) -> Plan:
     """Judge profiles, and a pilot's own where there is one.
 
     `limits`: profiles are within them already.
+    `conditions`: how many of as many trials a session has.
     `delay_s`: delay of the reflex that is asked about.
     `pilot`: pilot whose own disturbance is put first, as it was recorded.
     `progress` function (done, all): called after each profile.
-    Raises InputError: a delay outside of 10 to 200 ms.
+    Raises InputError: a delay outside of 10 to 200 ms, or no condition.
     """
+    if conditions < 1:
+        raise InputError(f"{conditions} conditions", expected="1 or more")
     if not 0.01 <= delay_s <= 0.2:
         raise InputError(f"a reflex {1e3 * delay_s:g} ms late", expected="10 to 200 ms")
-    candidates = [] if pilot is None else [judge_pilot(pilot, wish)]
+    candidates = [] if pilot is None else [judge_pilot(pilot, wish, conditions)]
     for done, profile in enumerate(profiles, start=1):
-        candidates.append(judge(setting, profile, wish, delay_s))
+        candidates.append(judge(setting, profile, wish, delay_s, conditions))
         if progress is not None:
             progress(done, len(profiles))
     why = obstacle(setting, wish, limits, candidates)

@@ -3,24 +3,31 @@
 The bound for a planned motion and noise, times what the estimator loses against it, is the
 covariance of M, B, K per trial; with n trials in sets of all directions it is an n-th of that.
 Its intervals are those that an estimate will print: t with n - 1 degrees of freedom, standard
-errors clustered by trial.
+errors clustered by trial, and what `estimate` allows for because so many trials do not exclude it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from operator import add
 from typing import Annotated, Final
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import Window
 from armimpedance.hand.ellipses import Ellipse, Ellipsoid, ellipse, ellipsoid_of_matrix
 from armimpedance.hand.planning.profile import Profile
 from armimpedance.hand.planning.setting import Setting, follow, unit_directions
-from armimpedance.hand.still import WeightedFit, bound_of, inverse_information
+from armimpedance.hand.still import (
+    Knowledge,
+    foretold_allowance,
+    inverse_information,
+    knowledge_by_trial,
+)
 from armimpedance.numerics.regression import t_factor
 from armimpedance.numerics.signals import Modes, delayed
 
@@ -56,6 +63,28 @@ class PlannedMotion:
         """Inverse covariance of the noise in the equation's rows, (d n, d n)."""
         V = np.linalg.inv(self.setting.covariance(self.displacement, self.profile.duration_s))
         return np.asarray((V + V.T) / 2)
+
+    def trials(self, directions: FloatArray) -> Window:
+        """The windows (T, S, d) that would be recorded along directions (T, d), without noise."""
+        setting, profile = self.setting, self.profile
+        lag, rate = setting.lags(profile.duration_s), setting.sample_rate_hz
+        # x_t = sum_a u_ta x^(a), (T, d, S)
+        x = np.tensordot(directions, self.displacement, axes=1)
+        v = np.gradient(x, 1 / rate, axis=2)
+        M, B, K = setting.arm.parameters
+        force = -(M @ np.gradient(v, 1 / rate, axis=2) + B @ v + K @ x)
+        T, d = directions.shape
+        return Window(
+            sample_rate_hz=rate,
+            lag_s=lag,
+            position=x.transpose(0, 2, 1),
+            force=force.transpose(0, 2, 1),
+            duration_s=np.full(T, profile.duration_s),
+            trial=np.arange(T),
+            usable=np.ones(T, dtype=bool),
+            position_at_onset=np.zeros((T, d)),
+            force_at_onset=np.zeros((T, d)),
+        )
 
     def rows(self, delays_s: Sequence[float] = ()) -> FloatArray:
         """Rows of the equation for a command along each axis, (d, d n, (3 + delays) d^2)."""
@@ -119,10 +148,15 @@ class Precision(FrozenRecord):
     `parameters` (3, d, d): M (with handle), B, K that are expected.
     `bound` (p, p): least covariance of the parameters of one trial, mean over the directions; p = 3
     d^2, or 4 d^2 with R.
+    `knowledge`: what a trial tells of departures, mean over the directions. None: intervals are
+    those of noise alone.
+    `conditions`: how many conditions of as many trials a session has, which share the departures.
     """
 
     parameters: Annotated[FloatArray, "3 d d"]
     bound: Annotated[FloatArray, "p p"]
+    knowledge: Knowledge | None = None
+    conditions: int = 1
 
     @property
     def axes(self) -> int:
@@ -158,9 +192,26 @@ class Precision(FrozenRecord):
             parts.append(np.sqrt(total) / np.linalg.norm((truth + truth.T) / 2))
         return np.array(parts)
 
+    def covariance_of(self, trials: int) -> FloatArray:
+        """Covariance (p, p) that an estimate of so many trials will print."""
+        if trials not in self._made:
+            self._made[trials] = self.covariance / trials + self._allowance(trials)
+        return self._made[trials]
+
+    @cached_property
+    def _made(self) -> dict[int, FloatArray]:
+        return {}
+
+    def _allowance(self, trials: int) -> FloatArray:
+        """What of it is allowed for departures, (p, p)."""
+        if self.knowledge is None:
+            return np.zeros_like(self.bound)
+        session = [self.knowledge.times(trials)] * self.conditions
+        return foretold_allowance(session, [self.parameters.ravel()] * self.conditions)[0]
+
     def half_widths(self, trials: int, level: float = 0.95) -> FloatArray:
         """Expected half-widths of the intervals of all elements, (r, d, d)."""
-        sd = np.sqrt(np.diag(self.covariance) / trials)
+        sd = np.sqrt(np.diag(self.covariance_of(trials)))
         return (_t(trials, level) * sd).reshape(-1, self.axes, self.axes)
 
     def diagonal_part(self, trials: int, matrix: int) -> float:
@@ -179,7 +230,7 @@ class Precision(FrozenRecord):
         """K's ellipse, or in space ellipsoid, with the covariance that is expected."""
         d = self.axes
         block = slice(2 * d * d, 3 * d * d)
-        C = self.covariance[block, block] / trials
+        C = self.covariance_of(trials)[block, block]
         made = ellipse if d == 2 else ellipsoid_of_matrix
         return made(self.parameters[2], covariance=C, dof=trials - 1)
 
@@ -209,7 +260,9 @@ class Precision(FrozenRecord):
         return fewest_trials(lambda n: self.orientation(n) <= angle_rad, self.directions)
 
 
-def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precision:
+def precision(
+    motion: PlannedMotion, *, delay_s: float | None = None, conditions: int | None = None
+) -> Precision:
     """The bound for a planned motion.
 
     Parameters
@@ -217,6 +270,9 @@ def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precisi
     motion : PlannedMotion
     delay_s : float, optional
         R, the answer to the displacement of that much earlier, is a further unknown.
+    conditions : int, optional
+        A session of so many conditions, whose intervals allow for departures. Default: intervals
+        of noise alone.
 
     Returns
     -------
@@ -237,19 +293,18 @@ def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precisi
             f"{profile.shape.name} of {profile.duration_s:g} s does not tell M, B and K apart "
             f"(scaled condition {condition:.1e})"
         )
-    return Precision(motion.setting.arm.parameters, inverse_information(known))
+    made = Precision(motion.setting.arm.parameters, inverse_information(known))
+    if conditions is None:
+        return made
+    return replace(made, knowledge=knowledge_of(motion), conditions=conditions)
 
 
-def precision_of_pilot(fit: WeightedFit) -> Precision:
-    """What more trials like those of a pilot recording will tell.
-
-    Raises NotIdentifiableError: the pilot's noise has swamped its motion.
-    """
-    d = fit.equation.axes
-    bound = bound_of(fit.equations)
-    if bound is None:
-        raise NotIdentifiableError("the pilot's noise has swamped its motion")
-    return Precision(fit.parameters.reshape(3, d, d), bound * fit.equation.trials)
+def knowledge_of(motion: PlannedMotion) -> Knowledge:
+    """What one trial tells, mean over the directions of a set."""
+    directions = unit_directions(motion.setting.arm.axes)
+    theta = motion.setting.arm.parameters.ravel()
+    known = knowledge_by_trial(motion.trials(directions), motion.weight, theta)
+    return reduce(add, known).times(1 / len(directions))
 
 
 def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> FloatArray:

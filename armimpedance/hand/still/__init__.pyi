@@ -3,6 +3,10 @@ from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
 from .doubts.departures import session_blocks as session_blocks
 from .doubts.filter import in_step as in_step
+from .doubts.foretold import (
+    expected_mean_squares as expected_mean_squares,
+    foretold_allowance as foretold_allowance,
+)
 from .doubts.inner import (
     WRIST as WRIST,
     Elbow as Elbow,
@@ -17,6 +21,9 @@ from .doubts.inner_modes import (
     INNER_MODES as INNER_MODES,
     half_sphere as half_sphere,
 )
+from .doubts.knowledge import Knowledge as Knowledge
+from .doubts.mixture import expected_numbers as expected_numbers
+from .doubts.model import Model as Model, Peaks as Peaks, knowledge_by_trial as knowledge_by_trial
 from .estimation import (
     Options as Options,
     estimate as estimate,
@@ -32,6 +39,7 @@ from .result import Group as Group
 from .side_by_side import side_by_side as side_by_side
 from .weighing import (
     FEWEST_TRIALS as FEWEST_TRIALS,
+    NoiseModel as NoiseModel,
     WeightedFit as WeightedFit,
     force_covariance as force_covariance,
     through_impedance as through_impedance,

@@ -32,6 +32,7 @@ def plan(
     k_percent: float | None = None,
     orientation_deg: float | None = None,
     max_trials: int = 1000,
+    conditions: int = 1,
     pilot: Recording | PathLike | None = None,
     results: PathLike | None = None,
     condition: str | None = None,
@@ -62,6 +63,9 @@ def plan(
         Half the 95 % interval of the orientation of the stiffness ellipse.
     max_trials : int
         A plan that needs more does not meet the wish.
+    conditions : int
+        Conditions of as many trials that a session has: together they exclude more departures,
+        such as a reflex, and their intervals become narrower.
     pilot : Recording or path, optional
         Disturbances of the hand that return; its own disturbance is put first.
     results : path, optional
@@ -133,7 +137,14 @@ def plan(
         progress=progress,
     )
     made = make_plan(
-        setting, profiles, wish, limits, delay_s=reflex_delay_s, pilot=measured, progress=progress
+        setting,
+        profiles,
+        wish,
+        limits,
+        delay_s=reflex_delay_s,
+        conditions=conditions,
+        pilot=measured,
+        progress=progress,
     )
     return replace(made, warnings=marks)
 

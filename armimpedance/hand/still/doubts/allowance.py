@@ -25,13 +25,13 @@ from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.still.doubts.changed_gain import possible_gains, wrong_by_gains
 from armimpedance.hand.still.doubts.departures import (
     MOST_CONDITIONS,
-    POSITIVE,
     largest_conditions,
     models_of,
 )
 from armimpedance.hand.still.doubts.inner import averaged_inner, freedom_told, with_inner
+from armimpedance.hand.still.doubts.mixture import mean_square_of_gain, mean_squares
 from armimpedance.hand.still.doubts.model import (
-    COLUMNS,
+    ALL_COLUMNS,
     LARGEST_GAIN,
     Model,
     beside_inner,
@@ -41,7 +41,6 @@ from armimpedance.hand.still.doubts.model import (
     pooled,
     rows_of,
 )
-from armimpedance.hand.still.doubts.odds import odds_of, tails
 from armimpedance.hand.still.estimation import BOUNDED, DEFAULT_BY, groups_of
 from armimpedance.numerics.regression import t_factor
 
@@ -74,21 +73,6 @@ def in_common(errors: Sequence[Mapping[str, FloatArray]]) -> list[dict[str, Floa
     return found
 
 
-#: Probability of each departure beforehand, and the size that it usually has (its column's unit).
-BEFOREHAND: Final = {
-    "delay": (0.1, 1e-3),
-    "reflex": (0.3, 0.3),
-    "amplitude": (0.1, 0.3),
-    "friction": (0.05, 0.1),
-    "voluntary": (0.1, 0.3),
-}
-#: The same of a gain of one axis of the force beside the others.
-GAIN_BEFOREHAND: Final = 0.05
-USUAL_GAIN: Final = 0.1
-#: Departures less likely than this are left out.
-_UNLIKELY: Final = 1e-4
-
-
 def allowing(
     estimates: Sequence[ImpedanceEstimate], recording: Recording, by: Sequence[str]
 ) -> list[ImpedanceEstimate]:
@@ -116,14 +100,14 @@ def allowing(
         return list(estimates)
     known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
     limb = inner_of(known, freedom_told(recording, np.arange(recording.n_trials)))
-    likely, uneven = _likely(known, beside_inner(limb)), _uneven(known)
+    squares, uneven = _squares(known, beside_inner(limb)), _uneven(known)
     gains = possible_gains(recording, [(groups[g][longest[g].usable], longest[g]) for g in longest])
     # A model is as large as its trials' windows: of the others one at a time is kept.
     others = models_of(recording, [rows for g, rows in enumerate(groups) if g not in longest])
     wider, errors = [], []
     for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(others)
-        errors.append({} if model is None else _errors(model, likely, uneven))
+        errors.append({} if model is None else _errors(model, squares, uneven))
         if model is not None and gains:
             used = rows[model.usable]
             errors[-1]["gain in the session"] = wrong_by_gains(gains, used, model)
@@ -171,35 +155,18 @@ def _longest(
     return found
 
 
-def _likely(models: Sequence[Model], beside: str | None) -> dict[str, tuple[float, float]]:
-    """Probability of every column that matters, for its tails, and its number's mean square.
+def _squares(models: Sequence[Model], beside: str | None) -> dict[str, float]:
+    """Mean square of every departure's number that matters, by its column.
 
     `beside`: a column that is in the model, too.
     """
-    columns = [column for names in COLUMNS.values() for column in names]
-    found = {column: pooled(models, column, beside) for column in columns}
+    found = [pooled(models, column, beside) for column in ALL_COLUMNS]
     # one measure of noise for all: that of single columns is known from few trials only
-    scale = float(np.median([one.error / one.expected for one in found.values()]))
-    none = 1 - sum(prior for prior, _ in BEFOREHAND.values())
-    odds, squares = {}, {}
-    for column, one in found.items():
-        name = family(column)
-        prior, usual = BEFOREHAND[name]
-        k = max(one.size, 0.0) if name in POSITIVE else one.size
-        error = scale * one.expected * t_factor(one.dof) / t_factor(np.inf)
-        odds[column], squares[column] = odds_of(k, error**2, usual**2)
-        odds[column] += np.log(prior / len(COLUMNS[name]) / none)
-    top = max(0.0, *odds.values())
-    total = np.exp(-top) + sum(np.exp(each - top) for each in odds.values())
-    likely = {column: float(np.exp(each - top) / total) for column, each in odds.items()}
-    together = {
-        name: sum(p for column, p in likely.items() if family(column) == name) for name in COLUMNS
-    }
-    return {
-        column: (p * tails(together[family(column)]), squares[column])
-        for column, p in likely.items()
-        if p > _UNLIKELY
-    }
+    scale = float(np.median([one.error / one.expected for one in found]))
+    rough = np.array([t_factor(one.dof) for one in found]) / t_factor(np.inf)
+    error = scale * rough * np.array([one.expected for one in found])
+    squares = mean_squares(np.array([one.size for one in found]), error)
+    return {name: float(each) for name, each in zip(ALL_COLUMNS, squares, strict=True) if each > 0}
 
 
 def _uneven(models: Sequence[Model]) -> float:
@@ -210,19 +177,16 @@ def _uneven(models: Sequence[Model]) -> float:
     one = gain_of(models)
     if one is None or one.limit > LARGEST_GAIN:
         return 0.0
-    factor, square = odds_of(one.size, one.error**2, USUAL_GAIN**2)
-    odds = np.exp(min(factor, 50.0)) * GAIN_BEFOREHAND / (1 - GAIN_BEFOREHAND)
-    p = float(odds / (1 + odds))
-    return p * tails(p) * square
+    return float(mean_square_of_gain(np.array(one.size), one.error))
 
 
 def _errors(
-    model: Model, likely: Mapping[str, tuple[float, float]], uneven: float
+    model: Model, squares: Mapping[str, float], uneven: float
 ) -> dict[str, FloatArray]:
     """What each departure makes wrong, (columns, 3 d^2), in roots of mean squares."""
     found: dict[str, list[FloatArray]] = {}
-    for column, (probability, square) in likely.items():
-        error = np.sqrt(probability * square) * model.shift(column)
+    for column, square in squares.items():
+        error = np.sqrt(square) * model.shift(column)
         found.setdefault(family(column), []).append(error)
     d = model.equation.axes
     for axis in range(d if uneven else 0):

@@ -24,6 +24,7 @@ from armimpedance.hand.still.doubts.inner import (
     is_wrist_free,
 )
 from armimpedance.hand.still.doubts.labels import check_labels
+from armimpedance.hand.still.doubts.mixture import POSITIVE
 from armimpedance.hand.still.doubts.model import (
     COLUMNS,
     Departure,
@@ -168,8 +169,6 @@ def _independent(apart: FloatArray, free: int) -> float:
 
 #: The columns for which the smallest visible departure is said.
 USUAL: Final = {"reflex": "reflex 0.055", "voluntary": "voluntary 0.13"}
-#: Departures that have one sign only: a negative one is another departure.
-POSITIVE: Final = ("reflex", "friction")
 #: What to do about a departure.
 ADVICE: Final = {
     "delay": "a millisecond makes B wrong by percents: put the sensors in step",
@@ -196,7 +195,7 @@ def _meanings(
     recording: Recording, models: Sequence[Model], names: Mapping[str, str]
 ) -> dict[str, str]:
     """Name of a check -> what its message says that it makes wrong."""
-    way = float(np.median([model.way for model in models]))
+    way = float(np.median([model.peaks.way for model in models]))
     size = f"{1e3 * way:.1f} {'mm' if recording.kind == 'hand' else 'mrad'}"
     return {
         "reflex": f"an answer some {1e3 * late_s(names['reflex']):.0f} ms late makes K",

@@ -21,13 +21,19 @@ from armimpedance.core.records import Window
 from armimpedance.hand.still.doubts.inner import FEWEST_AXES, Elbow, Inner, averaged_inner
 from armimpedance.hand.still.doubts.inner_fit import InnerFits, InnerSetting, together
 from armimpedance.hand.still.doubts.inner_modes import INNER_DIRECTIONS, half_sphere
+from armimpedance.hand.still.doubts.knowledge import (
+    Knowledge,
+    Products,
+    informations,
+    products_of,
+)
 from armimpedance.hand.still.modal import (
     ModalEquation,
     expected_motion,
     modal_equation,
     weighted_equations,
 )
-from armimpedance.hand.still.weighing import compensated_equations, weighted_fit
+from armimpedance.hand.still.weighing import NoiseModel, compensated_equations, weighted_fit
 from armimpedance.numerics.regression import TrialEquations, solve_equations, t_factor
 from armimpedance.numerics.signals import delayed
 
@@ -55,6 +61,8 @@ COLUMNS: Final = {
     "friction": ("friction",),
     "voluntary": tuple(f"voluntary {late}" for late in VOLUNTARY_S),
 }
+#: All of them, in this order.
+ALL_COLUMNS: Final = tuple(column for names in COLUMNS.values() for column in names)
 #: Span over which the speed is taken (s), and the part of its peak below which nothing slides.
 _SPAN_S: Final = 0.021
 _SLOW: Final = 0.05
@@ -70,10 +78,33 @@ def late_s(column: str) -> float:
     return float(column.split()[1])
 
 
+@dataclass(frozen=True)
+class Peaks:
+    """What a departure's number is a part of: median peaks of displacement (m, rad) and force."""
+
+    way: float
+    force: float
+
+    @classmethod
+    def of(cls, window: Window) -> Peaks:
+        """Those of a window's usable trials."""
+        used = window.usable
+        x = window.position[used] - window.position_at_onset[used][:, None]
+        pushes = window.force[used] - window.force_at_onset[used][:, None]
+        return cls(
+            way=float(np.sqrt(np.median((x**2).sum(axis=2).max(axis=1)))),
+            force=float(np.median(np.linalg.norm(pushes, axis=2).max(axis=1))),
+        )
+
+
 def columns_of(
-    window: Window, equation: ModalEquation, Z: FloatArray | None, theta: FloatArray
-) -> tuple[dict[str, FloatArray], float]:
-    """The columns z (T, d, n) of all departures, and the median peak displacement (m, rad).
+    window: Window,
+    equation: ModalEquation,
+    Z: FloatArray | None,
+    theta: FloatArray,
+    peaks: Peaks,
+) -> dict[str, FloatArray]:
+    """The columns z (T, d, n) of all departures.
 
     `equation`: the window's, T usable trials of d axes in n modes.
     `Z` (T, 3 d, n) or None: motion free of its noise.
@@ -83,7 +114,6 @@ def columns_of(
     M_B_K = theta.reshape(3, d, d)
     x = window.position[used] - window.position_at_onset[used][:, None]
     squared = (x**2).sum(axis=2, keepdims=True)
-    way = float(np.sqrt(np.median(squared.max(axis=(1, 2)))))
 
     def in_modes(signal: FloatArray) -> FloatArray:
         # (T, S, d) against the modes (n, S): (T, d, n)
@@ -93,23 +123,21 @@ def columns_of(
         # K (d, d) times the modes (T, d, n) of a displacement
         return np.asarray(M_B_K[2] @ in_modes(displacement))
 
-    columns = {"amplitude": bears(x * squared / way**2)}
+    columns = {"amplitude": bears(x * squared / peaks.way**2)}
     for name, late in zip(COLUMNS["reflex"], REFLEX_S, strict=True):
         before = delayed(x.transpose(0, 2, 1), late * window.sample_rate_hz)
         columns[name] = bears(before.transpose(0, 2, 1))
     # [M B K] (d, 3 d) times the motion (3 d, n), free of its own noise where Z is
     force = M_B_K.transpose(1, 0, 2).reshape(d, 3 * d) @ (equation.regressors if Z is None else Z)
     columns["delay"] = -force @ (equation.modes.first @ smooth.T).T
-    pushes = window.force[used] - window.force_at_onset[used][:, None]
-    peak = float(np.median(np.linalg.norm(pushes, axis=2).max(axis=1)))
-    columns["friction"] = in_modes(peak * _sliding(x, window.sample_rate_hz))
+    columns["friction"] = in_modes(peaks.force * _sliding(x, window.sample_rate_hz))
     furthest = squared[:, :, 0].argmax(axis=1)
     u = x[np.arange(len(x)), furthest]
     u = u / np.maximum(np.linalg.norm(u, axis=1, keepdims=True), 1e-300)
     for name, late in zip(COLUMNS["voluntary"], VOLUNTARY_S, strict=True):
         ramp = np.clip((window.lag_s - late) / RISES_S, 0, 1)
-        columns[name] = in_modes(peak * ramp[None, :, None] * u[:, None, :])
-    return columns, way
+        columns[name] = in_modes(peaks.force * ramp[None, :, None] * u[:, None, :])
+    return columns
 
 
 def _sliding(x: FloatArray, rate_hz: float) -> FloatArray:
@@ -188,6 +216,10 @@ class Departure:
         return float(stdtrit(self.dof, 1 - self.level / 2)) * self.error
 
 
+#: Parameters and k, covariance, dof and normal matrix.
+_Solved = tuple[FloatArray, FloatArray, float, FloatArray]
+
+
 @dataclass(frozen=True, eq=False)
 class Model:
     """A condition's weighted fit and the columns of the departures.
@@ -197,9 +229,10 @@ class Model:
     `weight` (d n, d n): V, the inverse of the noise's covariance.
     `equations`: the plain fit's, W against Z.
     `parameters` (3 d^2,): theirs.
-    `way`: median peak displacement.
+    `peaks`: of what the departures' numbers are parts.
     `usable` (window's trials,): which of the window's trials are the T of the fit.
     `inner`: sizes of inner modes, of a hand in space; the column "inner" is the likeliest.
+    `noise`: what was found in the window; None: the weight came from elsewhere.
     """
 
     equation: ModalEquation
@@ -209,9 +242,10 @@ class Model:
     parameters: FloatArray
     covariance: FloatArray
     columns: dict[str, FloatArray]
-    way: float
+    peaks: Peaks
     usable: BoolArray
     inner: InnerFits | None = None
+    noise: NoiseModel | None = None
 
     @classmethod
     def of(cls, window: Window, kind: Kind, free_wrist: bool = False) -> Model:
@@ -221,7 +255,7 @@ class Model:
         V = (V + V.T) / 2
         Z = expected_motion(found.equation)
         plain = compensated_equations(found.equation, found.noise, V, Z, kind)
-        made = cls._of(window, found.equation, V, Z, plain)
+        made = replace(cls._of(window, found.equation, V, Z, plain), noise=found.noise)
         return made if found.equation.axes < FEWEST_AXES else made._with_inner(window, free_wrist)
 
     @classmethod
@@ -242,10 +276,10 @@ class Model:
         plain: TrialEquations,
     ) -> Model:
         solved = solve_equations(plain)
-        columns, way = columns_of(window, equation, Z, solved.parameters)
-        theta, covariance = solved.parameters, solved.covariance
+        theta, covariance, peaks = solved.parameters, solved.covariance, Peaks.of(window)
+        columns = columns_of(window, equation, Z, theta, peaks)
         used = np.asarray(window.usable)
-        return cls(equation, V, Z, plain, theta, covariance, columns, way, used)
+        return cls(equation, V, Z, plain, theta, covariance, columns, peaks, used)
 
     def _with_inner(self, window: Window, free_wrist: bool) -> Model:
         """The same with the inner modes of a hand in space, and the likeliest as a column."""
@@ -329,47 +363,15 @@ class Model:
         return solved.parameters, solved.covariance, solved.dof, A.sum(axis=0)
 
     @cached_property
-    def _products(self) -> _Products:
+    def _products(self) -> Products:
         """Those of all columns at once."""
-        T, d, n = self.equation.force.shape
-        z = np.stack([each.reshape(T, d * n) for each in self.columns.values()], axis=1)
-        Vz = z @ self.weight
-        own = self._against(self.equation.regressors, Vz)
-        Z = self.instruments
-        return _Products(
-            names=tuple(self.columns),
-            zVW=own,
-            ZVz=own if Z is None else self._against(Z, Vz),
-            zVz=Vz @ z.mT,
-            zVy=(Vz @ self.equation.force.reshape(T, -1, 1))[..., 0],
-        )
+        return products_of(self.equation, self.weight, self.instruments, self.columns)
 
-    def _against(self, motion: FloatArray, Vz: FloatArray) -> FloatArray:
-        """``W_t^T V z_t`` (T, c, p) of the regressors (T, r d, n) that motion makes W of."""
-        (T, c, _), d = Vz.shape, self.equation.axes
-        n, r = self.equation.modes.count, self.equation.matrices
-        # [t, (m k), (c i)] = sum_n motion[t, (m k), n] Vz[t, (c i), n]; parameters are (m, i, k)
-        made = (motion @ Vz.reshape(T, c * d, n).mT).reshape(T, r, d, c, d)
-        return made.transpose(0, 3, 1, 4, 2).reshape(T, c, r * d * d)
-
-
-#: Parameters and k, covariance, dof and normal matrix.
-_Solved = tuple[FloatArray, FloatArray, float, FloatArray]
-
-
-@dataclass(frozen=True, eq=False)
-class _Products:
-    """Products of c columns z over the weight V, of every trial.
-
-    `zVW`, `ZVz` (T, c, p): with the regressors W and with the instruments Z. `zVz` (T, c, c), `zVy`
-    (T, c).
-    """
-
-    names: tuple[str, ...]
-    zVW: FloatArray
-    ZVz: FloatArray
-    zVz: FloatArray
-    zVy: FloatArray
+    def knowledge(self) -> Knowledge:
+        """What its trials tell, by the noise that was found in them."""
+        A, products = self.equations.A, self._products
+        total = informations(A, products).sum(axis=0)
+        return Knowledge(total, products.names, float(len(A))).ordered(ALL_COLUMNS)
 
 
 def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> Departure:
@@ -435,7 +437,12 @@ class Gain:
     @property
     def limit(self) -> float:
         """What chance alone does not reach."""
-        return float(stdtrit(self.dof, 1 - LEVEL_OF_SYMMETRY / 2)) * self.error
+        return limit_of_gain(self.error, self.dof)
+
+
+def limit_of_gain(error: float, dof: float) -> float:
+    """What chance alone does not reach, of a gain less 1 with this standard error."""
+    return float(stdtrit(dof, 1 - LEVEL_OF_SYMMETRY / 2)) * error
 
 
 def gain_of(models: Sequence[Model]) -> Gain | None:
@@ -455,17 +462,23 @@ def gain_of(models: Sequence[Model]) -> Gain | None:
 
 def _gain(model: Model, axis: int) -> tuple[float, float, float]:
     """k of one axis, its standard error and degrees of freedom, from one condition's M."""
-    d = model.equation.axes
-    M = model.parameters[: d * d].reshape(d, d)
+    size, error = gain_in(model.parameters, model.covariance, axis)
+    return size, error, model.equation.trials - 1
+
+
+def gain_in(parameters: FloatArray, covariance: FloatArray, axis: int) -> tuple[float, float]:
+    """k of one axis and its standard error, from M in the parameters (3 d^2,)."""
+    d = round((len(parameters) / 3) ** 0.5)
+    M = parameters[: d * d].reshape(d, d)
     others = [j for j in range(d) if j != axis]
     pick = np.zeros((d - 1, d * d))
     for row, j in enumerate(others):
         pick[row, axis * d + j], pick[row, j * d + axis] = 1.0, -1.0
     s = np.array([(M[axis, j] + M[j, axis]) / 2 for j in others])
     # M_ij - M_ji = k M_ij: (d - 1,) = (d - 1,) k, weighted by its covariance
-    weight = np.linalg.inv(pick @ model.covariance[: d * d, : d * d] @ pick.T)
+    weight = np.linalg.inv(pick @ covariance[: d * d, : d * d] @ pick.T)
     known = max(float(s @ weight @ s), 1e-300)
-    return float(s @ weight @ pick @ M.ravel()) / known, known**-0.5, model.equation.trials - 1
+    return float(s @ weight @ pick @ M.ravel()) / known, known**-0.5
 
 
 def check_symmetry(models: Sequence[Model]) -> tuple[Finding, ...]:
@@ -491,3 +504,32 @@ def rows_of(model: Model, axis: int) -> FloatArray:
     """What a gain that is one too large along an axis adds to M, B and K, (3 d^2,)."""
     d = model.equation.axes
     return np.asarray(model.parameters.reshape(3, d, d) * (np.arange(d) == axis)[:, None]).ravel()
+
+
+def knowledge_by_trial(
+    window: Window, weight: FloatArray, theta: FloatArray, peaks: Peaks | None = None
+) -> list[Knowledge]:
+    """What each of some trials that are only planned will tell of M, B, K and the departures.
+
+    Parameters
+    ----------
+    window : Window
+        Their motion and force, without noise.
+    weight : (d n, d n)
+        Inverse covariance of the noise in the rows of the equation.
+    theta : (3 d^2,)
+        M (with the handle), B and K that are expected, row by row.
+    peaks : Peaks, optional
+        Of what the departures' numbers are parts; those of other trials, to add theirs.
+
+    Returns
+    -------
+    list of Knowledge
+    """
+    equation = modal_equation(window)
+    columns = columns_of(window, equation, None, theta, peaks or Peaks.of(window))
+    products = products_of(equation, weight, None, columns)
+    A = weighted_equations(equation, weight, "hand").A
+    return [
+        Knowledge(one, products.names, 1.0).ordered(ALL_COLUMNS) for one in informations(A, products)
+    ]

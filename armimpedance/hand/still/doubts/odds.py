@@ -6,23 +6,27 @@ H. Jeffreys, *Theory of Probability* (Oxford, 1961), chapter 5: the Bayes factor
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
+from armimpedance.core.arrays import FloatArray
 
-def tails(probability: float) -> float:
-    """By how much a normal variance must be larger to hold 95 % of a mixture with zero.
+
+def tails(probability: ArrayLike) -> FloatArray:
+    """By how much normal variances must be larger to hold 95 % of a mixture with zero.
 
     A number that is zero with probability 1 - p and else normal lies beyond x with probability
     ``2 p (1 - Phi(x))``, x in its standard deviations.
     """
-    if probability <= 0.05:
-        return 1.0
-    limit = ndtri(1 - 0.025 / probability) / ndtri(0.975)
-    return float(max(limit**2 / probability, 1.0))
+    p = np.asarray(probability, dtype=float)
+    often = np.maximum(p, 0.05)
+    limit = ndtri(1 - 0.025 / often) / ndtri(0.975)
+    return np.where(p <= 0.05, 1.0, np.maximum(limit**2 / often, 1.0))
 
 
-def odds_of(k: float, error2: float, usual2: float) -> tuple[float, float]:
+def odds_of(k: ArrayLike, error2: ArrayLike, usual2: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
+    k, error2 = np.asarray(k, dtype=float), np.asarray(error2, dtype=float)
     part = usual2 / (error2 + usual2)
     factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
-    return float(factor), float((part * k) ** 2 + part * error2)
+    return factor, (part * k) ** 2 + part * error2

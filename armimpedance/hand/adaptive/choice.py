@@ -1,0 +1,163 @@
+"""How many pushes of which line and condition fulfil the wish soonest.
+
+Pushes are added one small group after another, each where it narrows most what is furthest from its
+wish. What departures would be allowed for is counted with each candidate: where a reflex that cannot
+be excluded widens the interval, the push that excludes it is chosen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.hand.adaptive.menu import Menu
+from armimpedance.hand.adaptive.so_far import SoFar, loss_of
+from armimpedance.hand.adaptive.target import Target
+from armimpedance.hand.still import expected_mean_squares, expected_numbers
+
+#: A group of pushes is this part of those that were done, one at least.
+_GROUP: Final = 0.04
+#: The furthest target counts most: the exponent of a mean over targets, two for each interval.
+_SHARP: Final = 8.0
+#: The column whose number is a reflex.
+REFLEX: Final = "reflex 0.055"
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """Conditions, what further pushes would tell of each, and what is wished."""
+
+    known: tuple[SoFar, ...]
+    menus: tuple[Menu, ...]
+    targets: tuple[Target, ...]
+
+    @cached_property
+    def seen(self) -> FloatArray:
+        """Numbers of the departures that more trials are to show, (c,)."""
+        weight = np.stack([one.knowledge.expected**-2 for one in self.known])
+        k = (weight * np.stack([one.seen for one in self.known])).sum(axis=0) / weight.sum(axis=0)
+        return expected_numbers(k, weight.sum(axis=0) ** -0.5)
+
+    def of(self, name: str) -> int:
+        """A condition's number."""
+        return [one.name for one in self.known].index(name)
+
+
+@dataclass(frozen=True)
+class Need:
+    """Pushes that the wish still needs.
+
+    `counts`: of each condition, of each line (L,).
+    `parts`: of each target, half the interval after them over the half that is allowed.
+    `enough`: whether the wish is met with them.
+    """
+
+    counts: tuple[IntArray, ...]
+    parts: FloatArray
+    enough: bool
+
+    @property
+    def trials(self) -> int:
+        """All of them."""
+        return int(sum(count.sum() for count in self.counts))
+
+
+def needed(session: Session, most: int, scale: Mapping[str, float] | None = None) -> Need:
+    """Add pushes until every target is met, or until there are `most`.
+
+    `scale`: of each target, how much wider `estimate` finds it by now than is foretold here.
+    """
+    wider = np.array([(scale or {}).get(target.name, 1.0) for target in session.targets])
+    information = [one.knowledge.information for one in session.known]
+    trials = [float(one.trials) for one in session.known]
+    counts = [np.zeros(len(menu.lines), dtype=int) for menu in session.menus]
+    while True:
+        parts = wider * _parts(session, information, trials)
+        done = sum(int(count.sum()) for count in counts)
+        if (parts <= 1).all() or done >= most:
+            return Need(tuple(counts), parts, bool((parts <= 1).all()))
+        group = min(max(1, round(_GROUP * sum(trials))), most - done)
+        which, line = _best(session, information, trials, group, wider)
+        information[which] = information[which] + group * session.menus[which].information[line]
+        trials[which] += group
+        counts[which][line] += group
+
+
+def _best(
+    session: Session,
+    information: Sequence[FloatArray],
+    trials: Sequence[float],
+    group: int,
+    wider: FloatArray,
+) -> tuple[int, int]:
+    """The condition and line whose pushes help most."""
+    found = []
+    for which, menu in enumerate(session.menus):
+        more = information[which] + group * menu.information
+        own = [np.broadcast_to(each, (len(more), *each.shape)) for each in information]
+        own[which] = more
+        after = [t + group * (c == which) for c, t in enumerate(trials)]
+        parts = wider[:, None] * _parts(session, own, after)
+        badness = (parts**_SHARP).sum(axis=0)
+        line = int(np.argmin(badness))
+        found.append((float(badness[line]), which, line))
+    return min(found)[1:]
+
+
+def _parts(
+    session: Session, information: Sequence[FloatArray], trials: Sequence[float]
+) -> FloatArray:
+    """Half of each target's interval over the half that is allowed, (targets, ...).
+
+    `information`: of each condition, (..., q, q).
+    """
+    p = len(session.known[0].parameters)
+    covariance = [np.linalg.inv(each[..., :p, :p]) for each in information]
+    shifts = [each[..., p:, :p] @ C for each, C in zip(information, covariance, strict=True)]
+    own = [
+        each[..., p:, p:] - S @ each[..., :p, p:]
+        for each, S in zip(information, shifts, strict=True)
+    ]
+    squares = expected_mean_squares(own, sum(trials) - len(trials), session.seen)
+    loss = loss_of(session.known[0].axes)
+    found = []
+    for target in session.targets:
+        dof = min(trials[session.of(name)] for name in target.gradients) - 1
+        variance: FloatArray = np.zeros(information[0].shape[:-2])
+        wrong: FloatArray = np.zeros(squares.shape)
+        for name, slope in target.gradients.items():
+            which = session.of(name)
+            if target.column is not None:
+                at = session.known[which].knowledge.names.index(REFLEX)
+                variance = variance + 1 / np.maximum(own[which][..., at, at], 1e-300)
+                continue
+            g = loss * slope
+            variance = variance + np.einsum("i,...ij,j->...", g, covariance[which], g)
+            wrong = wrong + shifts[which] @ slope
+        variance = variance + (squares * wrong**2).sum(axis=-1)
+        found.append(target.factor(dof) * np.sqrt(variance) / target.allowed)
+    return np.asarray(found)
+
+
+def scaled_to(session: Session, found: Mapping[str, float]) -> dict[str, float]:
+    """How much wider `estimate` finds each target than is foretold for the same trials.
+
+    `found`: half-widths of targets over what is allowed.
+    """
+    information = [one.knowledge.information for one in session.known]
+    parts = _parts(session, information, [float(one.trials) for one in session.known])
+    return {
+        target.name: found[target.name] / float(part)
+        for target, part in zip(session.targets, parts, strict=True)
+        if target.name in found and part > 0
+    }
+
+
+def as_fixed(session: Session, menus: Sequence[Menu]) -> Session:
+    """The same with other menus."""
+    return replace(session, menus=tuple(menus))

@@ -1,0 +1,317 @@
+"""What to push next, how much is left, and whether the wish is met."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.adaptive.choice import Need, Session, needed, scaled_to
+from armimpedance.hand.adaptive.menu import Menu, lines_of, menu_of
+from armimpedance.hand.adaptive.order import (
+    Comfort,
+    Push,
+    in_random_order,
+    pauses,
+    shared_out,
+    ways,
+)
+from armimpedance.hand.adaptive.so_far import FIRST_TRIALS, SoFar, conditions_of, so_far
+from armimpedance.hand.adaptive.target import Aim, Target, targets_of
+from armimpedance.hand.planning import (
+    COMPARED,
+    DURATIONS_S,
+    Limits,
+    Profile,
+    Servo,
+    candidates_of,
+)
+from armimpedance.hand.still import allowing, estimate
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Robot:
+    """What the robot can do.
+
+    Attributes
+    ----------
+    limits : Limits
+        Its duration is the longest.
+    servo : Servo
+    shapes : tuple of str
+        Names of the shapes that it can run.
+    """
+
+    limits: Limits = field(default_factory=Limits)
+    servo: Servo = field(default_factory=Servo)
+    shapes: tuple[str, ...] = COMPARED
+
+    @property
+    def profiles(self) -> list[Profile]:
+        """The courses to choose from: each shape at each duration up to the longest."""
+        longest = self.limits.duration_s
+        durations = [each for each in DURATIONS_S if each < longest - 1e-9]
+        made = candidates_of(self.shapes, [*durations, longest], self.limits)
+        return [one for one in made if not one.shape.caution]
+
+
+@dataclass(frozen=True, repr=False)
+class NextTrials(FrozenRecord):
+    """The next pushes, and how far the wish is.
+
+    Attributes
+    ----------
+    pushes : tuple of Push
+        In the order in which they are to be done; empty where the wish is met.
+    remaining : mapping from a condition to an int
+        Pushes that the wish still needs, the next ones among them; of a condition with too few
+        trials to tell, its first set.
+    targets : tuple of Target
+    now, then : (targets,) arrays
+        Half of each interval by now, as `estimate` prints it, over what is allowed; and after the
+        remaining pushes.
+    met : bool
+        Whether all intervals are as narrow as was wished.
+    enough : bool
+        Whether they will be, with at most as many trials as were allowed.
+    """
+
+    pushes: tuple[Push, ...]
+    remaining: Mapping[str, int]
+    targets: tuple[Target, ...]
+    now: FloatArray
+    then: FloatArray
+    met: bool
+    enough: bool = True
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a push: condition, direction, course, pause."""
+        import pandas as pd
+
+        return pd.DataFrame([_row(number, push) for number, push in enumerate(self.pushes, 1)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The pushes, what remains, and each target's half-width by now and as wished."""
+        shown = [
+            {
+                "name": target.name,
+                "now": float(target.allowed / target.scale * now),
+                "wished": float(target.allowed / target.scale),
+                "unit": target.unit,
+            }
+            for target, now in zip(self.targets, self.now, strict=True)
+        ]
+        return {
+            "met": self.met,
+            "enough": self.enough,
+            "remaining": dict(self.remaining),
+            "targets": shown,
+            "pushes": [_row(number, push) for number, push in enumerate(self.pushes, 1)],
+        }
+
+    def _lines(self) -> list[str]:
+        if self.met:
+            return ["the wish is met"]
+        left = ", ".join(f"{name}: {count}" for name, count in self.remaining.items())
+        return [f"{len(self.pushes)} pushes next; remaining {left}"]
+
+    def __repr__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _repr_html_(self) -> str:
+        table = self.to_frame().to_html(index=False) if self.pushes else ""
+        return f"<p>{escape(self._lines()[0])}</p>{table}"
+
+
+def _row(number: int, push: Push) -> dict[str, Any]:
+    planar = len(push.direction) == 2
+    way = {"direction_deg": push.direction_deg} if planar else {}
+    if not planar:
+        way = {f"direction_{axis}": u for axis, u in zip("xyz", push.direction, strict=True)}
+    return {
+        "push": number,
+        "condition": push.condition,
+        **way,
+        "shape": push.profile.shape.name,
+        "duration_s": push.profile.duration_s,
+        "amplitude_m": push.profile.amplitude_m,
+        "pause_s": push.pause_s,
+    }
+
+
+def next_trials(
+    recording: Recording | None,
+    aim: Aim,
+    robot: Robot,
+    comfort: Comfort,
+    *,
+    conditions: Sequence[str] | None = None,
+    count: int = 8,
+    most_trials: int = 1000,
+    axes: int = 2,
+    seed: int = 0,
+    found: Sequence[ImpedanceEstimate] | None = None,
+) -> NextTrials:
+    """Choose the next pushes.
+
+    `recording`: what was measured; None: nothing yet.
+    `conditions`: those that are wished for; default: the recording's.
+    `count`: pushes to choose now.
+    `axes`: of a hand of which nothing was measured yet.
+    `seed`: of the order; together with the number of trials it gives the same order.
+    `found`: what `estimate` finds in the recording, if the caller has it.
+    Raises InputError: the recording is not of returning disturbances of the hand, or a wish cannot
+    be told of it.
+    """
+    names = _named(recording, conditions)
+    done = 0 if recording is None else recording.n_trials
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(done,)))
+    known = {} if recording is None else _known(recording, names)
+    short = [name for name in names if name not in known]
+    if short:
+        d = recording.axes if recording is not None else axes
+        return _first_set(recording, short, robot, comfort, d, done, rng)
+    assert recording is not None
+    states = tuple(known[name] for name in names)
+    targets = tuple(targets_of(aim, states))
+    made = allowing(estimate(recording), recording, ("condition",)) if found is None else found
+    session = Session(states, (), targets)
+    parts = measured_parts(session, made)
+    now = np.array([parts.get(target.name, np.nan) for target in targets])
+    session, need = best_session(session, robot, most_trials, parts)
+    now = np.where(np.isnan(now), _by_forecast(session), now)
+    met = bool((now <= 1).all())
+    counts = [np.zeros_like(one) for one in need.counts] if met else list(need.counts)
+    pushes = _pushes(session, shared_out(counts, count), comfort, done, rng)
+    remaining = {one.name: int(c.sum()) for one, c in zip(states, counts, strict=True)}
+    return NextTrials(pushes, remaining, targets, now, need.parts, met, met or need.enough)
+
+
+def _named(recording: Recording | None, conditions: Sequence[str] | None) -> tuple[str, ...]:
+    if recording is not None:
+        return conditions_of(recording, conditions)
+    if not conditions:
+        raise InputError("neither a recording nor conditions", expected="one of them")
+    return tuple(dict.fromkeys(conditions))
+
+
+def _known(recording: Recording, names: Sequence[str]) -> dict[str, SoFar]:
+    found = {name: so_far(recording, name) for name in names}
+    return {name: one for name, one in found.items() if one is not None}
+
+
+def _first_set(
+    recording: Recording | None,
+    short: Sequence[str],
+    robot: Robot,
+    comfort: Comfort,
+    axes: int,
+    done: int,
+    rng: np.random.Generator,
+) -> NextTrials:
+    """A set of pushes along all lines, for conditions of which too little is known."""
+    profile = robot.profiles[[one.shape.name for one in robot.profiles].index(_first(robot))]
+    lines, pushes, remaining = lines_of(axes), [], {}
+    for name in short:
+        have = 0
+        if recording is not None:
+            have = int((recording.trials["condition"].astype(str) == name).sum())
+        sets = max(FIRST_TRIALS - have, 1) if have < FIRST_TRIALS else FIRST_TRIALS
+        chosen = lines[np.resize(rng.permutation(len(lines)), sets)]
+        signs = np.resize([1.0, -1.0], sets)[:, None]
+        units = in_random_order(chosen * signs, comfort.most_alike, rng)
+        each = pauses(sets, done + len(pushes), comfort, rng)
+        pushes += [
+            Push(name, tuple(map(float, unit)), profile, float(pause))
+            for unit, pause in zip(units, each, strict=True)
+        ]
+        remaining[name] = sets
+    none = np.zeros(0)
+    return NextTrials(tuple(pushes), remaining, (), none, none, met=False)
+
+
+def _first(robot: Robot) -> str:
+    """The shape to begin with: that designed for K, where the robot can run it."""
+    return "designed" if "designed" in robot.shapes else robot.shapes[0]
+
+
+def best_session(
+    session: Session, robot: Robot, most_trials: int, parts: Mapping[str, float]
+) -> tuple[Session, Need]:
+    """The course that needs fewest pushes, with what they would tell."""
+    best: tuple[Session, Need] | None = None
+    most = most_trials
+    problem: ArmImpedanceError | None = None
+    for profile in robot.profiles:
+        try:
+            menus: tuple[Menu, ...] = tuple(
+                menu_of(one, profile, robot.servo) for one in session.known
+            )
+        except ArmImpedanceError as error:
+            problem = error
+            continue
+        tried = replace(session, menus=menus)
+        need = needed(tried, most, scaled_to(tried, parts))
+        if best is None or _rank(need) < _rank(best[1]):
+            best = tried, need
+            most = max(1, min(most, need.trials)) if need.enough else most
+    if best is None:
+        raise problem or InputError("no course", expected="one within the robot's limits")
+    return best
+
+
+def _rank(need: Need) -> tuple[bool, int, float]:
+    return not need.enough, need.trials, float(need.parts.max())
+
+
+def measured_parts(
+    session: Session, estimates: Sequence[ImpedanceEstimate]
+) -> dict[str, float]:
+    """Half of each target's interval over what is allowed, as `estimate` finds it."""
+    named = {str(one.keys.get("condition")): one for one in estimates}
+    found = {}
+    for target in session.targets:
+        if target.column is not None:
+            continue
+        ones = [named[name] for name in target.gradients]
+        variance = sum(
+            float(slope @ one.covariance @ slope)
+            for slope, one in zip(target.gradients.values(), ones, strict=True)
+        )
+        factor = target.factor(min(one.dof for one in ones))
+        found[target.name] = factor * float(np.sqrt(variance)) / target.allowed
+    return found
+
+
+def _by_forecast(session: Session) -> FloatArray:
+    """The same by the noise that was found, for what `estimate` does not print."""
+    return needed(session, 0).parts
+
+
+def _pushes(
+    session: Session,
+    counts: Sequence[Any],
+    comfort: Comfort,
+    done: int,
+    rng: np.random.Generator,
+) -> tuple[Push, ...]:
+    made: list[Push] = []
+    for one, menu, count in zip(session.known, session.menus, counts, strict=True):
+        if not count.sum():
+            continue
+        units = in_random_order(ways(menu.lines, count, rng), comfort.most_alike, rng)
+        each = pauses(len(units), done + len(made), comfort, rng)
+        made += [
+            Push(one.name, tuple(map(float, unit)), menu.profile, float(pause))
+            for unit, pause in zip(units, each, strict=True)
+        ]
+    return tuple(made)

@@ -1,0 +1,121 @@
+"""What the trials of a condition tell so far: M, B, K, the noise, and the departures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.records import Recording, Window
+from armimpedance.hand.levels import kinematic_arm
+from armimpedance.hand.planning import INEFFICIENCY, PilotNoise, PlannedArm
+from armimpedance.hand.still import FEWEST_TRIALS, Knowledge, Model, Peaks
+from armimpedance.numerics.signals import cut_windows, disturbance_times
+
+#: So many pushes of a condition, one set, come before any is chosen.
+FIRST_TRIALS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class SoFar(FrozenRecord):
+    """One condition.
+
+    `parameters` (3 d^2,): M (with the handle), B and K by now, row by row.
+    `knowledge`: information of its trials about them and the departures, by the noise found.
+    `seen` (c,): numbers that the departures seem to have.
+    `jacobian` (d, n) or None: of the arm at the onset, where lengths and angles are known.
+    `trials`: those that can be used.
+    """
+
+    name: str
+    parameters: Annotated[FloatArray, "p"]
+    knowledge: Knowledge
+    noise: PilotNoise
+    peaks: Peaks
+    seen: Annotated[FloatArray, "c"]
+    trials: int
+    sample_rate_hz: float
+    jacobian: FloatArray | None = None
+
+    @property
+    def axes(self) -> int:
+        """Number of axes d of the hand."""
+        return round((len(self.parameters) / 3) ** 0.5)
+
+    @property
+    def arm(self) -> PlannedArm:
+        """What is expected of further trials."""
+        d = self.axes
+        return PlannedArm(self.parameters.reshape(3, d, d), self.name)
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """K by now, (d, d)."""
+        d = self.axes
+        return np.asarray(self.parameters[2 * d * d :].reshape(d, d))
+
+
+def loss_of(d: int) -> FloatArray:
+    """Standard errors of M, B and K relative to the bound, element by element, (3 d^2,)."""
+    return np.repeat(np.array(INEFFICIENCY), d * d)
+
+
+def so_far(recording: Recording, condition: str) -> SoFar | None:
+    """A condition of a recording; None where it has too few trials yet to choose any.
+
+    Raises InputError: the recording is not of returning disturbances of the hand in two or three
+    axes, or the condition's trials do not give an arm.
+    """
+    rows = np.flatnonzero(recording.trials["condition"].astype(str) == condition)
+    if len(rows) < FIRST_TRIALS:
+        return None
+    window = cut_windows(recording, rows, disturbance_times(recording))
+    if window.usable.sum() < max(FIRST_TRIALS, FEWEST_TRIALS):
+        return None
+    model = Model.of(window, "hand")
+    names = model.knowledge().names
+    made = SoFar(
+        name=condition,
+        parameters=model.parameters,
+        knowledge=model.knowledge(),
+        noise=PilotNoise.of(model.noise, window),
+        peaks=model.peaks,
+        seen=np.array([model.departure(name).size for name in names]),
+        trials=int(window.usable.sum()),
+        sample_rate_hz=float(recording.sample_rate_hz),
+        jacobian=_jacobian(recording, window),
+    )
+    try:
+        _ = made.arm
+    except ArmImpedanceError as error:
+        raise InputError(f"{condition}: {error}", expected="trials that give an arm's") from error
+    return made
+
+
+def _jacobian(recording: Recording, window: Window) -> FloatArray | None:
+    angles = window.joint_angles_at_onset
+    if angles is None or recording.axes != 2:
+        return None
+    try:
+        arm = kinematic_arm(recording.subject)
+    except InputError:
+        return None
+    return arm.jacobian(angles[window.usable].mean(axis=0))
+
+
+def conditions_of(recording: Recording, asked: Sequence[str] | None) -> tuple[str, ...]:
+    """The conditions that are wished for; default: those of the recording.
+
+    Raises InputError: the recording has other disturbances than are planned here.
+    """
+    if recording.kind != "hand" or recording.axes < 2 or recording.perturbation != "returning":
+        raise InputError(
+            f"{recording.perturbation} disturbances, {recording.kind}, {recording.axes} axes",
+            expected="returning disturbances of the hand in two or three axes",
+        )
+    known = tuple(recording.trials["condition"].astype(str).unique())
+    return known if asked is None else tuple(dict.fromkeys(asked))

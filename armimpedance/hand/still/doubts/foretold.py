@@ -1,0 +1,132 @@
+"""How wide the intervals of an estimate will be, before its trials are recorded.
+
+The covariance of noise falls with the number of trials; what `allowance` adds falls as the trials
+exclude departures. Which numbers the departures will seem to have is chance: they are drawn from
+their joint distribution, and the draw in the middle is foretold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, frozen
+from armimpedance.hand.still.doubts.knowledge import Knowledge
+from armimpedance.hand.still.doubts.mixture import mean_square_of_gain, mean_squares
+from armimpedance.hand.still.doubts.model import (
+    ALL_COLUMNS,
+    LARGEST_GAIN,
+    gain_in,
+    limit_of_gain,
+)
+from armimpedance.numerics.regression import t_factor
+
+#: Sessions that are drawn, always the same.
+_DRAWS: Final = 200
+#: So many of them where many candidates are compared.
+_FEW: Final = 48
+
+
+def foretold_allowance(
+    known: Sequence[Knowledge],
+    parameters: Sequence[FloatArray],
+    seen: FloatArray | None = None,
+) -> list[FloatArray]:
+    """What `estimate` will allow for beside noise, (p, p) of each condition of a session.
+
+    Parameters
+    ----------
+    known : sequence of Knowledge
+        What the trials of each condition will tell, recorded and planned ones together.
+    parameters : sequence of (p,)
+        M (with the handle), B and K of each condition that are expected, row by row.
+    seen : (c,), optional
+        Numbers that the departures seem to have by now. Default: none.
+
+    Returns
+    -------
+    list of (p, p) arrays
+        To be added to the covariance of noise: the median by K of the first condition.
+    """
+    weight = np.stack([one.expected**-2 for one in known])
+    expected = weight.sum(axis=0) ** -0.5
+    dof = sum(one.trials for one in known) - len(known)
+    z = _normal(len(ALL_COLUMNS)) @ _root_of_correlation(known).T
+    k = expected * z + (0.0 if seen is None else seen)
+    squares = mean_squares(k, expected * t_factor(max(dof, 1.0)) / t_factor(np.inf))
+    gain = _gains(known, parameters)
+    # by how much K's diagonal grows in each draw
+    first, d = known[0], round((known[0].parameters / 3) ** 0.5)
+    diagonal = 2 * d * d + (d + 1) * np.arange(d)
+    of_axes = (parameters[0].reshape(3, d, d)[2].diagonal()) ** 2
+    grows = (squares @ first.shifts[:, diagonal] ** 2 + gain[:, None] * of_axes / d) / np.diag(
+        first.covariance
+    )[diagonal]
+    middle = int(np.argsort(grows.max(axis=1))[_DRAWS // 2])
+    return [
+        (one.shifts.T * squares[middle]) @ one.shifts + gain[middle] * _of_gains(theta, d)
+        for one, theta in zip(known, parameters, strict=True)
+    ]
+
+
+def _root_of_correlation(known: Sequence[Knowledge]) -> FloatArray:
+    """Root (c, c) of the correlation of the departures' numbers, mean over conditions."""
+    total = np.mean([one.own * np.outer(one.expected, one.expected) for one in known], axis=0)
+    values, vectors = np.linalg.eigh(total)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+@lru_cache(maxsize=2)
+def _normal(count: int) -> FloatArray:
+    return frozen(np.random.default_rng(43).standard_normal((_DRAWS, count)))
+
+
+def _gains(known: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> FloatArray:
+    """Mean square of an axis' gain beside the others in each draw; 0 where it can hardly be told."""
+    d = round((known[0].parameters / 3) ** 0.5)
+    if d == 1:
+        return np.zeros(_DRAWS)
+    each = [
+        gain_in(theta, one.covariance, 0) for one, theta in zip(known, parameters, strict=True)
+    ]
+    error = float(sum(one[1] ** -2 for one in each) ** -0.5)
+    if limit_of_gain(error, min(one.trials for one in known) - 1) > LARGEST_GAIN:
+        return np.zeros(_DRAWS)
+    return mean_square_of_gain(error * _normal(len(ALL_COLUMNS) + 1)[:, -1], error)
+
+
+def _of_gains(theta: FloatArray, d: int) -> FloatArray:
+    """What a gain of one of the axes, nobody knows which, makes wrong, (p, p) for a unit of it."""
+    M_B_K = theta.reshape(3, d, d)
+    rows = [(M_B_K * (np.arange(d) == axis)[:, None]).ravel() for axis in range(d)]
+    return np.asarray(np.mean([np.outer(row, row) for row in rows], axis=0))
+
+
+def expected_mean_squares(
+    own: Sequence[FloatArray], dof: float, seen: FloatArray | None = None
+) -> FloatArray:
+    """Mean square (..., c) that is expected of each departure's number in the mixture.
+
+    Parameters
+    ----------
+    own : sequence of (..., c, c)
+        Information of each condition about the departures' numbers that M, B and K do not take.
+    dof : float
+        Degrees of freedom of the session.
+    seen : (c,), optional
+        Numbers that the departures seem to have by now. Default: none.
+
+    Returns
+    -------
+    (..., c) array
+        The mean over sessions in which the numbers differ by chance.
+    """
+    total = np.sum([np.diagonal(one, axis1=-2, axis2=-1) for one in own], axis=0)
+    expected = np.maximum(total, 1e-300) ** -0.5
+    few = _normal(total.shape[-1])[:_FEW]
+    error = expected * t_factor(max(dof, 1.0)) / t_factor(np.inf)
+    k = few * expected[..., None, :] + (0.0 if seen is None else seen)
+    return np.asarray(mean_squares(k, error[..., None, :]).mean(axis=-2))

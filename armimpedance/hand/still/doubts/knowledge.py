@@ -1,0 +1,142 @@
+"""What trials tell of M, B and K and of the departures' numbers: it adds up over trials.
+
+With theta = M, B, K row by row (p,) and k the departures' numbers (c,), the information of a trial
+is
+
+    N_t = [[W^T V W, W^T V z], [z^T V W, z^T V z]]   (p + c, p + c),
+
+so that trials that are only planned can be added to those that were recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.hand.still.bound import inverse_information
+from armimpedance.hand.still.modal import ModalEquation
+
+# Products of the columns with the rows of the equation.
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Products of c columns z over the weight V, of every trial.
+
+    `zVW`, `ZVz` (T, c, p): with the regressors W and with the instruments Z. `zVz` (T, c, c), `zVy`
+    (T, c).
+    """
+
+    names: tuple[str, ...]
+    zVW: FloatArray
+    ZVz: FloatArray
+    zVz: FloatArray
+    zVy: FloatArray
+
+
+def products_of(
+    equation: ModalEquation,
+    weight: FloatArray,
+    instruments: FloatArray | None,
+    columns: Mapping[str, FloatArray],
+) -> Products:
+    """Those of all columns z (T, d, n) at once; `weight` (d n, d n) is V."""
+    T, d, n = equation.force.shape
+    z = np.stack([each.reshape(T, d * n) for each in columns.values()], axis=1)
+    Vz = z @ weight
+    own = _against(equation.regressors, Vz, d)
+    return Products(
+        names=tuple(columns),
+        zVW=own,
+        ZVz=own if instruments is None else _against(instruments, Vz, d),
+        zVz=Vz @ z.mT,
+        zVy=(Vz @ equation.force.reshape(T, -1, 1))[..., 0],
+    )
+
+
+def _against(motion: FloatArray, Vz: FloatArray, d: int) -> FloatArray:
+    """``W_t^T V z_t`` (T, c, p) of the regressors (T, r d, n) that motion makes W of."""
+    T, c, _ = Vz.shape
+    rd, n = motion.shape[1:]
+    # [t, (m k), (c i)] = sum_n motion[t, (m k), n] Vz[t, (c i), n]; parameters are (m, i, k)
+    made = (motion @ Vz.reshape(T, c * d, n).mT).reshape(T, rd // d, d, c, d)
+    return made.transpose(0, 3, 1, 4, 2).reshape(T, c, rd * d)
+
+
+def informations(A: FloatArray, made: Products) -> FloatArray:
+    """N_t of every trial, (T, p + c, p + c), symmetric; `A` (T, p, p) is ``W_t^T V W_t``."""
+    T, p, _ = A.shape
+    q = p + len(made.names)
+    total = np.empty((T, q, q))
+    total[:, :p, :p] = (A + A.mT) / 2
+    total[:, p:, :p] = (made.zVW + made.ZVz) / 2
+    total[:, :p, p:] = total[:, p:, :p].mT
+    total[:, p:, p:] = (made.zVz + made.zVz.mT) / 2
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge(FrozenRecord):
+    """Information of trials about M, B, K and the departures' numbers.
+
+    `information` (p + c, p + c): sum over trials of N_t.
+    `names`: those of the c columns.
+    `trials`: how many; need not be whole in a plan.
+    """
+
+    information: Annotated[FloatArray, "q q"]
+    names: tuple[str, ...]
+    trials: float
+
+    def __add__(self, other: Knowledge) -> Knowledge:
+        """What both tell together."""
+        return replace(
+            self,
+            information=self.information + other.information,
+            trials=self.trials + other.trials,
+        )
+
+    def ordered(self, names: tuple[str, ...]) -> Knowledge:
+        """Of these columns only, in this order."""
+        p = self.parameters
+        at = [*range(p), *(p + self.names.index(name) for name in names)]
+        return replace(self, information=self.information[np.ix_(at, at)], names=names)
+
+    def times(self, factor: float) -> Knowledge:
+        """What so many times the trials tell."""
+        return replace(self, information=factor * self.information, trials=factor * self.trials)
+
+    @property
+    def parameters(self) -> int:
+        """Number p of M, B and K's elements."""
+        return len(self.information) - len(self.names)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Least covariance (p, p) of M, B and K without departures."""
+        p = self.parameters
+        return inverse_information(self.information[:p, :p])
+
+    @cached_property
+    def shifts(self) -> FloatArray:
+        """By how much M, B and K are wrong for one unit of each departure, (c, p)."""
+        p = self.parameters
+        # A (p, p) theta_plain = b = A theta + W^T V z k
+        return np.asarray(self.information[p:, :p] @ self.covariance)
+
+    @cached_property
+    def own(self) -> FloatArray:
+        """Information (c, c) of the departures' numbers that M, B and K do not take."""
+        p = self.parameters
+        left = self.information[p:, p:] - self.shifts @ self.information[:p, p:]
+        return np.asarray((left + left.T) / 2)
+
+    @property
+    def expected(self) -> FloatArray:
+        """Standard error (c,) of each departure's number beside M, B and K."""
+        return np.asarray(1 / np.sqrt(np.maximum(np.diag(self.own), 1e-300)))
