@@ -42,6 +42,12 @@ from .noise import (
     quantised as quantised,
     voluntary_force as voluntary_force,
 )
+from .one_by_one import (
+    AskedArm as AskedArm,
+    AskedPush as AskedPush,
+    RecordedPush as RecordedPush,
+    conditions_named as conditions_named,
+)
 from .rig import ONSET_S as ONSET_S, RATE_HZ as RATE_HZ, Reflex as Reflex, Rig as Rig
 from .robot import IDEAL as IDEAL, Servo as Servo, servo_gains as servo_gains
 from .schedule import Run as Run, Schedule as Schedule, make_schedule as make_schedule

@@ -62,6 +62,11 @@ _TABLE: Final = {
     ),
     "Before the experiment": (
         ("plan", "app.cli.plan", "before the experiment: trials needed, the best disturbance"),
+        (
+            "next",
+            "hand.adaptive.show.command",
+            "during the experiment: the next pushes, and how many it still needs",
+        ),
         ("simulate", "lab.simulate", "write a simulated experiment and its truth"),
     ),
     "Estimate, compare, show": (

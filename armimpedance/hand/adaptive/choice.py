@@ -22,8 +22,8 @@ from armimpedance.hand.still import expected_mean_squares, expected_numbers
 
 #: A group of pushes is this part of those that were done, one at least.
 _GROUP: Final = 0.04
-#: The furthest target counts most: the exponent of a mean over targets, two for each interval.
-_SHARP: Final = 8.0
+#: The furthest target counts nearly alone: the exponent of a mean over targets.
+_SHARP: Final = 64.0
 #: The column whose number is a reflex.
 REFLEX: Final = "reflex 0.055"
 
@@ -39,7 +39,7 @@ class Session:
     @cached_property
     def seen(self) -> FloatArray:
         """Numbers of the departures that more trials are to show, (c,)."""
-        weight = np.stack([one.knowledge.expected**-2 for one in self.known])
+        weight = np.stack([one.seen_error**-2 for one in self.known])
         k = (weight * np.stack([one.seen for one in self.known])).sum(axis=0) / weight.sum(axis=0)
         return expected_numbers(k, weight.sum(axis=0) ** -0.5)
 
@@ -79,13 +79,53 @@ def needed(session: Session, most: int, scale: Mapping[str, float] | None = None
     while True:
         parts = wider * _parts(session, information, trials)
         done = sum(int(count.sum()) for count in counts)
-        if (parts <= 1).all() or done >= most:
-            return Need(tuple(counts), parts, bool((parts <= 1).all()))
+        if (parts <= 1).all():
+            return _pared(session, Need(tuple(counts), parts, enough=True), wider)
+        if done >= most:
+            return Need(tuple(counts), parts, enough=False)
         group = min(max(1, round(_GROUP * sum(trials))), most - done)
         which, line = _best(session, information, trials, group, wider)
         information[which] = information[which] + group * session.menus[which].information[line]
         trials[which] += group
         counts[which][line] += group
+
+
+def _pared(session: Session, need: Need, wider: FloatArray) -> Need:
+    """Without the pushes that later ones have made needless: as many at once as can go."""
+    counts, parts = [count.copy() for count in need.counts], need.parts
+    group = max(1, need.trials // 8)
+    while group:
+        found = []
+        for which, menu in enumerate(session.menus):
+            lines = np.flatnonzero(counts[which] >= group)
+            if len(lines):
+                fewer = _after(session, counts, which, -group * menu.information[lines])
+                after = [one.trials + c.sum() for one, c in zip(session.known, counts, strict=True)]
+                after[which] -= group
+                tried = wider[:, None] * _parts(session, fewer, after)
+                line = int(np.argmin(tried.max(axis=0)))
+                found.append((float(tried[:, line].max()), which, int(lines[line]), tried[:, line]))
+        best = min(found, key=lambda one: one[:3], default=None)
+        if best is None or best[0] > 1:
+            group //= 2
+            continue
+        counts[best[1]][best[2]] -= group
+        parts = best[3]
+    return Need(tuple(counts), parts, enough=True)
+
+
+def _after(
+    session: Session, counts: Sequence[IntArray], which: int, more: FloatArray
+) -> list[FloatArray]:
+    """Information of each condition after pushes, one condition's with each of `more` (J, q, q)."""
+    made = []
+    for number, (one, menu, count) in enumerate(
+        zip(session.known, session.menus, counts, strict=True)
+    ):
+        total = one.knowledge.information + np.tensordot(count, menu.information, axes=1)
+        added = more if number == which else np.zeros((len(more), 1, 1))
+        made.append(total + added)
+    return made
 
 
 def _best(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -38,6 +38,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+#: The shape to begin with.
+FIRST_SHAPE: Final = "designed"
+
+
 @dataclass(frozen=True)
 class Robot:
     """What the robot can do.
@@ -49,19 +53,33 @@ class Robot:
     servo : Servo
     shapes : tuple of str
         Names of the shapes that it can run.
+    course : Profile or None
+        The only course; None: one is chosen within shapes and limits.
     """
 
     limits: Limits = field(default_factory=Limits)
     servo: Servo = field(default_factory=Servo)
     shapes: tuple[str, ...] = COMPARED
+    course: Profile | None = None
 
     @property
     def profiles(self) -> list[Profile]:
         """The courses to choose from: each shape at each duration up to the longest."""
+        if self.course is not None:
+            return [self.course]
         longest = self.limits.duration_s
         durations = [each for each in DURATIONS_S if each < longest - 1e-9]
         made = candidates_of(self.shapes, [*durations, longest], self.limits)
         return [one for one in made if not one.shape.caution]
+
+    @property
+    def first(self) -> Profile:
+        """The course to begin with: the designed one where it can be run, as long as it may be."""
+        longest = max((one.duration_s for one in self.profiles), default=0.0)
+        made = [one for one in self.profiles if one.duration_s == longest]
+        if not made:
+            raise InputError(f"shapes {', '.join(self.shapes)}", expected="one without a caution")
+        return next((one for one in made if one.shape.name == FIRST_SHAPE), made[0])
 
 
 @dataclass(frozen=True, repr=False)
@@ -219,16 +237,16 @@ def _first_set(
     rng: np.random.Generator,
 ) -> NextTrials:
     """A set of pushes along all lines, for conditions of which too little is known."""
-    profile = robot.profiles[[one.shape.name for one in robot.profiles].index(_first(robot))]
+    profile = robot.first
     lines, pushes, remaining = lines_of(axes), [], {}
     for name in short:
         have = 0
         if recording is not None:
             have = int((recording.trials["condition"].astype(str) == name).sum())
         sets = max(FIRST_TRIALS - have, 1) if have < FIRST_TRIALS else FIRST_TRIALS
-        chosen = lines[np.resize(rng.permutation(len(lines)), sets)]
-        signs = np.resize([1.0, -1.0], sets)[:, None]
-        units = in_random_order(chosen * signs, comfort.most_alike, rng)
+        chosen = np.resize(rng.permutation(len(lines)), sets)
+        signs = np.where(np.arange(sets) % 2, -1.0, 1.0)
+        units = in_random_order(signs[:, None] * lines[chosen], comfort.most_alike, rng)
         each = pauses(sets, done + len(pushes), comfort, rng)
         pushes += [
             Push(name, tuple(map(float, unit)), profile, float(pause))
@@ -237,11 +255,6 @@ def _first_set(
         remaining[name] = sets
     none = np.zeros(0)
     return NextTrials(tuple(pushes), remaining, (), none, none, met=False)
-
-
-def _first(robot: Robot) -> str:
-    """The shape to begin with: that designed for K, where the robot can run it."""
-    return "designed" if "designed" in robot.shapes else robot.shapes[0]
 
 
 def best_session(

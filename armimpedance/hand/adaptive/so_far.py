@@ -8,12 +8,19 @@ from typing import Annotated
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.records import Recording, Window
 from armimpedance.hand.levels import kinematic_arm
 from armimpedance.hand.planning import INEFFICIENCY, PilotNoise, PlannedArm
-from armimpedance.hand.still import FEWEST_TRIALS, Knowledge, Model, Peaks
+from armimpedance.hand.still import (
+    FEWEST_TRIALS,
+    Knowledge,
+    Model,
+    Peaks,
+    largest_conditions,
+)
+from armimpedance.numerics.regression import t_factor
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 #: So many pushes of a condition, one set, come before any is chosen.
@@ -26,7 +33,7 @@ class SoFar(FrozenRecord):
 
     `parameters` (3 d^2,): M (with the handle), B and K by now, row by row.
     `knowledge`: information of its trials about them and the departures, by the noise found.
-    `seen` (c,): numbers that the departures seem to have.
+    `seen`, `seen_error` (c,): numbers that the departures seem to have, and standard errors.
     `jacobian` (d, n) or None: of the arm at the onset, where lengths and angles are known.
     `trials`: those that can be used.
     """
@@ -37,6 +44,7 @@ class SoFar(FrozenRecord):
     noise: PilotNoise
     peaks: Peaks
     seen: Annotated[FloatArray, "c"]
+    seen_error: Annotated[FloatArray, "c"]
     trials: int
     sample_rate_hz: float
     jacobian: FloatArray | None = None
@@ -76,15 +84,20 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
     window = cut_windows(recording, rows, disturbance_times(recording))
     if window.usable.sum() < max(FIRST_TRIALS, FEWEST_TRIALS):
         return None
-    model = Model.of(window, "hand")
-    names = model.knowledge().names
+    model = _fitted(recording, rows, window)
+    knowledge = model.knowledge()
+    departures = [model.departure(name) for name in knowledge.names]
+    # few trials: one measure of noise for all, and the tails of t
+    rough = np.median([one.error / one.expected for one in departures])
+    rough *= t_factor(departures[0].dof) / t_factor(np.inf)
     made = SoFar(
         name=condition,
         parameters=model.parameters,
-        knowledge=model.knowledge(),
+        knowledge=knowledge,
         noise=PilotNoise.of(model.noise, window),
         peaks=model.peaks,
-        seen=np.array([model.departure(name).size for name in names]),
+        seen=np.array([one.size for one in departures]),
+        seen_error=rough * np.array([one.expected for one in departures]),
         trials=int(window.usable.sum()),
         sample_rate_hz=float(recording.sample_rate_hz),
         jacobian=_jacobian(recording, window),
@@ -94,6 +107,14 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
     except ArmImpedanceError as error:
         raise InputError(f"{condition}: {error}", expected="trials that give an arm's") from error
     return made
+
+
+def _fitted(recording: Recording, rows: IntArray, window: Window) -> Model:
+    """The fit that checks and intervals have made already, where they did."""
+    for fitted, model in largest_conditions(recording):
+        if np.array_equal(fitted, rows):
+            return model
+    return Model.of(window, "hand")
 
 
 def _jacobian(recording: Recording, window: Window) -> FloatArray | None:

@@ -1,7 +1,10 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
-from .doubts.departures import session_blocks as session_blocks
+from .doubts.departures import (
+    largest_conditions as largest_conditions,
+    session_blocks as session_blocks,
+)
 from .doubts.filter import in_step as in_step
 from .doubts.foretold import (
     expected_mean_squares as expected_mean_squares,

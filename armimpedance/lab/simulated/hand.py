@@ -118,13 +118,14 @@ def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> S
         duration_s=arguments.duration_s,
         amplitude_m=arguments.amplitude_mm / 1e3,
         noise=arguments.noise,
-        servo=_servo(arguments.servo),
+        servo=servo_asked(arguments.servo),
         reflex=None if arguments.reflex is None else Reflex(arguments.reflex),
     )
     return Simulated(recording, truth)
 
 
-def _servo(asked: str | None) -> Servo:
+def servo_asked(asked: str | None) -> Servo:
+    """The servo that an option names: N/m, or ideal."""
     from manipulandum_sim.hand import IDEAL, Servo
 
     if asked is None:

@@ -58,10 +58,13 @@ def mean_squares(k: FloatArray, error: FloatArray) -> FloatArray:
 
 
 def expected_numbers(k: FloatArray, error: FloatArray) -> FloatArray:
-    """Mean (..., c) of each departure's number in the mixture: what more trials are to show."""
+    """Numbers (..., c) that more trials are to show: those of a departure that is likely, else 0.
+
+    A mean over having and not having it would be neither: more trials would make it significant.
+    """
     number = np.where(_POSITIVE, np.maximum(k, 0.0), k)
     p, _ = _probabilities(number, error)
-    return np.asarray(p * number * _USUAL**2 / (_USUAL**2 + error**2))
+    return np.asarray(np.where(p > 0.5, number * _USUAL**2 / (_USUAL**2 + error**2), 0.0))
 
 
 def mean_square_of_gain(k: FloatArray, error: float) -> FloatArray:

@@ -1,0 +1,131 @@
+"""Trials that come in one by one, collected to a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
+
+
+@dataclass(frozen=True, eq=False)
+class Trial(FrozenRecord):
+    """One push as it was recorded.
+
+    `position`, `force` (S, d): of the hand (m), and by the limb on the handle (N).
+    `onset_s`, `end_s`: of the disturbance, from the first sample.
+    `direction` (d,): unit vector.
+    `joint_angles` (S, n) or None: rad.
+    """
+
+    condition: str
+    direction: Annotated[FloatArray, "d"]
+    onset_s: float
+    end_s: float
+    position: Annotated[FloatArray, "s d"]
+    force: Annotated[FloatArray, "s d"]
+    joint_angles: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.position.shape != self.force.shape:
+            raise InputError(
+                f"a position of {self.position.shape} and a force of {self.force.shape}",
+                expected="as many samples and axes of both",
+            )
+        if not self.onset_s < self.end_s:
+            raise InputError(
+                f"a disturbance from {self.onset_s:g} to {self.end_s:g} s", expected="an end later"
+            )
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all trials of a session have in common: the recording's facts."""
+
+    sample_rate_hz: float = 1000.0
+    handle_mass_kg: float = 0.0
+    subject: Subject | None = None
+    shoulder_m: tuple[float, ...] | None = None
+
+
+def recording_of(trials: Sequence[Trial], setup: Setup) -> Recording:
+    """The recording that trials make, in their order.
+
+    Raises InputError: there is none, or they differ in axes.
+    """
+    if not trials:
+        raise InputError("no trial", expected="one or more")
+    d = trials[0].position.shape[1]
+    for number, one in enumerate(trials, 1):
+        if one.position.shape[1] != d or len(one.direction) != d:
+            raise InputError(f"trial {number}: other axes", expected=f"{d} as in the first")
+    lengths = np.array([len(one.position) for one in trials])
+    angles = [one.joint_angles for one in trials]
+    every = None if any(one is None for one in angles) else np.concatenate(angles)
+    return Recording(
+        kind="hand",
+        sample_rate_hz=setup.sample_rate_hz,
+        trials=_table(trials),
+        offsets=np.concatenate([[0], np.cumsum(lengths)]),
+        time_s=np.concatenate([np.arange(n) / setup.sample_rate_hz for n in lengths]),
+        position=np.concatenate([one.position for one in trials]),
+        force=np.concatenate([one.force for one in trials]),
+        joint_angles=every,
+        handle_mass_kg=setup.handle_mass_kg,
+        subject=setup.subject or Subject(),
+        shoulder_m=None if setup.shoulder_m is None else np.array(setup.shoulder_m),
+        provenance=("trials that were chosen one after another",),
+    )
+
+
+def trials_of(recording: Recording) -> list[Trial]:
+    """The trials of a recording whose table says direction, onset and end.
+
+    Raises InputError: it does not.
+    """
+    table = recording.trials
+    for column in ("direction_deg", "onset_s", "end_s"):
+        if column not in table or not np.isfinite(table[column].to_numpy(float)).all():
+            raise InputError("a trial without it", column=column, expected="a number")
+    around = np.deg2rad(table["direction_deg"].to_numpy(float))
+    units = np.column_stack([np.cos(around), np.sin(around)])
+    if recording.axes == 3:
+        above = np.deg2rad(table["elevation_deg"].to_numpy(float))
+        units = np.column_stack([units * np.cos(above)[:, None], np.sin(above)])
+    made = []
+    for row in range(recording.n_trials):
+        own = recording.samples_of(row)
+        angles = recording.joint_angles
+        made.append(
+            Trial(
+                str(table["condition"].iloc[row]),
+                units[row],
+                float(table["onset_s"].iloc[row]),
+                float(table["end_s"].iloc[row]),
+                recording.position[own],
+                recording.force[own],
+                None if angles is None else angles[own],
+            )
+        )
+    return made
+
+
+def _table(trials: Sequence[Trial]) -> pd.DataFrame:
+    columns: dict[str, Any] = {
+        "trial": np.arange(1, len(trials) + 1),
+        "condition": [one.condition for one in trials],
+        "onset_s": [one.onset_s for one in trials],
+        "end_s": [one.end_s for one in trials],
+    }
+    units = np.stack([one.direction for one in trials])
+    columns["direction_deg"] = np.round(np.rad2deg(np.arctan2(units[:, 1], units[:, 0])), 6) % 360
+    if units.shape[1] == 3:
+        columns["elevation_deg"] = np.round(np.rad2deg(np.arcsin(np.clip(units[:, 2], -1, 1))), 6)
+    return pd.DataFrame(columns)

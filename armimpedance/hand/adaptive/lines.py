@@ -1,0 +1,200 @@
+"""A robot's side of the experiment: trials come in as lines, pushes go out.
+
+A line is a JSON object. The robot asks with ``{"ready": true}``; after each push it sends
+``{"trial": {...}}`` with what it recorded. Each is answered by one line,
+
+    {"push": {...} or null, "remaining": {condition: pushes}, "met": false}
+
+or ``{"error": "what, expected ..."}``, after which the push is still to be done. The pushes of the
+next group are computed while those before are done, so that an answer does not wait for them; which
+trials a group is computed from does not depend on the machine's speed.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.records import Recording
+from armimpedance.hand.adaptive.collected import Setup, Trial, recording_of
+from armimpedance.hand.adaptive.next_trials import NextTrials
+from armimpedance.hand.adaptive.order import Push
+from armimpedance.hand.planning import Profile
+
+#: So many pushes are left when the next group begins to be computed.
+AHEAD: Final = 2
+#: A line of more letters is refused: a trial of ten seconds in three axes has half of it.
+LONGEST_LINE: Final = 4_000_000
+
+#: What was measured so far, or nothing -> what to do next.
+Chooser = Callable[[Recording | None], NextTrials]
+
+
+class OneCourse:
+    """A chooser that keeps to the course that it chose first, once it could choose.
+
+    `choose`: called with the recording and the keyword ``course``.
+    """
+
+    def __init__(self, choose: Callable[..., NextTrials]) -> None:
+        self._choose = choose
+        self._course: Profile | None = None
+
+    def __call__(self, recording: Recording | None) -> NextTrials:
+        """The next pushes."""
+        made = self._choose(recording, course=self._course)
+        if made.targets and made.pushes:
+            self._course = made.pushes[0].profile
+        return made
+
+
+class PushSession:
+    """Pushes out, trials in.
+
+    `choose`: called in another thread, one call at a time.
+    `setup`: the recording's facts.
+    `begun`: trials that were recorded before.
+    """
+
+    def __init__(self, choose: Chooser, setup: Setup, begun: Iterable[Trial] = ()) -> None:
+        self._choose, self._setup = choose, setup
+        self.trials: list[Trial] = list(begun)
+        self._queue: deque[Push] = deque()
+        self._worker = ThreadPoolExecutor(1)
+        self._coming: Future[NextTrials] | None = None
+        self._last: NextTrials | None = None
+        self._ask()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._worker.shutdown(cancel_futures=True)
+
+    @property
+    def met(self) -> bool:
+        """Whether the wish is met by the trials up to the last group's."""
+        return self._last is not None and self._last.met
+
+    def push(self) -> Push | None:
+        """The push that is to be done now; None: the wish is met, or no push can meet it.
+
+        Raises InputError: the trials so far allow no choice.
+        """
+        if not self._queue and self._coming is not None:
+            coming, self._coming = self._coming, None
+            self._last = coming.result()
+            self._queue.extend(self._last.pushes)
+        return self._queue[0] if self._queue else None
+
+    def add(self, trial: Trial) -> None:
+        """What the push gave."""
+        self.trials.append(trial)
+        if self._queue:
+            self._queue.popleft()
+        if len(self._queue) <= AHEAD and self._coming is None:
+            self._ask()
+
+    def remaining(self) -> dict[str, int]:
+        """Pushes that each condition still needed when the last group was computed."""
+        return {} if self._last is None else dict(self._last.remaining)
+
+    def recording(self) -> Recording:
+        """All trials."""
+        return recording_of(self.trials, self._setup)
+
+    def _ask(self) -> None:
+        so_far = self.recording() if self.trials else None
+        self._coming = self._worker.submit(self._choose, so_far)
+
+
+def answers(session: PushSession, lines: Iterable[str]) -> Iterator[str]:
+    """The answer to each line; a line that cannot be read is answered by an error."""
+    for line in lines:
+        if not line.strip():
+            continue
+        try:
+            _take(session, line)
+            yield json.dumps(_answer(session))
+        except ArmImpedanceError as error:
+            yield json.dumps({"error": str(error)})
+
+
+def _take(session: PushSession, line: str) -> None:
+    if len(line) > LONGEST_LINE:
+        raise InputError(f"a line of {len(line):,} letters", expected=f"{LONGEST_LINE:,} or fewer")
+    try:
+        told = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise InputError("a line that is no JSON", expected='{"ready": true}') from error
+    if not isinstance(told, dict) or not ({"ready", "trial"} & set(told)):
+        raise InputError("a line without ready or trial", expected='{"trial": {...}}')
+    if "trial" in told:
+        session.add(_trial(told["trial"], session.push()))
+
+
+def _trial(told: Any, push: Push | None) -> Trial:
+    """A trial by its line; condition and direction are those of the push that was asked for."""
+    if not isinstance(told, dict):
+        raise InputError("a trial that is no object", expected="position_m, force_N, onset_s")
+    if push is None and "condition" not in told:
+        raise InputError("a trial that nobody asked for", expected="its condition and direction")
+    condition = str(told.get("condition", push.condition if push else ""))
+    direction = told.get("direction", push.direction if push else ())
+    end = told.get("end_s")
+    onset = _number(told, "onset_s")
+    if end is None and push is not None:
+        end = onset + push.profile.duration_s
+    angles = told.get("joint_angles_rad")
+    return Trial(
+        condition=condition,
+        direction=_array(direction, "direction", 1),
+        onset_s=onset,
+        end_s=float(_finite(end, "end_s")),
+        position=_array(told.get("position_m"), "position_m", 2),
+        force=_array(told.get("force_N"), "force_N", 2),
+        joint_angles=None if angles is None else _array(angles, "joint_angles_rad", 2),
+    )
+
+
+def _number(told: dict[str, Any], name: str) -> float:
+    return _finite(told.get(name), name)
+
+
+def _finite(value: Any, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+        raise InputError(f"{name} is {str(value)[:40]}", column=name, expected="a number")
+    return float(value)
+
+
+def _array(values: Any, name: str, dimensions: int) -> np.ndarray:
+    try:
+        made = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} holds no numbers", column=name, expected="numbers") from error
+    if made.ndim != dimensions or not made.size or not np.isfinite(made).all():
+        form = "a list of numbers" if dimensions == 1 else "a list of samples, each of every axis"
+        raise InputError(f"{name} of the wrong form", column=name, expected=f"{form}, all finite")
+    return made
+
+
+def _answer(session: PushSession) -> dict[str, Any]:
+    push = session.push()
+    told = None if push is None else told_push(push)
+    return {"push": told, "remaining": session.remaining(), "met": push is None and session.met}
+
+
+def told_push(push: Push) -> dict[str, Any]:
+    """A push as a robot is told it."""
+    return {
+        "condition": push.condition,
+        "direction": [round(u, 9) for u in push.direction],
+        "shape": push.profile.shape.name,
+        "duration_s": push.profile.duration_s,
+        "amplitude_m": push.profile.amplitude_m,
+        "pause_s": push.pause_s,
+    }

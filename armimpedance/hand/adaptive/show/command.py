@@ -1,0 +1,158 @@
+"""Choose the next pushes of an experiment, and say how many it still needs.
+
+Examples:
+  armimpedance simulate cocontraction --sets 2 --disturbance designed --out session
+  armimpedance next session --k-percent 5
+  armimpedance next session --k-percent 5 --count 16 --out next.csv
+  armimpedance next session --difference-percent 20 --between cocontraction_00 cocontraction_10
+  armimpedance next --conditions relaxed tense --k-percent 5 --lines --out-recording session
+
+Without a recording it chooses the first set. Intervals are those that `estimate` prints: what it
+allows for, such as a reflex, is counted, and the pushes that exclude it are chosen.
+
+--lines talks to a robot, one JSON object a line: it reads {"ready": true} or {"trial": {...}} and
+answers each with the push to do (docs/how_to/next.md).
+"""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    from armimpedance.show.command.options import add_despite
+    from armimpedance.show.command.outputs import OutputPath
+
+    parser.add_argument(
+        "recording", metavar="RECORDING", type=Path, nargs="?", help="what was measured so far"
+    )
+    _add_wish(parser)
+    _add_robot(parser)
+    out = parser.add_argument_group("output")
+    out.add_argument("--out", type=OutputPath, metavar="CSV", help="the next pushes, one a row")
+    out.add_argument(
+        "--lines", action="store_true", help="talk to a robot over standard input and output"
+    )
+    out.add_argument(
+        "--out-recording",
+        type=OutputPath,
+        metavar="FOLDER",
+        help="with --lines: the trials, as a recording",
+    )
+    out.add_argument(
+        "--sample-rate-hz", type=float, default=1000.0, metavar="HZ", help="with --lines (1000)"
+    )
+    out.add_argument(
+        "--handle-kg",
+        type=float,
+        default=0.0,
+        metavar="KG",
+        help="with --lines: mass between force sensor and hand (0)",
+    )
+    add_despite(parser)
+
+
+def _add_wish(parser: argparse.ArgumentParser) -> None:
+    wish = parser.add_argument_group("wish")
+    for name, metavar, text in (
+        ("--k-percent", "X", "K within X %% in each condition (default without another wish: 10)"),
+        ("--orientation-deg", "Y", "half the interval of the orientation of K's ellipse"),
+        ("--joint-percent", "X", "the joints' K within X %%"),
+        ("--reflex-percent", "X", "an answer 55 ms late within X %% of K"),
+        ("--difference-percent", "X", "tell two conditions apart whose K differs in size by X %%"),
+    ):
+        wish.add_argument(name, type=float, metavar=metavar, help=text)
+    wish.add_argument("--between", nargs=2, metavar="NAME", help="the two conditions")
+    wish.add_argument("--power", type=float, default=0.9, help="of telling them apart (0.9)")
+    wish.add_argument("--conditions", nargs="+", metavar="NAME", help="default: the recording's")
+    wish.add_argument("--count", type=int, default=8, help="pushes to choose now (8)")
+    wish.add_argument("--max-trials", type=int, default=1000, metavar="N", help="(1000)")
+    wish.add_argument("--seed", type=int, default=0, help="of the order (0)")
+
+
+def _add_robot(parser: argparse.ArgumentParser) -> None:
+    robot = parser.add_argument_group("robot and person")
+    robot.add_argument("--shapes", nargs="+", metavar="NAME", help="courses that it can run")
+    robot.add_argument("--amplitude-mm", type=float, default=5.0, metavar="A", help="at most (5)")
+    robot.add_argument(
+        "--max-duration-s", type=float, default=0.3, metavar="T", help="of a push (0.3)"
+    )
+    robot.add_argument(
+        "--max-acceleration", type=float, default=5.3, metavar="A", help="m/s^2 (5.3)"
+    )
+    robot.add_argument("--servo", type=float, metavar="N_PER_M", help="stiffness (default: ideal)")
+    robot.add_argument(
+        "--most-alike", type=int, default=2, metavar="N", help="pushes alike in a row (2)"
+    )
+    robot.add_argument(
+        "--rest-every", type=int, default=40, metavar="N", help="pushes between rests (40)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Choose, write the table, print; or answer a robot line by line."""
+    from armimpedance.core.errors import InputError
+    from armimpedance.show.command.outputs import Output, check_outputs, check_seed
+
+    check_outputs(Output("--out", args.out, (".csv",)), reads=[args.recording])
+    check_seed(args.seed)
+    if args.recording is None and not args.conditions:
+        raise InputError("no RECORDING and no --conditions", expected="one of them")
+    if args.out_recording is not None and not args.lines:
+        raise InputError("--out-recording without --lines", expected="both")
+    return _serve(args) if args.lines else _once(args)
+
+
+def _once(args: argparse.Namespace) -> int:
+    from armimpedance.core.outputs import staged_file
+    from armimpedance.hand.adaptive.show import next_text, next_trials
+
+    made = next_trials(args.recording, **_keywords(args))
+    if args.out is not None:
+        with staged_file(args.out) as staged:
+            made.to_frame().to_csv(staged, index=False)
+    print(next_text(made))
+    return 0
+
+
+def _serve(args: argparse.Namespace) -> int:
+    """Answer each line at once: the robot waits for it."""
+    import sys
+
+    from armimpedance.hand.adaptive import OneCourse, PushSession, Setup, answers, trials_of
+    from armimpedance.hand.adaptive.show import next_trials
+    from armimpedance.recordings import write_recording
+    from armimpedance.show.verbs.results import read_recording
+
+    begun = [] if args.recording is None else trials_of(read_recording(args.recording))
+    choose = OneCourse(partial(next_trials, **_keywords(args)))
+    session = PushSession(choose, Setup(args.sample_rate_hz, args.handle_kg), begun)
+    try:
+        for answer in answers(session, sys.stdin):
+            print(answer, flush=True)
+    finally:
+        session.close()
+        if args.out_recording is not None and session.trials:
+            write_recording(session.recording(), args.out_recording)
+    return 0
+
+
+def _keywords(args: argparse.Namespace) -> dict[str, Any]:
+    """The keywords of the verb."""
+    from armimpedance.hand.planning import Servo
+
+    same = (
+        *("k_percent", "orientation_deg", "joint_percent", "reflex_percent"),
+        *("difference_percent", "power", "conditions", "count", "max_trials", "shapes"),
+        *("max_duration_s", "max_acceleration", "most_alike", "rest_every", "despite", "seed"),
+    )
+    return {
+        **{name: getattr(args, name) for name in same},
+        "between": None if args.between is None else tuple(args.between),
+        "amplitude_m": args.amplitude_mm / 1e3,
+        "servo": None if args.servo is None else Servo(args.servo),
+    }

@@ -1,0 +1,169 @@
+"""What to push next, for a recording so far."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from math import radians
+from typing import Final
+
+from armimpedance.core.records import Recording
+from armimpedance.hand.adaptive.next_trials import (
+    NextTrials,
+    Robot,
+    next_trials as chosen_trials,
+)
+from armimpedance.hand.adaptive.order import Comfort
+from armimpedance.hand.adaptive.target import POWER, Aim
+from armimpedance.hand.planning import COMPARED, Limits, Profile, Servo
+from armimpedance.hand.still import in_step
+from armimpedance.hand.still.show import checked_response
+from armimpedance.show.verbs.results import PathLike, naming, read_recording
+
+#: K within so many per cent, where no wish is given.
+DEFAULT_K_PERCENT: Final = 10.0
+
+
+def next_trials(
+    recording: Recording | PathLike | None,
+    *,
+    k_percent: float | None = None,
+    orientation_deg: float | None = None,
+    joint_percent: float | None = None,
+    reflex_percent: float | None = None,
+    difference_percent: float | None = None,
+    between: tuple[str, str] | None = None,
+    power: float = POWER,
+    conditions: str | Sequence[str] | None = None,
+    count: int = 8,
+    max_trials: int = 1000,
+    shapes: Sequence[str] | None = None,
+    course: Profile | None = None,
+    amplitude_m: float = 0.005,
+    max_duration_s: float = 0.3,
+    max_acceleration: float = 5.3,
+    servo: Servo | None = None,
+    most_alike: int = 2,
+    rest_every: int = 40,
+    despite: str | Collection[str] = (),
+    seed: int = 0,
+) -> NextTrials:
+    """Choose the next pushes of an experiment, and say how many it still needs.
+
+    Chosen are condition, direction and course that narrow most the interval that is furthest from
+    its wish. Intervals are those that `estimate` prints, with what it allows for: where a reflex
+    that is not excluded yet widens K, the pushes that exclude it come next.
+
+    Parameters
+    ----------
+    recording : Recording, path or None
+        What was measured so far; None: nothing yet, the first set is chosen.
+    k_percent : float, optional
+        The 95 % interval of each diagonal element of K, in each condition, is to be at most +- this
+        many per cent of it. Default: 10, where no other wish is given.
+    orientation_deg : float, optional
+        Half the interval of the orientation of K's ellipse.
+    joint_percent : float, optional
+        As `k_percent`, of the joints' stiffness.
+    reflex_percent : float, optional
+        Half the interval of an answer to what was 55 ms earlier, in per cent of K.
+    difference_percent : float, optional
+        Two conditions whose ellipses of K differ in size by this are to be told apart.
+    between : (str, str), optional
+        The two conditions.
+    power : float
+        The probability that they are told apart.
+    conditions : str or sequence of str, optional
+        Conditions of the experiment. Default: those of the recording.
+    count : int
+        Pushes to choose now.
+    max_trials : int
+        More than these are not counted.
+    shapes : sequence of str, optional
+        Courses that the robot can run, by their names. Default: those that `plan` compares.
+    course : Profile, optional
+        The only course, such as that of the pushes before: a session of one course is estimated
+        best.
+    amplitude_m, max_duration_s, max_acceleration : float
+        The robot's limits.
+    servo : Servo, optional
+        Default: the hand moves as commanded.
+    most_alike : int
+        At most so many pushes along the same way after each other.
+    rest_every : int
+        After so many pushes there is a rest of a minute.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled.
+    seed : int
+        Of the order; with the same recording it gives the same pushes.
+
+    Returns
+    -------
+    NextTrials
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, a check says STOP, it is not of returning disturbances of the
+        hand, or a wish cannot be told of it.
+
+    Examples
+    --------
+    >>> from armimpedance.hand.adaptive.show import next_trials
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate(
+    ...     "cocontraction", seed=1, conditions=["cocontraction_10"], disturbance="designed"
+    ... )
+    >>> next_trials(recording, k_percent=20).met
+    True
+    >>> next_trials(None, conditions="relaxed").remaining
+    {'relaxed': 8}
+    """
+    aim = _aim(
+        k_percent, orientation_deg, joint_percent, reflex_percent, difference_percent, between, power
+    )
+    limits = Limits(amplitude_m, max_duration_s, max_acceleration)
+    chosen = COMPARED if shapes is None else tuple(shapes)
+    robot = Robot(limits, servo or Servo(), chosen, course)
+    names = [conditions] if isinstance(conditions, str) else conditions
+    with naming(recording):
+        read = None if recording is None else read_recording(recording)
+        if read is not None and read.perturbation == "returning":
+            checked_response(read, despite)
+            read, _ = in_step(read)
+        return chosen_trials(
+            read,
+            aim,
+            robot,
+            Comfort(most_alike, rest_every=rest_every),
+            conditions=names,
+            count=count,
+            most_trials=max_trials,
+            seed=seed,
+        )
+
+
+def _aim(
+    k_percent: float | None,
+    orientation_deg: float | None,
+    joint_percent: float | None,
+    reflex_percent: float | None,
+    difference_percent: float | None,
+    between: tuple[str, str] | None,
+    power: float,
+) -> Aim:
+    asked = (k_percent, orientation_deg, joint_percent, reflex_percent, difference_percent)
+    if all(one is None for one in asked):
+        k_percent = DEFAULT_K_PERCENT
+    return Aim(
+        k_part=_part(k_percent),
+        orientation_rad=None if orientation_deg is None else radians(orientation_deg),
+        joint_part=_part(joint_percent),
+        reflex_part=_part(reflex_percent),
+        difference_part=_part(difference_percent),
+        between=between,
+        power=power,
+    )
+
+
+def _part(percent: float | None) -> float | None:
+    return None if percent is None else percent / 100
