@@ -1,4 +1,4 @@
-"""How many pushes reach K within 5 %: bumps, the designed push, and pushes chosen one after another.
+"""How many pushes reach K within 5 %: bumps, the designed push, pushes that are chosen.
 
     python benchmarks/adaptive_trials.py --persons 200 --workers 2
 
@@ -138,7 +138,7 @@ class Stopped:
 
 
 def fixed(number: int, shape: str) -> Stopped:
-    """Sets of eight directions until the wish is met, looked for from the number that is planned."""
+    """Sets of eight directions until the wish is met, from the planned number on."""
     person, profile = Person.of(number), Profile(SHAPES.named(shape), AMPLITUDE_M, DURATION_S)
     rng = np.random.default_rng(np.random.SeedSequence(1, spawn_key=(number, len(shape))))
     angle = np.arange(SET) * np.pi / 4
@@ -169,9 +169,7 @@ def fixed(number: int, shape: str) -> Stopped:
 
 def planned_sets(person: Person, profile: Profile) -> int:
     """What a plan that knows the person would say."""
-    noise = replace(
-        noise_named(), slow_sd=person.slow, tremor=person.tremor, drift_sd=person.drift
-    )
+    noise = replace(noise_named(), slow_sd=person.slow, tremor=person.tremor, drift_sd=person.drift)
     motion = PlannedMotion(Setting(PlannedArm(person.limb), noise), profile)
     trials = precision(motion, conditions=1).trials_for_k(WISH)
     return min(max(2, (trials or MOST_SETS * SET) // SET), MOST_SETS)

@@ -37,6 +37,7 @@ predict arm.json --postures grid.csv --activations emg.csv --out predicted.csv
 explore hand.csv --out explore.html
 live arm.json --replay session --samples 5
 plan --k-percent 10
+next session --k-percent 5 --conditions cocontraction_00 --shapes designed
 .new --for custom try_csv
 map-columns try_csv/trials --out proposed.toml
 share session --as datasheet --out DATASHEET.md

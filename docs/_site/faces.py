@@ -29,7 +29,7 @@ SECTIONS = {
     "Fit and predict: models over posture and EMG": r"muscles\.(models|show)",
     "Compare": r"hand\.comparison|app\.study",
     "Plot": r"hand\.show\.\w+_plot",
-    "Plan an experiment": r"hand\.planning",
+    "Plan an experiment": r"hand\.(planning|adaptive)",
     "A hand that moves": r"hand\.reaching",
     "Random perturbations of hand, wrist or ankle": r"hand\.random",
     "One joint under a random perturbation": r"joint\.elbow",

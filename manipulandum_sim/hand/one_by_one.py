@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -30,6 +31,11 @@ class AskedPush:
     disturbance: str
     amplitude_m: float
     duration_s: float
+
+    @property
+    def course(self) -> tuple[str, float, float]:
+        """Shape, amplitude (m) and duration (s)."""
+        return self.disturbance, self.amplitude_m, self.duration_s
 
 
 @dataclass(frozen=True)
@@ -78,54 +84,78 @@ class AskedArm:
             arm, self.conditions, handle_mass_kg=self.rig.handle_mass_kg, reflex=reflex
         )
 
-    def push(self, asked: AskedPush, number: int) -> RecordedPush:
-        """The push with this number of the session; the same number draws the same noise.
+    def push(self, asked: Sequence[AskedPush], first: int) -> list[RecordedPush]:
+        """Pushes that are known by now, the first with this number of the session.
+
+        The same number draws the same noise. Muscles change from group to group.
 
         Raises
         ------
         InputError
-            The condition or the course is unknown, or out of range.
+            A condition or a course is unknown, or out of range.
         """
-        names = [condition.name for condition in self.conditions]
-        if asked.condition not in names:
-            raise InputError(f"no condition {asked.condition!r}", expected=f"such as {names[0]}")
+        made: list[RecordedPush] = []
+        arm = Arm.of(
+            replace(self.subject, strength=self.subject.strength * (1 + self.drift * first / 100))
+        )
+        truth = self._truth(arm)
+        for course, group in groupby(asked, key=lambda one: one.course):
+            made += self._of_one_course(arm, truth, course, list(group), first + len(made))
+        return made
+
+    def _of_one_course(
+        self,
+        arm: Arm,
+        truth: Truth,
+        course: tuple[str, float, float],
+        asked: Sequence[AskedPush],
+        first: int,
+    ) -> list[RecordedPush]:
+        disturbance, amplitude_m, duration_s = course
         rig = replace(
             self.rig,
-            disturbance=asked.disturbance,
-            amplitude_m=asked.amplitude_m,
-            duration_s=asked.duration_s,
+            disturbance=disturbance,
+            amplitude_m=amplitude_m,
+            duration_s=duration_s,
             emg=False,
         )
-        strength = self.subject.strength * (1 + self.drift * number / 100)
-        arm = Arm.of(replace(self.subject, strength=strength))
-        schedule = _one(asked, names.index(asked.condition), number, self.seed)
-        batch = Batch(arm, rig, self._truth(arm), schedule, np.array([0]))
-        sensed = run_batch(batch, self.seed)
-        onset = int(schedule.onset[0])
-        length = onset + round((asked.duration_s + AFTER_S) * RATE_HZ) + 1
-        return RecordedPush(
-            sensed.position[0, :length],
-            sensed.force[0, :length],
-            sensed.joint_angles[0, :length],
-            onset / RATE_HZ,
-            onset / RATE_HZ + asked.duration_s,
+        schedule = self._schedule(asked, first)
+        sensed = run_batch(Batch(arm, rig, truth, schedule, np.arange(len(asked))), self.seed)
+        made = []
+        for row, onset in enumerate(schedule.onset):
+            length = int(onset) + round((duration_s + AFTER_S) * RATE_HZ) + 1
+            made.append(
+                RecordedPush(
+                    sensed.position[row, :length],
+                    sensed.force[row, :length],
+                    sensed.joint_angles[row, :length],
+                    onset / RATE_HZ,
+                    onset / RATE_HZ + duration_s,
+                )
+            )
+        return made
+
+    def _schedule(self, asked: Sequence[AskedPush], first: int) -> Schedule:
+        names = [condition.name for condition in self.conditions]
+        for one in asked:
+            if one.condition not in names:
+                raise InputError(f"no condition {one.condition!r}", expected=f"such as {names[0]}")
+        earliest, latest = (round(s * RATE_HZ) for s in ONSET_S)
+        onsets = [
+            np.random.default_rng(
+                np.random.SeedSequence(self.seed, spawn_key=(ASKED_KEY, 0, number))
+            ).integers(earliest, latest, endpoint=True)
+            for number in range(first, first + len(asked))
+        ]
+        return Schedule(
+            labels=tuple(one.condition for one in asked),
+            keys=tuple((ASKED_KEY, 1, first + n) for n in range(len(asked))),
+            condition=np.array([names.index(one.condition) for one in asked]),
+            set_number=np.ones(len(asked), dtype=int),
+            direction=np.arange(len(asked)),
+            onset=np.array(onsets),
+            directions=np.array([one.direction for one in asked], dtype=float),
         )
-
-
-def _one(asked: AskedPush, condition: int, number: int, seed: int) -> Schedule:
-    """The schedule of one push."""
-    key = (ASKED_KEY, condition)
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(*key, 0, number)))
-    first, last = (round(s * RATE_HZ) for s in ONSET_S)
-    return Schedule(
-        labels=(asked.condition,),
-        keys=((*key, 1, number),),
-        condition=np.array([condition]),
-        set_number=np.array([1]),
-        direction=np.array([0]),
-        onset=rng.integers(first, last, 1, endpoint=True),
-        directions=np.array([asked.direction], dtype=float),
-    )
 
 
 def conditions_named(names: Sequence[str], known: Sequence[Condition]) -> tuple[Condition, ...]:

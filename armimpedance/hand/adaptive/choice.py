@@ -1,14 +1,15 @@
 """How many pushes of which line and condition fulfil the wish soonest.
 
-Pushes are added one small group after another, each where it narrows most what is furthest from its
-wish. What departures would be allowed for is counted with each candidate: where a reflex that cannot
-be excluded widens the interval, the push that excludes it is chosen.
+Pushes are added one small group after another, each where it narrows most what is furthest from
+its wish; at the end those are taken out that later ones have made needless. What departures would
+be allowed for is counted with each candidate: where a reflex that cannot be excluded widens the
+interval, the push that excludes it is chosen.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -196,8 +197,3 @@ def scaled_to(session: Session, found: Mapping[str, float]) -> dict[str, float]:
         for target, part in zip(session.targets, parts, strict=True)
         if target.name in found and part > 0
     }
-
-
-def as_fixed(session: Session, menus: Sequence[Menu]) -> Session:
-    """The same with other menus."""
-    return replace(session, menus=tuple(menus))

@@ -67,8 +67,8 @@ def recording_of(trials: Sequence[Trial], setup: Setup) -> Recording:
         if one.position.shape[1] != d or len(one.direction) != d:
             raise InputError(f"trial {number}: other axes", expected=f"{d} as in the first")
     lengths = np.array([len(one.position) for one in trials])
-    angles = [one.joint_angles for one in trials]
-    every = None if any(one is None for one in angles) else np.concatenate(angles)
+    angles = [one.joint_angles for one in trials if one.joint_angles is not None]
+    every = np.concatenate(angles) if len(angles) == len(trials) else None
     return Recording(
         kind="hand",
         sample_rate_hz=setup.sample_rate_hz,

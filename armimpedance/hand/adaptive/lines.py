@@ -91,6 +91,10 @@ class PushSession:
             self._queue.extend(self._last.pushes)
         return self._queue[0] if self._queue else None
 
+    def known(self) -> tuple[Push, ...]:
+        """The pushes that are known by now, that to do first; empty where `push` gives None."""
+        return () if self.push() is None else tuple(self._queue)
+
     def add(self, trial: Trial) -> None:
         """What the push gave."""
         self.trials.append(trial)

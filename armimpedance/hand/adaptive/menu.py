@@ -6,7 +6,6 @@ not know the way.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
@@ -64,8 +63,3 @@ def spread_evenly(menu: Menu) -> Menu:
     total = sum(menu.information) / len(menu.lines)
     mean = replace(menu.knowledge[0], information=np.asarray(total))
     return replace(menu, lines=menu.lines[:1], knowledge=(mean,))
-
-
-def reached(menus: Sequence[Menu]) -> int:
-    """Number of entries of several menus."""
-    return sum(len(menu.lines) for menu in menus)

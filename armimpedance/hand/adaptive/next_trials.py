@@ -193,12 +193,12 @@ def next_trials(
     names = _named(recording, conditions)
     done = 0 if recording is None else recording.n_trials
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(done,)))
-    known = {} if recording is None else _known(recording, names)
+    if recording is None:
+        return _first_set(None, names, robot, comfort, axes, done, rng)
+    known = _known(recording, names)
     short = [name for name in names if name not in known]
     if short:
-        d = recording.axes if recording is not None else axes
-        return _first_set(recording, short, robot, comfort, d, done, rng)
-    assert recording is not None
+        return _first_set(recording, short, robot, comfort, recording.axes, done, rng)
     states = tuple(known[name] for name in names)
     targets = tuple(targets_of(aim, states))
     made = allowing(estimate(recording), recording, ("condition",)) if found is None else found
@@ -238,7 +238,9 @@ def _first_set(
 ) -> NextTrials:
     """A set of pushes along all lines, for conditions of which too little is known."""
     profile = robot.first
-    lines, pushes, remaining = lines_of(axes), [], {}
+    lines = lines_of(axes)
+    pushes: list[Push] = []
+    remaining: dict[str, int] = {}
     for name in short:
         have = 0
         if recording is not None:
@@ -286,9 +288,7 @@ def _rank(need: Need) -> tuple[bool, int, float]:
     return not need.enough, need.trials, float(need.parts.max())
 
 
-def measured_parts(
-    session: Session, estimates: Sequence[ImpedanceEstimate]
-) -> dict[str, float]:
+def measured_parts(session: Session, estimates: Sequence[ImpedanceEstimate]) -> dict[str, float]:
     """Half of each target's interval over what is allowed, as `estimate` finds it."""
     named = {str(one.keys.get("condition")): one for one in estimates}
     found = {}

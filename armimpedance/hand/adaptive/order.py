@@ -102,7 +102,7 @@ def longest_run(units: FloatArray) -> int:
     """How many pushes along the same way follow each other at most."""
     if not len(units):
         return 0
-    same = (np.abs(np.diff(units, axis=0)) < 1e-9).all(axis=1)
+    same = np.all(np.abs(np.diff(units, axis=0)) < 1e-9, axis=1).tolist()
     run = longest = 1
     for one in same:
         run = run + 1 if one else 1

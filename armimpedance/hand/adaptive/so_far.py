@@ -94,7 +94,7 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
         name=condition,
         parameters=model.parameters,
         knowledge=knowledge,
-        noise=PilotNoise.of(model.noise, window),
+        noise=PilotNoise.of(model.found_noise, window),
         peaks=model.peaks,
         seen=np.array([one.size for one in departures]),
         seen_error=rough * np.array([one.expected for one in departures]),

@@ -8,7 +8,7 @@ import numpy as np
 
 from armimpedance.core.arrays import IntArray
 from armimpedance.core.errors import InputError, NotIdentifiableError
-from armimpedance.core.records import Recording, Window
+from armimpedance.core.records import Recording
 from armimpedance.hand.planning.noise_level import PilotNoise
 from armimpedance.hand.planning.precision import Precision
 from armimpedance.hand.planning.setting import PlannedArm, Setting
@@ -82,7 +82,9 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     model, d = Model.of(window, "hand"), recording.axes
     arm = PlannedArm(model.parameters.reshape(3, d, d), f"pilot, {wanted}")
     setting = Setting(
-        arm, PilotNoise.of(model.noise, window), sample_rate_hz=float(recording.sample_rate_hz)
+        arm,
+        PilotNoise.of(model.found_noise, window),
+        sample_rate_hz=float(recording.sample_rate_hz),
     )
     moved = window.position - window.position_at_onset[:, None]
     reached = np.linalg.norm(moved[window.usable], axis=2).max(axis=1)

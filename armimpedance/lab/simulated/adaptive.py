@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -31,7 +32,9 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--shapes", nargs="+", metavar="NAME", help="courses to choose from (default: all)"
     )
     parser.add_argument("--servo", metavar="STIFFNESS", help="N/m, or ideal (20000)")
-    parser.add_argument("--reflex", type=float, metavar="SHARE", help="of the stiffness, 55 ms late")
+    parser.add_argument(
+        "--reflex", type=float, metavar="SHARE", help="of the stiffness, 55 ms late"
+    )
     parser.add_argument(
         "--drift-percent",
         type=float,
@@ -41,7 +44,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
+def _simulate(_: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     from manipulandum_sim.hand import (
         AskedArm,
         Reflex,
@@ -89,11 +92,12 @@ def closed_loop(
 
     names = [condition.name for condition in arm.conditions]
     setup = Setup(1000.0, arm.rig.handle_mass_kg, arm.subject.record, (0.0, 0.0))
-    choose = OneCourse(partial(next_trials, conditions=names, **wish))
+    choose = OneCourse(partial(next_trials, conditions=names, checks=False, **wish))
     session = PushSession(choose, setup)
     try:
-        while len(session.trials) < most_trials and (push := session.push()) is not None:
-            session.add(_pushed(arm, push, len(session.trials)))
+        while len(session.trials) < most_trials and (pushes := session.known()):
+            for trial in _pushed(arm, pushes, len(session.trials)):
+                session.add(trial)
             if progress is not None:
                 left = sum(session.remaining().values())
                 progress(len(session.trials), max(left, len(session.trials)))
@@ -102,25 +106,28 @@ def closed_loop(
     return session.recording()
 
 
-def _pushed(arm: AskedArm, push: Push, number: int) -> Trial:
+def _pushed(arm: AskedArm, pushes: Sequence[Push], first: int) -> list[Trial]:
     from armimpedance.hand.adaptive import Trial
     from manipulandum_sim.hand import AskedPush
 
-    profile = push.profile
-    direction = (push.direction[0], push.direction[1])
-    asked = AskedPush(
-        push.condition, direction, profile.shape.name, profile.amplitude_m, profile.duration_s
-    )
-    made = arm.push(asked, number)
-    return Trial(
-        push.condition,
-        np.array(direction),
-        made.onset_s,
-        made.end_s,
-        made.position,
-        made.force,
-        made.joint_angles,
-    )
+    asked = []
+    for push in pushes:
+        course, way = push.profile, (push.direction[0], push.direction[1])
+        asked.append(
+            AskedPush(push.condition, way, course.shape.name, course.amplitude_m, course.duration_s)
+        )
+    return [
+        Trial(
+            one.condition,
+            np.array(one.direction),
+            made.onset_s,
+            made.end_s,
+            made.position,
+            made.force,
+            made.joint_angles,
+        )
+        for one, made in zip(asked, arm.push(asked, first), strict=True)
+    ]
 
 
 RIGS: Final = (

@@ -25,7 +25,7 @@ from typing import Any
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     from armimpedance.show.command.options import add_despite
-    from armimpedance.show.command.outputs import OutputPath
+    from armimpedance.show.command.outputs import OutputPath, add_replace
 
     parser.add_argument(
         "recording", metavar="RECORDING", type=Path, nargs="?", help="what was measured so far"
@@ -43,6 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="with --lines: the trials, as a recording",
     )
+    add_replace(out)
     out.add_argument(
         "--sample-rate-hz", type=float, default=1000.0, metavar="HZ", help="with --lines (1000)"
     )
@@ -125,11 +126,14 @@ def _serve(args: argparse.Namespace) -> int:
 
     from armimpedance.hand.adaptive import OneCourse, PushSession, Setup, answers, trials_of
     from armimpedance.hand.adaptive.show import next_trials
-    from armimpedance.recordings import write_recording
+    from armimpedance.recordings import FOLDER_FILES, write_recording
+    from armimpedance.show.command.outputs import check_folder
     from armimpedance.show.verbs.results import read_recording
 
+    if args.out_recording is not None:
+        check_folder(args.out_recording, FOLDER_FILES, replace=args.replace)
     begun = [] if args.recording is None else trials_of(read_recording(args.recording))
-    choose = OneCourse(partial(next_trials, **_keywords(args)))
+    choose = OneCourse(partial(next_trials, checks=False, **_keywords(args)))
     session = PushSession(choose, Setup(args.sample_rate_hz, args.handle_kg), begun)
     try:
         for answer in answers(session, sys.stdin):

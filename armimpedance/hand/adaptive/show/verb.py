@@ -45,6 +45,7 @@ def next_trials(
     most_alike: int = 2,
     rest_every: int = 40,
     despite: str | Collection[str] = (),
+    checks: bool = True,
     seed: int = 0,
 ) -> NextTrials:
     """Choose the next pushes of an experiment, and say how many it still needs.
@@ -93,6 +94,9 @@ def next_trials(
         After so many pushes there is a rest of a minute.
     despite : str or collection of str
         Names of checks of `inspect` whose STOP is overruled.
+    checks : bool
+        False leaves out the checks, which take seconds: for a robot that waits. `estimate` makes
+        them at the end.
     seed : int
         Of the order; with the same recording it gives the same pushes.
 
@@ -119,23 +123,27 @@ def next_trials(
     {'relaxed': 8}
     """
     aim = _aim(
-        k_percent, orientation_deg, joint_percent, reflex_percent, difference_percent, between, power
+        k_percent,
+        orientation_deg,
+        joint_percent,
+        reflex_percent,
+        difference_percent,
+        between,
+        power,
     )
     limits = Limits(amplitude_m, max_duration_s, max_acceleration)
-    chosen = COMPARED if shapes is None else tuple(shapes)
-    robot = Robot(limits, servo or Servo(), chosen, course)
-    names = [conditions] if isinstance(conditions, str) else conditions
+    known = COMPARED if shapes is None else tuple(shapes)
     with naming(recording):
         read = None if recording is None else read_recording(recording)
-        if read is not None and read.perturbation == "returning":
+        if checks and read is not None and read.perturbation == "returning":
             checked_response(read, despite)
             read, _ = in_step(read)
         return chosen_trials(
             read,
             aim,
-            robot,
+            Robot(limits, servo or Servo(), known, course),
             Comfort(most_alike, rest_every=rest_every),
-            conditions=names,
+            conditions=[conditions] if isinstance(conditions, str) else conditions,
             count=count,
             most_trials=max_trials,
             seed=seed,

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
@@ -180,9 +179,7 @@ def _uneven(models: Sequence[Model]) -> float:
     return float(mean_square_of_gain(np.array(one.size), one.error))
 
 
-def _errors(
-    model: Model, squares: Mapping[str, float], uneven: float
-) -> dict[str, FloatArray]:
+def _errors(model: Model, squares: Mapping[str, float], uneven: float) -> dict[str, FloatArray]:
     """What each departure makes wrong, (columns, 3 d^2), in roots of mean squares."""
     found: dict[str, list[FloatArray]] = {}
     for column, square in squares.items():

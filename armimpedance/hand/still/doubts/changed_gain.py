@@ -49,13 +49,15 @@ def possible_gains(
     for one in tried:
         error2 = float(one.fit.covariance[one.number, one.number])
         told.append(odds_of(float(one.fit.sizes[one.number]), error2, USUAL_CHANGE**2))
-    odds = np.array([each for each, _ in told]) + np.log(BEFOREHAND / len(tried) / (1 - BEFOREHAND))
+    odds = np.array([float(each) for each, _ in told]) + np.log(
+        BEFOREHAND / len(tried) / (1 - BEFOREHAND)
+    )
     top = max(0.0, float(odds.max()))
     weight = np.exp(odds - top)
     likely = weight / (weight.sum() + np.exp(-top))
-    wider, d = tails(float(likely.sum())), models[0][1].equation.axes
+    wider, d = float(tails(likely.sum())), models[0][1].equation.axes
     return [
-        PossibleGain(one.course.weight, rows_of_gain(d, one.axis), float(p) * wider, square)
+        PossibleGain(one.course.weight, rows_of_gain(d, one.axis), float(p) * wider, float(square))
         for one, p, (_, square) in zip(tried, likely, told, strict=True)
         if p > _UNLIKELY
     ]

@@ -85,13 +85,11 @@ def _normal(count: int) -> FloatArray:
 
 
 def _gains(known: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> FloatArray:
-    """Mean square of an axis' gain beside the others in each draw; 0 where it can hardly be told."""
+    """Mean square of one axis' gain in each draw; 0 where it can hardly be told."""
     d = round((known[0].parameters / 3) ** 0.5)
     if d == 1:
         return np.zeros(_DRAWS)
-    each = [
-        gain_in(theta, one.covariance, 0) for one, theta in zip(known, parameters, strict=True)
-    ]
+    each = [gain_in(theta, one.covariance, 0) for one, theta in zip(known, parameters, strict=True)]
     error = float(sum(one[1] ** -2 for one in each) ** -0.5)
     if limit_of_gain(error, min(one.trials for one in known) - 1) > LARGEST_GAIN:
         return np.zeros(_DRAWS)

@@ -69,14 +69,14 @@ def _against(motion: FloatArray, Vz: FloatArray, d: int) -> FloatArray:
 
 
 def informations(A: FloatArray, made: Products) -> FloatArray:
-    """N_t of every trial, (T, p + c, p + c), symmetric; `A` (T, p, p) is ``W_t^T V W_t``."""
+    """N_t of every trial, (T, p + c, p + c); `A` (T, p, p) is ``W_t^T V W_t``, symmetric."""
     T, p, _ = A.shape
     q = p + len(made.names)
     total = np.empty((T, q, q))
-    total[:, :p, :p] = (A + A.mT) / 2
-    total[:, p:, :p] = (made.zVW + made.ZVz) / 2
+    total[:, :p, :p] = A
+    total[:, p:, :p] = made.zVW
     total[:, :p, p:] = total[:, p:, :p].mT
-    total[:, p:, p:] = (made.zVz + made.zVz.mT) / 2
+    total[:, p:, p:] = made.zVz
     return total
 
 

@@ -6,9 +6,10 @@ noise, and the number k has a standard error clustered by trial.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import add
 from typing import Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.special import stdtrit
 
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.conventions import AXES, Kind
+from armimpedance.core.errors import EstimationError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Window
 from armimpedance.hand.still.doubts.inner import FEWEST_AXES, Elbow, Inner, averaged_inner
@@ -367,11 +369,26 @@ class Model:
         """Those of all columns at once."""
         return products_of(self.equation, self.weight, self.instruments, self.columns)
 
+    @property
+    def found_noise(self) -> NoiseModel:
+        """The noise that was found in the window.
+
+        Raises EstimationError: the weight came from elsewhere.
+        """
+        if self.noise is None:
+            raise EstimationError("a fit with a weight of its own has found no noise")
+        return self.noise
+
     def knowledge(self) -> Knowledge:
-        """What its trials tell, by the noise that was found in them."""
-        A, products = self.equations.A, self._products
-        total = informations(A, products).sum(axis=0)
-        return Knowledge(total, products.names, float(len(A))).ordered(ALL_COLUMNS)
+        """What its trials tell, by the noise that was found in them.
+
+        Of the motion that is expected where it is: a trial's own noise tells nothing.
+        """
+        equation, Z = self.equation, self.instruments
+        if Z is not None:
+            equation = replace(equation, motion=Z.reshape(equation.motion.shape))
+        each = _knowledge(equation, self.weight, self.columns)
+        return reduce(add, each)
 
 
 def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> Departure:
@@ -528,8 +545,16 @@ def knowledge_by_trial(
     """
     equation = modal_equation(window)
     columns = columns_of(window, equation, None, theta, peaks or Peaks.of(window))
+    return _knowledge(equation, weight, columns)
+
+
+def _knowledge(
+    equation: ModalEquation, weight: FloatArray, columns: Mapping[str, FloatArray]
+) -> list[Knowledge]:
+    """What each trial tells of M, B, K and the departures' columns (T, d, n)."""
     products = products_of(equation, weight, None, columns)
     A = weighted_equations(equation, weight, "hand").A
     return [
-        Knowledge(one, products.names, 1.0).ordered(ALL_COLUMNS) for one in informations(A, products)
+        Knowledge(one, products.names, 1.0).ordered(ALL_COLUMNS)
+        for one in informations(A, products)
     ]

@@ -21,12 +21,14 @@ def tails(probability: ArrayLike) -> FloatArray:
     p = np.asarray(probability, dtype=float)
     often = np.maximum(p, 0.05)
     limit = ndtri(1 - 0.025 / often) / ndtri(0.975)
-    return np.where(p <= 0.05, 1.0, np.maximum(limit**2 / often, 1.0))
+    return np.asarray(np.where(p <= 0.05, 1.0, np.maximum(limit**2 / often, 1.0)))
 
 
-def odds_of(k: ArrayLike, error2: ArrayLike, usual2: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def odds_of(
+    k: ArrayLike, error2: ArrayLike, usual2: FloatArray | float
+) -> tuple[FloatArray, FloatArray]:
     """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
     k, error2 = np.asarray(k, dtype=float), np.asarray(error2, dtype=float)
     part = usual2 / (error2 + usual2)
     factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
-    return factor, (part * k) ** 2 + part * error2
+    return np.asarray(factor), np.asarray((part * k) ** 2 + part * error2)

@@ -120,7 +120,8 @@ def test_a_smaller_difference_needs_more_pushes_of_both():
         needed(session(Aim(difference_part=p, between=("relaxed", "tense")), *known), 9000)
         for p in (0.1, 0.2)
     )
-    assert small.enough and large.enough
+    assert small.enough
+    assert large.enough
     assert small.trials > 3 * large.trials
     assert min(count.sum() for count in small.counts) > 0
 

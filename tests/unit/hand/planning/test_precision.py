@@ -232,8 +232,9 @@ def test_a_plan_says_where_estimate_cannot_exclude_a_reflex():
     short, long = (ai.plan(duration_s=T, **asked) for T in (0.15, 0.3))
     assert not short.best.doubt
     # beside a reflex K is known half as well or worse, which has to stand where a plan is read
-    assert long.best.apart.k_part(40) > 2 * long.best.precision.k_part(40)
+    noise = dataclasses.replace(long.best.precision, knowledge=None)
+    assert long.best.apart.k_part(40) > 2 * noise.k_part(40)
+    # what is allowed for it lies between no reflex and one of any size
+    assert 1.1 * noise.k_part(40) < long.best.precision.k_part(40) < long.best.apart.k_part(40)
     assert long.best.doubt
     assert long.best.doubt in repr(long)
-    # of a disturbance that was recorded, not planned, nothing is known of a reflex
-    assert dataclasses.replace(short.best, apart=None).doubt
