@@ -58,7 +58,20 @@ class Setup:
 def recording_of(trials: Sequence[Trial], setup: Setup) -> Recording:
     """The recording that trials make, in their order.
 
-    Raises InputError: there is none, or they differ in axes.
+    Parameters
+    ----------
+    trials : sequence of Trial
+    setup : Setup
+
+    Returns
+    -------
+    Recording
+        Of returning disturbances of the hand.
+
+    Raises
+    ------
+    InputError
+        There is no trial, or they differ in axes.
     """
     if not trials:
         raise InputError("no trial", expected="one or more")
@@ -88,7 +101,18 @@ def recording_of(trials: Sequence[Trial], setup: Setup) -> Recording:
 def trials_of(recording: Recording) -> list[Trial]:
     """The trials of a recording whose table says direction, onset and end.
 
-    Raises InputError: it does not.
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    list of Trial
+
+    Raises
+    ------
+    InputError
+        The table does not say them of every trial.
     """
     table = recording.trials
     for column in ("direction_deg", "onset_s", "end_s"):

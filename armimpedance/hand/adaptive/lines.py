@@ -117,7 +117,19 @@ class PushSession:
 
 
 def answers(session: PushSession, lines: Iterable[str]) -> Iterator[str]:
-    """The answer to each line; a line that cannot be read is answered by an error."""
+    """The answer to each line; a line that cannot be read is answered by an error.
+
+    Parameters
+    ----------
+    session : PushSession
+    lines : iterable of str
+        One JSON object each.
+
+    Yields
+    ------
+    str
+        One JSON object.
+    """
     for line in lines:
         if not line.strip():
             continue
@@ -146,7 +158,7 @@ def _trial(told: Any, push: Push | None) -> Trial:
     if not isinstance(told, dict):
         raise InputError("a trial that is no object", expected="position_m, force_N, onset_s")
     if push is None and "condition" not in told:
-        raise InputError("a trial that nobody asked for", expected="its condition and direction")
+        raise InputError("a trial that was not asked for", expected="its condition and direction")
     condition = str(told.get("condition", push.condition if push else ""))
     direction = told.get("direction", push.direction if push else ())
     end = told.get("end_s")

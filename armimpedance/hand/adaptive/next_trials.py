@@ -101,6 +101,15 @@ class NextTrials(FrozenRecord):
         Whether all intervals are as narrow as was wished.
     enough : bool
         Whether they will be, with at most as many trials as were allowed.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> first = ai.next_trials(None, conditions="relaxed")
+    >>> first
+    8 pushes next; remaining relaxed: 8
+    >>> first.to_frame().shape
+    (8, 7)
     """
 
     pushes: tuple[Push, ...]
@@ -181,14 +190,35 @@ def next_trials(
 ) -> NextTrials:
     """Choose the next pushes.
 
-    `recording`: what was measured; None: nothing yet.
-    `conditions`: those that are wished for; default: the recording's.
-    `count`: pushes to choose now.
-    `axes`: of a hand of which nothing was measured yet.
-    `seed`: of the order; together with the number of trials it gives the same order.
-    `found`: what `estimate` finds in the recording, if the caller has it.
-    Raises InputError: the recording is not of returning disturbances of the hand, or a wish cannot
-    be told of it.
+    Parameters
+    ----------
+    recording : Recording or None
+        What was measured; None: nothing yet.
+    aim : Aim
+    robot : Robot
+    comfort : Comfort
+    conditions : sequence of str, optional
+        Those that are wished for; default: the recording's.
+    count : int
+        Pushes to choose now.
+    most_trials : int
+        More are not counted.
+    axes : int
+        Of a hand of which nothing was measured yet.
+    seed : int
+        Of the order; together with the number of trials it gives the same order.
+    found : sequence of ImpedanceEstimate, optional
+        What `estimate` finds in the recording, if the caller has it.
+
+    Returns
+    -------
+    NextTrials
+        The pushes, and how far the wish is.
+
+    Raises
+    ------
+    InputError
+        The recording is not of returning disturbances of the hand, or a wish has no meaning for it.
     """
     names = _named(recording, conditions)
     done = 0 if recording is None else recording.n_trials

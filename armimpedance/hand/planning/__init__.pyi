@@ -12,6 +12,6 @@ from .precision import (
     PlannedMotion as PlannedMotion,
     precision as precision,
 )
-from .profile import Profile as Profile, write_profile as write_profile
+from .profile import Profile as Profile
 from .setting import PlannedArm as PlannedArm, Servo as Servo, Setting as Setting
 from .shapes import SHAPES as SHAPES

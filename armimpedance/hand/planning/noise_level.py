@@ -125,7 +125,7 @@ def noise_named(name: str | None = None) -> NoiseLevel:
 
 @dataclass(frozen=True, eq=False)
 class PilotNoise(FrozenRecord):
-    """The components that a weighted fit found in a pilot recording.
+    """The components of the noise that a weighted fit estimated from a pilot recording.
 
     `sizes` (J, d, d): covariance over axes of each component, the same as `NoiseModel.sizes`.
     `floor`: white share of every mode (N^2).

@@ -116,7 +116,27 @@ def within(shape: Shape, limits: Limits, *, reduce: bool) -> Profile:
 def candidates_of(
     names: Sequence[str], durations: Sequence[float], limits: Limits
 ) -> list[Profile]:
-    """Named shapes at each duration, with smaller amplitudes where the acceleration asks for it."""
+    """Named shapes at each duration, with smaller amplitudes where the acceleration asks for it.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of shapes, such as "designed".
+    durations : sequence of float
+        Durations, s.
+    limits : Limits
+        Amplitude and acceleration.
+
+    Returns
+    -------
+    list of Profile
+        Each shape at each duration.
+
+    Raises
+    ------
+    InputError
+        There is no such shape, or a course cannot be made.
+    """
     return [
         within(SHAPES.named(name), replace(limits, duration_s=duration), reduce=True)
         for name in names
@@ -208,7 +228,7 @@ class Plan(FrozenRecord):
     >>> import armimpedance as ai
     >>> wish = ai.plan(k_percent=10, shape="minimum_jerk", duration_s=0.3)
     >>> wish.best.trials, wish.obstacle
-    (136, '')
+    (184, '')
     """
 
     setting: Setting

@@ -43,8 +43,6 @@ from .side_by_side import side_by_side as side_by_side
 from .weighing import (
     FEWEST_TRIALS as FEWEST_TRIALS,
     NoiseModel as NoiseModel,
-    WeightedFit as WeightedFit,
     force_covariance as force_covariance,
     through_impedance as through_impedance,
-    weighted_fit as weighted_fit,
 )

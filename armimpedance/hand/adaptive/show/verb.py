@@ -103,6 +103,7 @@ def next_trials(
     Returns
     -------
     NextTrials
+        The pushes in their order, how many remain, and whether the wish is met.
 
     Raises
     ------
@@ -119,8 +120,8 @@ def next_trials(
     ... )
     >>> next_trials(recording, k_percent=20).met
     True
-    >>> next_trials(None, conditions="relaxed").remaining
-    {'relaxed': 8}
+    >>> next_trials(None, conditions="relaxed").remaining["relaxed"]
+    8
     """
     aim = _aim(
         k_percent,

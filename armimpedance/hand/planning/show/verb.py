@@ -117,8 +117,8 @@ def plan(
     --------
     >>> from armimpedance.hand.planning.show import plan
     >>> plan(k_percent=10, shape="minimum_jerk", duration_s=0.2)
-    K within 10 %: 104 trials with minimum_jerk of 0.2 s
-    minimum_jerk, 0.2 s: 104 trials
+    K within 10 %: 112 trials with minimum_jerk of 0.2 s
+    minimum_jerk, 0.2 s: 112 trials
     """
     _refuse_without_effect(pilot, results, condition, noise, force_by)
     wish = _wish(k_percent, orientation_deg, max_trials)

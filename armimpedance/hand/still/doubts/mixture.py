@@ -58,9 +58,18 @@ def mean_squares(k: FloatArray, error: FloatArray) -> FloatArray:
 
 
 def expected_numbers(k: FloatArray, error: FloatArray) -> FloatArray:
-    """Numbers (..., c) that more trials are to show: those of a departure that is likely, else 0.
+    """Numbers of departures that more trials are to show: those of a likely one, else 0.
 
     A mean over having and not having it would be neither: more trials would make it significant.
+
+    Parameters
+    ----------
+    k, error : (..., c) arrays
+        Numbers and standard errors, in the order of `ALL_COLUMNS`.
+
+    Returns
+    -------
+    (..., c) array
     """
     number = np.where(_POSITIVE, np.maximum(k, 0.0), k)
     p, _ = _probabilities(number, error)

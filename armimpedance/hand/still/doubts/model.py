@@ -376,7 +376,7 @@ class Model:
         Raises EstimationError: the weight came from elsewhere.
         """
         if self.noise is None:
-            raise EstimationError("a fit with a weight of its own has found no noise")
+            raise EstimationError("a fit with a weight of its own has estimated no noise")
         return self.noise
 
     def knowledge(self) -> Knowledge:

@@ -3,17 +3,12 @@
 import numpy as np
 import pytest
 
-from armimpedance.hand.adaptive import (
-    Aim,
-    Robot,
-    Session,
-    SoFar,
-    best_session,
-    menu_of,
-    needed,
-    spread_evenly,
-    targets_of,
-)
+from armimpedance.hand.adaptive import Aim, Robot
+from armimpedance.hand.adaptive.choice import Session, needed
+from armimpedance.hand.adaptive.menu import menu_of, spread_evenly
+from armimpedance.hand.adaptive.next_trials import best_session
+from armimpedance.hand.adaptive.so_far import SoFar
+from armimpedance.hand.adaptive.target import targets_of
 from armimpedance.hand.planning import (
     SHAPES,
     Limits,

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from armimpedance.hand.adaptive import lines_of
+from armimpedance.hand.adaptive.menu import lines_of
 from armimpedance.hand.adaptive.order import (
     Comfort,
     in_random_order,

@@ -7,7 +7,9 @@ import pytest
 from test_choice import LIMB, measured
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.adaptive import Aim, so_far, targets_of
+from armimpedance.hand.adaptive import Aim
+from armimpedance.hand.adaptive.so_far import so_far
+from armimpedance.hand.adaptive.target import targets_of
 from armimpedance.hand.ellipses import ellipse
 from armimpedance.hand.levels import arm_posture_for, to_joint
 from armimpedance.hand.still import estimate
