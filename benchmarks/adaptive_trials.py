@@ -229,7 +229,8 @@ def main() -> None:
         print(
             f"{name:9s} pushes: median {np.median(pushes):.0f}; of the bump's: mean of ratios "
             f"{ratio.mean():.3f}, all pushes {pushes.sum() / bump.sum():.3f}, worst person "
-            f"{ratio.max():.3f} (number {ratio.argmax()}); intervals of K that hold: {np.round(100 * held, 1).tolist()} %"
+            f"{ratio.max():.3f} (number {ratio.argmax()}); intervals of K that hold: "
+            f"{np.round(100 * held, 1).tolist()} %"
         )
 
 

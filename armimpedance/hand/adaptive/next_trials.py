@@ -23,7 +23,7 @@ from armimpedance.hand.adaptive.order import (
     ways,
 )
 from armimpedance.hand.adaptive.so_far import FIRST_TRIALS, SoFar, conditions_of, so_far
-from armimpedance.hand.adaptive.target import Aim, Target, targets_of
+from armimpedance.hand.adaptive.target import Aim, Target, log_size, targets_of
 from armimpedance.hand.planning import (
     COMPARED,
     DURATIONS_S,
@@ -98,7 +98,10 @@ class NextTrials(FrozenRecord):
         Half of each interval by now, as `estimate` prints it, over what is allowed; and after the
         remaining pushes.
     met : bool
-        Whether all intervals are as narrow as was wished.
+        Whether all intervals are as narrow as was wished, a difference being detected or excluded.
+    detected : bool
+        Whether a difference between two conditions was wished for and is significant at the level
+        of 5 %, however often it was asked for.
     enough : bool
         Whether they will be, with at most as many trials as were allowed.
 
@@ -119,6 +122,7 @@ class NextTrials(FrozenRecord):
     then: FloatArray
     met: bool
     enough: bool = True
+    detected: bool = False
 
     def to_frame(self) -> pd.DataFrame:
         """One row a push: condition, direction, course, pause."""
@@ -140,6 +144,7 @@ class NextTrials(FrozenRecord):
         return {
             "met": self.met,
             "enough": self.enough,
+            "detected": self.detected,
             "remaining": dict(self.remaining),
             "targets": shown,
             "pushes": [_row(number, push) for number, push in enumerate(self.pushes, 1)],
@@ -237,11 +242,13 @@ def next_trials(
     now = np.array([parts.get(target.name, np.nan) for target in targets])
     session, need = best_session(session, robot, most_trials, parts)
     now = np.where(np.isnan(now), _by_forecast(session), now)
-    met = bool((now <= 1).all())
+    seen = np.array([_detected(target, made) for target in targets])
+    met = bool(((now <= 1) | seen).all())
     counts = [np.zeros_like(one) for one in need.counts] if met else list(need.counts)
     pushes = _pushes(session, shared_out(counts, count), comfort, done, rng)
     remaining = {one.name: int(c.sum()) for one, c in zip(states, counts, strict=True)}
-    return NextTrials(pushes, remaining, targets, now, need.parts, met, met or need.enough)
+    enough, detected = met or need.enough, bool(seen.any())
+    return NextTrials(pushes, remaining, targets, now, need.parts, met, enough, detected)
 
 
 def _named(recording: Recording | None, conditions: Sequence[str] | None) -> tuple[str, ...]:
@@ -333,6 +340,19 @@ def measured_parts(session: Session, estimates: Sequence[ImpedanceEstimate]) -> 
         factor = target.factor(min(one.dof for one in ones))
         found[target.name] = factor * float(np.sqrt(variance)) / target.allowed
     return found
+
+
+def _detected(target: Target, estimates: Sequence[ImpedanceEstimate]) -> bool:
+    """Whether the two conditions of a difference differ significantly by now."""
+    if target.power is None:
+        return False
+    named = {str(one.keys.get("condition")): one for one in estimates}
+    first, second = (named[name] for name in target.gradients)
+    variance = sum(
+        float(slope @ named[name].covariance @ slope) for name, slope in target.gradients.items()
+    )
+    apart = log_size(first.stiffness) - log_size(second.stiffness)
+    return target.is_detected(apart, float(np.sqrt(variance)), min(first.dof, second.dof))
 
 
 def _by_forecast(session: Session) -> FloatArray:

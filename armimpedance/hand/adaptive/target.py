@@ -20,6 +20,10 @@ from armimpedance.hand.adaptive.so_far import SoFar
 from armimpedance.hand.ellipses import ellipse
 from armimpedance.numerics.regression import t_factor
 
+#: A Brownian motion from 0 to time 1 leaves +- this in 5 % of all cases: a difference that is
+#: looked at as often as one likes is detected beyond it (O'Brien and Fleming, Biometrics 35, 1979,
+#: 549-556, in the limit of many looks).
+BOUNDARY: Final = 2.2414
 #: A difference of which nothing else was said is to be detected with this probability.
 POWER: Final = 0.9
 
@@ -94,8 +98,21 @@ class Target(FrozenRecord):
 
     def factor(self, dof: float) -> float:
         """Standard errors that must fit into `allowed`."""
-        beyond = 0.0 if self.power is None else float(stdtrit(dof, self.power))
-        return t_factor(dof) + beyond
+        if self.power is None:
+            return t_factor(dof)
+        wider = BOUNDARY * t_factor(dof) / t_factor(np.inf)
+        return wider + float(stdtrit(dof, self.power))
+
+    def is_detected(self, difference: float, sd: float, dof: float) -> bool:
+        """Whether a difference with this standard error is significant, however often it is asked.
+
+        With the information ``t = sd_end^2 / sd^2`` of what is planned, ``B(t) = z sqrt(t)`` is a
+        Brownian motion where there is no difference.
+        """
+        sd_end = self.allowed / self.factor(dof)
+        t = min((sd_end / sd) ** 2, 1.0)
+        limit = BOUNDARY * t_factor(dof) / t_factor(np.inf)
+        return bool(abs(difference) / sd * np.sqrt(t) >= limit)
 
 
 def targets_of(aim: Aim, known: Sequence[SoFar]) -> list[Target]:
@@ -109,6 +126,11 @@ def targets_of(aim: Aim, known: Sequence[SoFar]) -> list[Target]:
         if all(name in found for name in aim.between):
             made.append(_difference(aim, *(found[name] for name in aim.between)))
     return made
+
+
+def log_size(K: FloatArray) -> float:
+    """Logarithm of the size of K's ellipse, which differences compare."""
+    return float(np.log(ellipse(K).size))
 
 
 def _of_condition(aim: Aim, one: SoFar) -> list[Target]:

@@ -41,6 +41,8 @@ def _targets(made: NextTrials) -> str:
 
 
 def _head(made: NextTrials) -> str:
+    if made.met and made.detected:
+        return "The wish is met: the difference is detected (5 %, however often it was asked for)."
     if made.met:
         return "The wish is met: all intervals are as narrow as was asked."
     left = ", ".join(f"{count} of {name}" for name, count in made.remaining.items() if count)

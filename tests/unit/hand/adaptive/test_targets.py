@@ -48,8 +48,28 @@ def test_joint_targets_have_the_variance_that_to_joint_finds():
 def test_a_difference_needs_more_than_an_interval():
     known = (measured(), measured(1.5 * LIMB, "tense"))
     apart = targets_of(Aim(difference_part=0.2, between=("relaxed", "tense")), known)[0]
-    # 90 % power: 1.96 + 1.28 standard errors
-    assert apart.factor(1e6) == pytest.approx(1.95996 + 1.28155, abs=1e-3)
+    # 90 % power beyond the boundary of many looks: 2.24 + 1.28 standard errors
+    assert apart.factor(1e6) == pytest.approx(2.2414 + 1.28155, abs=1e-3)
+
+
+@pytest.mark.parametrize(("drift", "least", "most"), [(0.0, 0.01, 0.05), (1.0, 0.87, 0.93)])
+def test_a_difference_is_detected_as_often_as_is_said_however_often_it_is_asked(drift, least, most):
+    """Estimates of growing precision, looked at 60 times; 2000 sessions, sd of .05 is .005."""
+    known = (measured(), measured(1.5 * LIMB, "tense"))
+    apart = targets_of(Aim(difference_part=0.2, between=("relaxed", "tense")), known)[0]
+    sd_end = apart.allowed / apart.factor(1e6)
+    t = np.arange(1, 61) / 60
+    steps = np.random.default_rng(3).standard_normal((2000, 60)) / np.sqrt(60)
+    # B(t) + theta t, an estimate being sd_end B(t) / t
+    found = sd_end * (steps.cumsum(axis=1) / t) + drift * apart.allowed
+    detected = [
+        any(
+            apart.is_detected(value, sd_end / np.sqrt(when), 1e6)
+            for value, when in zip(row, t, strict=True)
+        )
+        for row in found
+    ]
+    assert least <= np.mean(detected) <= most
 
 
 @pytest.mark.parametrize(
