@@ -16,7 +16,6 @@ from .core.records import (
     Subject as Subject,
 )
 from .core.skeleton import Skeleton as Skeleton
-from .hand.adaptive import NextTrials as NextTrials
 from .hand.adaptive.show import next_trials as next_trials
 from .hand.comparison.show import (
     Comparison as Comparison,

@@ -27,11 +27,25 @@ from scipy.special import stdtrit
 from tqdm import tqdm
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.hand.adaptive import Aim, Comfort, Robot, Setup, Trial, next_trials, recording_of
-from armimpedance.hand.adaptive.menu import lines_of, menu_of
-from armimpedance.hand.adaptive.so_far import SoFar, loss_of, so_far
-from armimpedance.hand.adaptive.target import targets_of
-from armimpedance.hand.planning import SHAPES, Profile, Servo
+from armimpedance.hand.adaptive import (
+    Aim,
+    Comfort,
+    PushingRobot,
+    RecordedTrial,
+    Setup,
+    next_trials,
+    recording_of,
+)
+from armimpedance.hand.ellipses import ellipse
+from armimpedance.hand.planning import (
+    SHAPES,
+    PlannedArm,
+    PlannedMotion,
+    Profile,
+    Setting,
+    noise_named,
+    precision,
+)
 from armimpedance.hand.still import allowing, estimate
 from armimpedance.numerics.regression import t_factor
 
@@ -55,7 +69,7 @@ def trials_of(
     units: Sequence[FloatArray],
     course: Profile,
     rng: np.random.Generator,
-) -> list[Trial]:
+) -> list[RecordedTrial]:
     """Pushes of both conditions."""
     made = []
     for name, person, own in zip(NAMES, people, units, strict=True):
@@ -64,33 +78,28 @@ def trials_of(
     return made
 
 
-def fixed_pushes(known: tuple[SoFar, ...], people: tuple[Person, Person]) -> int:
+def fixed_pushes(people: tuple[Person, Person]) -> int:
     """Of the designed push, evenly over directions, as many of each condition, one look."""
-    truth = tuple(
-        replace(one, parameters=person.limb.ravel())
-        for one, person in zip(known, people, strict=True)
-    )
-    targets = targets_of(Aim(difference_part=PART, between=NAMES), truth)
-    sds = [
-        np.sqrt(
-            len(lines_of(2))
-            * float(
-                loss_of(2)
-                * target.gradients[one.name]
-                @ np.linalg.inv(menu_of(one, DESIGNED, Servo()).information.sum(axis=0)[:12, :12])
-                @ (loss_of(2) * target.gradients[one.name])
-            )
+    variance = 0.0
+    for person in people:
+        noise = replace(
+            noise_named(), slow_sd=person.slow, tremor=person.tremor, drift_sd=person.drift
         )
-        for target in targets
-        for one in truth
-    ]
+        motion = PlannedMotion(Setting(PlannedArm(person.limb), noise), DESIGNED)
+        variance += variance_of_size(person.limb[2], precision(motion).covariance[8:, 8:])
     each = 8
     while True:
-        dof = each - 1
-        limit = t_factor(dof) + float(stdtrit(dof, 0.9))
-        if limit * np.sqrt(sum(sd**2 for sd in sds) / each) <= targets[0].allowed:
+        limit = t_factor(each - 1) + float(stdtrit(each - 1, 0.9))
+        if limit * np.sqrt(variance / each) <= np.log1p(PART):
             return 2 * each
         each += 1
+
+
+def variance_of_size(K: FloatArray, covariance: FloatArray) -> float:
+    """Variance of the logarithm of the size of K's ellipse."""
+    xx, xy, yy = ellipse(K).gradient[0] / ellipse(K).size
+    slope = np.array([xx, xy / 2, xy / 2, yy])
+    return float(slope @ covariance @ slope)
 
 
 def chosen(people: tuple[Person, Person], number: int) -> tuple[int, bool, FloatArray]:
@@ -99,7 +108,7 @@ def chosen(people: tuple[Person, Person], number: int) -> tuple[int, bool, Float
     first = np.column_stack([np.cos(angle), np.sin(angle)])
     rng = np.random.default_rng(np.random.SeedSequence(6, spawn_key=(number,)))
     trials = trials_of(people, (first, first), DESIGNED, rng)
-    robot, count = Robot(shapes=("designed", "reflex_separating")), 8
+    robot, count = PushingRobot(shapes=("designed", "reflex_separating")), 8
     while True:
         recording = recording_of(trials, Setup(RATE_HZ))
         made = allowing(estimate(recording), recording, ("condition",))
@@ -109,7 +118,7 @@ def chosen(people: tuple[Person, Person], number: int) -> tuple[int, bool, Float
         if step.met or len(trials) > MOST:
             held = np.mean([holds(e, p) for e, p in zip(made, people, strict=True)])
             return len(trials), step.detected, held
-        robot = Robot(course=step.pushes[0].profile)
+        robot = PushingRobot(course=step.pushes[0].profile)
         units = [
             np.array([p.direction for p in step.pushes if p.condition == name]).reshape(-1, 2)
             for name in NAMES
@@ -121,12 +130,7 @@ def chosen(people: tuple[Person, Person], number: int) -> tuple[int, bool, Float
 def of_person(number: int, part: float) -> tuple[int, int, bool, float]:
     """Pushes of the fixed design and of the chosen one, whether it detects, what holds."""
     people = two_conditions(number, part)
-    angle = np.arange(16) * np.pi / 4
-    first = np.column_stack([np.cos(angle), np.sin(angle)])
-    rng = np.random.default_rng(np.random.SeedSequence(5, spawn_key=(number,)))
-    pilot = recording_of(trials_of(people, (first, first), DESIGNED, rng), Setup(RATE_HZ))
-    known = tuple(one for name in NAMES if (one := so_far(pilot, name)) is not None)
-    return fixed_pushes(known, people), *chosen(people, number)
+    return fixed_pushes(people), *chosen(people, number)
 
 
 def main() -> None:

@@ -25,7 +25,15 @@ from tqdm import tqdm
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.records import ImpedanceEstimate, Recording
-from armimpedance.hand.adaptive import Aim, Comfort, Robot, Setup, Trial, next_trials, recording_of
+from armimpedance.hand.adaptive import (
+    Aim,
+    Comfort,
+    PushingRobot,
+    RecordedTrial,
+    Setup,
+    next_trials,
+    recording_of,
+)
 from armimpedance.hand.planning import (
     SHAPES,
     Limits,
@@ -81,7 +89,7 @@ class Person:
 
 def pushed(
     person: Person, profile: Profile, units: FloatArray, rng: np.random.Generator
-) -> list[Trial]:
+) -> list[RecordedTrial]:
     """Trials of pushes along unit vectors (T, 2)."""
     t = np.arange(round((2 * REST_S + profile.duration_s) * RATE_HZ) + 1) / RATE_HZ - REST_S
     moved, T, S = profile.at(t), len(units), len(t)
@@ -93,7 +101,7 @@ def pushed(
     position = np.round(position / 2e-5) * 2e-5
     end = REST_S + profile.duration_s
     return [
-        Trial("person", unit, REST_S, end, x, f)
+        RecordedTrial("person", unit, REST_S, end, x, f)
         for unit, x, f in zip(units, position, force, strict=True)
     ]
 
@@ -111,7 +119,7 @@ def unsteadiness(person: Person, t: FloatArray, T: int, rng: np.random.Generator
     return np.asarray(force + drift @ person.limb[2].T)
 
 
-def estimated(trials: list[Trial]) -> tuple[ImpedanceEstimate, Recording]:
+def estimated(trials: list[RecordedTrial]) -> tuple[ImpedanceEstimate, Recording]:
     """What `estimate` finds."""
     recording = recording_of(trials, Setup(RATE_HZ))
     return allowing(estimate(recording), recording, ("condition",))[0], recording
@@ -143,7 +151,7 @@ def fixed(number: int, shape: str) -> Stopped:
     rng = np.random.default_rng(np.random.SeedSequence(1, spawn_key=(number, len(shape))))
     angle = np.arange(SET) * np.pi / 4
     units = np.column_stack([np.cos(angle), np.sin(angle)])
-    trials: list[Trial] = []
+    trials: list[RecordedTrial] = []
 
     def met(sets: int) -> tuple[bool, ImpedanceEstimate]:
         while len(trials) < sets * SET:
@@ -180,7 +188,7 @@ def adaptive(number: int) -> Stopped:
     person = Person.of(number)
     rng = np.random.default_rng(np.random.SeedSequence(2, spawn_key=(number,)))
     limits = Limits(AMPLITUDE_M, DURATION_S, ACCELERATION)
-    robot = Robot(limits, shapes=("designed", "reflex_separating"))
+    robot = PushingRobot(limits, shapes=("designed", "reflex_separating"))
     aim, trials, recording, made, count = Aim(k_part=WISH), [], None, None, SET
     while True:
         step = next_trials(
@@ -201,7 +209,7 @@ def adaptive(number: int) -> Stopped:
         made, recording = estimated(trials)
         count = max(SET, (step.remaining["person"] - len(step.pushes)) // 2)
         if step.targets:
-            robot = Robot(limits, course=step.pushes[0].profile)
+            robot = PushingRobot(limits, course=step.pushes[0].profile)
 
 
 def person_of(number: int) -> dict[str, Stopped]:

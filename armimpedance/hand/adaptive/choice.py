@@ -19,7 +19,7 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.hand.adaptive.menu import Menu
 from armimpedance.hand.adaptive.so_far import SoFar, loss_of
 from armimpedance.hand.adaptive.target import Target
-from armimpedance.hand.still import expected_mean_squares, expected_numbers
+from armimpedance.hand.still import expected_mean_squares
 
 #: A group of pushes is this part of those that were done, one at least.
 _GROUP: Final = 0.04
@@ -30,19 +30,19 @@ REFLEX: Final = "reflex 0.055"
 
 
 @dataclass(frozen=True, eq=False)
-class Session:
-    """Conditions, what further pushes would tell of each, and what is wished."""
+class ExperimentSoFar:
+    """Conditions, what further pushes of each would tell, and what is wished."""
 
     known: tuple[SoFar, ...]
     menus: tuple[Menu, ...]
     targets: tuple[Target, ...]
 
     @cached_property
-    def seen(self) -> FloatArray:
-        """Numbers of the departures that more trials are to show, (c,)."""
+    def seen(self) -> tuple[FloatArray, FloatArray]:
+        """Numbers that the departures seem to have over all conditions, and their errors, (c,)."""
         weight = np.stack([one.seen_error**-2 for one in self.known])
         k = (weight * np.stack([one.seen for one in self.known])).sum(axis=0) / weight.sum(axis=0)
-        return expected_numbers(k, weight.sum(axis=0) ** -0.5)
+        return k, weight.sum(axis=0) ** -0.5
 
     def of(self, name: str) -> int:
         """A condition's number."""
@@ -68,7 +68,7 @@ class Need:
         return int(sum(count.sum() for count in self.counts))
 
 
-def needed(session: Session, most: int, scale: Mapping[str, float] | None = None) -> Need:
+def needed(session: ExperimentSoFar, most: int, scale: Mapping[str, float] | None = None) -> Need:
     """Add pushes until every target is met, or until there are `most`.
 
     `scale`: of each target, how much wider `estimate` finds it by now than is foretold here.
@@ -91,7 +91,7 @@ def needed(session: Session, most: int, scale: Mapping[str, float] | None = None
         counts[which][line] += group
 
 
-def _pared(session: Session, need: Need, wider: FloatArray) -> Need:
+def _pared(session: ExperimentSoFar, need: Need, wider: FloatArray) -> Need:
     """Without the pushes that later ones have made needless: as many at once as can go."""
     counts, parts = [count.copy() for count in need.counts], need.parts
     group = max(1, need.trials // 8)
@@ -116,7 +116,7 @@ def _pared(session: Session, need: Need, wider: FloatArray) -> Need:
 
 
 def _after(
-    session: Session, counts: Sequence[IntArray], which: int, more: FloatArray
+    session: ExperimentSoFar, counts: Sequence[IntArray], which: int, more: FloatArray
 ) -> list[FloatArray]:
     """Information of each condition after pushes, one condition's with each of `more` (J, q, q)."""
     made = []
@@ -130,7 +130,7 @@ def _after(
 
 
 def _best(
-    session: Session,
+    session: ExperimentSoFar,
     information: Sequence[FloatArray],
     trials: Sequence[float],
     group: int,
@@ -151,7 +151,7 @@ def _best(
 
 
 def _parts(
-    session: Session, information: Sequence[FloatArray], trials: Sequence[float]
+    session: ExperimentSoFar, information: Sequence[FloatArray], trials: Sequence[float]
 ) -> FloatArray:
     """Half of each target's interval over the half that is allowed, (targets, ...).
 
@@ -185,7 +185,7 @@ def _parts(
     return np.asarray(found)
 
 
-def scaled_to(session: Session, found: Mapping[str, float]) -> dict[str, float]:
+def scaled_to(session: ExperimentSoFar, found: Mapping[str, float]) -> dict[str, float]:
     """How much wider `estimate` finds each target than is foretold for the same trials.
 
     `found`: half-widths of targets over what is allowed.

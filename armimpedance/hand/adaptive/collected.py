@@ -15,7 +15,7 @@ from armimpedance.core.records import Recording, Subject
 
 
 @dataclass(frozen=True, eq=False)
-class Trial(FrozenRecord):
+class RecordedTrial(FrozenRecord):
     """One push as it was recorded.
 
     `position`, `force` (S, d): of the hand (m), and by the limb on the handle (N).
@@ -55,12 +55,12 @@ class Setup:
     shoulder_m: tuple[float, ...] | None = None
 
 
-def recording_of(trials: Sequence[Trial], setup: Setup) -> Recording:
+def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
     """The recording that trials make, in their order.
 
     Parameters
     ----------
-    trials : sequence of Trial
+    trials : sequence of RecordedTrial
     setup : Setup
 
     Returns
@@ -98,7 +98,7 @@ def recording_of(trials: Sequence[Trial], setup: Setup) -> Recording:
     )
 
 
-def trials_of(recording: Recording) -> list[Trial]:
+def trials_of(recording: Recording) -> list[RecordedTrial]:
     """The trials of a recording whose table says direction, onset and end.
 
     Parameters
@@ -107,7 +107,7 @@ def trials_of(recording: Recording) -> list[Trial]:
 
     Returns
     -------
-    list of Trial
+    list of RecordedTrial
 
     Raises
     ------
@@ -128,7 +128,7 @@ def trials_of(recording: Recording) -> list[Trial]:
         own = recording.samples_of(row)
         angles = recording.joint_angles
         made.append(
-            Trial(
+            RecordedTrial(
                 str(table["condition"].iloc[row]),
                 units[row],
                 float(table["onset_s"].iloc[row]),
@@ -141,7 +141,7 @@ def trials_of(recording: Recording) -> list[Trial]:
     return made
 
 
-def _table(trials: Sequence[Trial]) -> pd.DataFrame:
+def _table(trials: Sequence[RecordedTrial]) -> pd.DataFrame:
     columns: dict[str, Any] = {
         "trial": np.arange(1, len(trials) + 1),
         "condition": [one.condition for one in trials],

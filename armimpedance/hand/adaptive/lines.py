@@ -22,7 +22,7 @@ import numpy as np
 
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.records import Recording
-from armimpedance.hand.adaptive.collected import Setup, Trial, recording_of
+from armimpedance.hand.adaptive.collected import RecordedTrial, Setup, recording_of
 from armimpedance.hand.adaptive.next_trials import NextTrials
 from armimpedance.hand.adaptive.order import Push
 from armimpedance.hand.planning import Profile
@@ -62,9 +62,9 @@ class PushSession:
     `begun`: trials that were recorded before.
     """
 
-    def __init__(self, choose: Chooser, setup: Setup, begun: Iterable[Trial] = ()) -> None:
+    def __init__(self, choose: Chooser, setup: Setup, begun: Iterable[RecordedTrial] = ()) -> None:
         self._choose, self._setup = choose, setup
-        self.trials: list[Trial] = list(begun)
+        self.trials: list[RecordedTrial] = list(begun)
         self._queue: deque[Push] = deque()
         self._worker = ThreadPoolExecutor(1)
         self._coming: Future[NextTrials] | None = None
@@ -95,7 +95,7 @@ class PushSession:
         """The pushes that are known by now, that to do first; empty where `push` gives None."""
         return () if self.push() is None else tuple(self._queue)
 
-    def add(self, trial: Trial) -> None:
+    def add(self, trial: RecordedTrial) -> None:
         """What the push gave."""
         self.trials.append(trial)
         if self._queue:
@@ -153,7 +153,7 @@ def _take(session: PushSession, line: str) -> None:
         session.add(_trial(told["trial"], session.push()))
 
 
-def _trial(told: Any, push: Push | None) -> Trial:
+def _trial(told: Any, push: Push | None) -> RecordedTrial:
     """A trial by its line; condition and direction are those of the push that was asked for."""
     if not isinstance(told, dict):
         raise InputError("a trial that is no object", expected="position_m, force_N, onset_s")
@@ -166,7 +166,7 @@ def _trial(told: Any, push: Push | None) -> Trial:
     if end is None and push is not None:
         end = onset + push.profile.duration_s
     angles = told.get("joint_angles_rad")
-    return Trial(
+    return RecordedTrial(
         condition=condition,
         direction=_array(direction, "direction", 1),
         onset_s=onset,

@@ -54,7 +54,9 @@ def menu_of(one: SoFar, profile: Profile, servo: Servo) -> Menu:
     setting = Setting(one.arm, one.noise, servo, one.sample_rate_hz)
     motion = PlannedMotion(setting, profile)
     lines = lines_of(one.axes)
-    known = knowledge_by_trial(motion.trials(lines), motion.weight, one.parameters, one.peaks)
+    known = knowledge_by_trial(
+        motion.trials(lines), motion.weight, one.parameters, one.knowledge.peaks
+    )
     return Menu(profile, lines, tuple(known))
 
 

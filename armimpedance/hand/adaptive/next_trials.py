@@ -12,7 +12,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.records import ImpedanceEstimate, Recording
-from armimpedance.hand.adaptive.choice import Need, Session, needed, scaled_to
+from armimpedance.hand.adaptive.choice import ExperimentSoFar, Need, needed, scaled_to
 from armimpedance.hand.adaptive.menu import Menu, lines_of, menu_of
 from armimpedance.hand.adaptive.order import (
     Comfort,
@@ -43,7 +43,7 @@ FIRST_SHAPE: Final = "designed"
 
 
 @dataclass(frozen=True)
-class Robot:
+class PushingRobot:
     """What the robot can do.
 
     Attributes
@@ -183,7 +183,7 @@ def _row(number: int, push: Push) -> dict[str, Any]:
 def next_trials(
     recording: Recording | None,
     aim: Aim,
-    robot: Robot,
+    robot: PushingRobot,
     comfort: Comfort,
     *,
     conditions: Sequence[str] | None = None,
@@ -200,7 +200,7 @@ def next_trials(
     recording : Recording or None
         What was measured; None: nothing yet.
     aim : Aim
-    robot : Robot
+    robot : PushingRobot
     comfort : Comfort
     conditions : sequence of str, optional
         Those that are wished for; default: the recording's.
@@ -237,7 +237,7 @@ def next_trials(
     states = tuple(known[name] for name in names)
     targets = tuple(targets_of(aim, states))
     made = allowing(estimate(recording), recording, ("condition",)) if found is None else found
-    session = Session(states, (), targets)
+    session = ExperimentSoFar(states, (), targets)
     parts = measured_parts(session, made)
     now = np.array([parts.get(target.name, np.nan) for target in targets])
     session, need = best_session(session, robot, most_trials, parts)
@@ -267,7 +267,7 @@ def _known(recording: Recording, names: Sequence[str]) -> dict[str, SoFar]:
 def _first_set(
     recording: Recording | None,
     short: Sequence[str],
-    robot: Robot,
+    robot: PushingRobot,
     comfort: Comfort,
     axes: int,
     done: int,
@@ -297,10 +297,10 @@ def _first_set(
 
 
 def best_session(
-    session: Session, robot: Robot, most_trials: int, parts: Mapping[str, float]
-) -> tuple[Session, Need]:
+    session: ExperimentSoFar, robot: PushingRobot, most_trials: int, parts: Mapping[str, float]
+) -> tuple[ExperimentSoFar, Need]:
     """The course that needs fewest pushes, with what they would tell."""
-    best: tuple[Session, Need] | None = None
+    best: tuple[ExperimentSoFar, Need] | None = None
     most = most_trials
     problem: ArmImpedanceError | None = None
     for profile in robot.profiles:
@@ -325,7 +325,9 @@ def _rank(need: Need) -> tuple[bool, int, float]:
     return not need.enough, need.trials, float(need.parts.max())
 
 
-def measured_parts(session: Session, estimates: Sequence[ImpedanceEstimate]) -> dict[str, float]:
+def measured_parts(
+    session: ExperimentSoFar, estimates: Sequence[ImpedanceEstimate]
+) -> dict[str, float]:
     """Half of each target's interval over what is allowed, as `estimate` finds it."""
     named = {str(one.keys.get("condition")): one for one in estimates}
     found = {}
@@ -355,13 +357,13 @@ def _detected(target: Target, estimates: Sequence[ImpedanceEstimate]) -> bool:
     return target.is_detected(apart, float(np.sqrt(variance)), min(first.dof, second.dof))
 
 
-def _by_forecast(session: Session) -> FloatArray:
+def _by_forecast(session: ExperimentSoFar) -> FloatArray:
     """The same by the noise that was found, for what `estimate` does not print."""
     return needed(session, 0).parts
 
 
 def _pushes(
-    session: Session,
+    session: ExperimentSoFar,
     counts: Sequence[Any],
     comfort: Comfort,
     done: int,

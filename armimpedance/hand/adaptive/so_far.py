@@ -17,7 +17,6 @@ from armimpedance.hand.still import (
     FEWEST_TRIALS,
     Knowledge,
     Model,
-    Peaks,
     largest_conditions,
 )
 from armimpedance.numerics.regression import t_factor
@@ -42,7 +41,6 @@ class SoFar(FrozenRecord):
     parameters: Annotated[FloatArray, "p"]
     knowledge: Knowledge
     noise: PilotNoise
-    peaks: Peaks
     seen: Annotated[FloatArray, "c"]
     seen_error: Annotated[FloatArray, "c"]
     trials: int
@@ -95,7 +93,6 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
         parameters=model.parameters,
         knowledge=knowledge,
         noise=PilotNoise.of(model.found_noise, window),
-        peaks=model.peaks,
         seen=np.array([one.size for one in departures]),
         seen_error=rough * np.array([one.expected for one in departures]),
         trials=int(window.usable.sum()),

@@ -1,10 +1,7 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
-from .doubts.departures import (
-    largest_conditions as largest_conditions,
-    session_blocks as session_blocks,
-)
+from .doubts.departures import largest_conditions as largest_conditions
 from .doubts.filter import in_step as in_step
 from .doubts.foretold import (
     expected_mean_squares as expected_mean_squares,
@@ -25,8 +22,7 @@ from .doubts.inner_modes import (
     half_sphere as half_sphere,
 )
 from .doubts.knowledge import Knowledge as Knowledge
-from .doubts.mixture import expected_numbers as expected_numbers
-from .doubts.model import Model as Model, Peaks as Peaks, knowledge_by_trial as knowledge_by_trial
+from .doubts.model import Model as Model, knowledge_by_trial as knowledge_by_trial
 from .estimation import (
     Options as Options,
     estimate as estimate,
@@ -36,10 +32,9 @@ from .estimation import (
 )
 from .methods import METHODS as METHODS
 from .modal import modal_equation as modal_equation
-from .reflex import guard_window as guard_window, reflex_guard as reflex_guard
+from .reflex import guard_window as guard_window
 from .reflex_verdict import ReflexVerdict as ReflexVerdict
 from .result import Group as Group
-from .side_by_side import side_by_side as side_by_side
 from .weighing import (
     FEWEST_TRIALS as FEWEST_TRIALS,
     NoiseModel as NoiseModel,

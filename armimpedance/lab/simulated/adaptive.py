@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
 from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Simulated, SimulatedRig
 from armimpedance.lab.simulated.hand import servo_asked
 
 if TYPE_CHECKING:
     from armimpedance.core.records import Recording
-    from armimpedance.hand.adaptive import Push, Trial
+    from armimpedance.hand.adaptive import Push, RecordedTrial
     from manipulandum_sim.hand import AskedArm
 
 #: Conditions of the cocontraction experiment where none is asked for.
@@ -106,8 +104,10 @@ def closed_loop(
     return session.recording()
 
 
-def _pushed(arm: AskedArm, pushes: Sequence[Push], first: int) -> list[Trial]:
-    from armimpedance.hand.adaptive import Trial
+def _pushed(arm: AskedArm, pushes: Sequence[Push], first: int) -> list[RecordedTrial]:
+    import numpy as np
+
+    from armimpedance.hand.adaptive import RecordedTrial
     from manipulandum_sim.hand import AskedPush
 
     asked = []
@@ -117,7 +117,7 @@ def _pushed(arm: AskedArm, pushes: Sequence[Push], first: int) -> list[Trial]:
             AskedPush(push.condition, way, course.shape.name, course.amplitude_m, course.duration_s)
         )
     return [
-        Trial(
+        RecordedTrial(
             one.condition,
             np.array(one.direction),
             made.onset_s,

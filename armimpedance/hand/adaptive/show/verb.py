@@ -9,7 +9,7 @@ from typing import Final
 from armimpedance.core.records import Recording
 from armimpedance.hand.adaptive.next_trials import (
     NextTrials,
-    Robot,
+    PushingRobot,
     next_trials as chosen_trials,
 )
 from armimpedance.hand.adaptive.order import Comfort
@@ -142,7 +142,7 @@ def next_trials(
         return chosen_trials(
             read,
             aim,
-            Robot(limits, servo or Servo(), known, course),
+            PushingRobot(limits, servo or Servo(), known, course),
             Comfort(most_alike, rest_every=rest_every),
             conditions=[conditions] if isinstance(conditions, str) else conditions,
             count=count,

@@ -31,15 +31,13 @@ from armimpedance.hand.still.doubts.inner import averaged_inner, freedom_told, w
 from armimpedance.hand.still.doubts.mixture import mean_square_of_gain, mean_squares
 from armimpedance.hand.still.doubts.model import (
     ALL_COLUMNS,
-    LARGEST_GAIN,
     Model,
     beside_inner,
     family,
-    gain_of,
     inner_of,
     pooled,
-    rows_of,
 )
+from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
 from armimpedance.hand.still.estimation import BOUNDED, DEFAULT_BY, groups_of
 from armimpedance.numerics.regression import t_factor
 

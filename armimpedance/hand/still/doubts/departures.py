@@ -30,13 +30,13 @@ from armimpedance.hand.still.doubts.model import (
     Departure,
     Model,
     beside_inner,
-    check_symmetry,
     inner_of,
     late_s,
     pooled,
 )
 from armimpedance.hand.still.doubts.session import SessionBlocks, blocks_of, check_session
 from armimpedance.hand.still.doubts.single_trials import check_single_trials
+from armimpedance.hand.still.doubts.symmetry import check_symmetry
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import mean_of_others
 from armimpedance.numerics.signals import cut_windows, disturbance_times

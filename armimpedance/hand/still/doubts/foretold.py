@@ -15,13 +15,13 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, frozen
 from armimpedance.hand.still.doubts.knowledge import Knowledge
-from armimpedance.hand.still.doubts.mixture import mean_square_of_gain, mean_squares
-from armimpedance.hand.still.doubts.model import (
-    ALL_COLUMNS,
-    LARGEST_GAIN,
-    gain_in,
-    limit_of_gain,
+from armimpedance.hand.still.doubts.mixture import (
+    expected_numbers,
+    mean_square_of_gain,
+    mean_squares,
 )
+from armimpedance.hand.still.doubts.model import ALL_COLUMNS
+from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_in, limit_of_gain
 from armimpedance.numerics.regression import t_factor
 
 #: Sessions that are drawn, always the same.
@@ -31,9 +31,7 @@ _FEW: Final = 48
 
 
 def foretold_allowance(
-    known: Sequence[Knowledge],
-    parameters: Sequence[FloatArray],
-    seen: FloatArray | None = None,
+    known: Sequence[Knowledge], parameters: Sequence[FloatArray]
 ) -> list[FloatArray]:
     """What `estimate` will allow for beside noise, (p, p) of each condition of a session.
 
@@ -43,8 +41,6 @@ def foretold_allowance(
         What the trials of each condition will tell, recorded and planned ones together.
     parameters : sequence of (p,)
         M (with the handle), B and K of each condition that are expected, row by row.
-    seen : (c,), optional
-        Numbers that the departures seem to have by now. Default: none.
 
     Returns
     -------
@@ -55,7 +51,7 @@ def foretold_allowance(
     expected = weight.sum(axis=0) ** -0.5
     dof = sum(one.trials for one in known) - len(known)
     z = _normal(len(ALL_COLUMNS)) @ _root_of_correlation(known).T
-    k = expected * z + (0.0 if seen is None else seen)
+    k = expected * z
     squares = mean_squares(k, expected * t_factor(max(dof, 1.0)) / t_factor(np.inf))
     gain = _gains(known, parameters)
     # by how much K's diagonal grows in each draw
@@ -104,7 +100,7 @@ def _of_gains(theta: FloatArray, d: int) -> FloatArray:
 
 
 def expected_mean_squares(
-    own: Sequence[FloatArray], dof: float, seen: FloatArray | None = None
+    own: Sequence[FloatArray], dof: float, seen: tuple[FloatArray, FloatArray] | None = None
 ) -> FloatArray:
     """Mean square (..., c) that is expected of each departure's number in the mixture.
 
@@ -114,8 +110,9 @@ def expected_mean_squares(
         Information of each condition about the departures' numbers that M, B and K do not take.
     dof : float
         Degrees of freedom of the session.
-    seen : (c,), optional
-        Numbers that the departures seem to have by now. Default: none.
+    seen : ((c,), (c,)), optional
+        Numbers that the departures seem to have by now, and their standard errors; of a likely
+        departure more trials are to show it. Default: none.
 
     Returns
     -------
@@ -126,5 +123,5 @@ def expected_mean_squares(
     expected = np.maximum(total, 1e-300) ** -0.5
     few = _normal(total.shape[-1])[:_FEW]
     error = expected * t_factor(max(dof, 1.0)) / t_factor(np.inf)
-    k = few * expected[..., None, :] + (0.0 if seen is None else seen)
+    k = few * expected[..., None, :] + (0.0 if seen is None else expected_numbers(*seen))
     return np.asarray(mean_squares(k, error[..., None, :]).mean(axis=-2))

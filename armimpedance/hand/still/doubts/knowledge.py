@@ -18,15 +18,35 @@ from typing import Annotated
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.records import Window
 from armimpedance.hand.still.bound import inverse_information
 from armimpedance.hand.still.modal import ModalEquation
 
-# Products of the columns with the rows of the equation.
+# DepartureProducts of the columns with the rows of the equation.
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """What a departure's number is a part of: median peaks of displacement (m, rad) and force."""
+
+    way: float
+    force: float
+
+    @classmethod
+    def of(cls, window: Window) -> Peaks:
+        """Those of a window's usable trials."""
+        used = window.usable
+        x = window.position[used] - window.position_at_onset[used][:, None]
+        pushes = window.force[used] - window.force_at_onset[used][:, None]
+        return cls(
+            way=float(np.sqrt(np.median((x**2).sum(axis=2).max(axis=1)))),
+            force=float(np.median(np.linalg.norm(pushes, axis=2).max(axis=1))),
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class Products:
-    """Products of c columns z over the weight V, of every trial.
+class DepartureProducts:
+    """DepartureProducts of c columns z over the weight V, of every trial.
 
     `zVW`, `ZVz` (T, c, p): with the regressors W and with the instruments Z. `zVz` (T, c, c), `zVy`
     (T, c).
@@ -44,13 +64,13 @@ def products_of(
     weight: FloatArray,
     instruments: FloatArray | None,
     columns: Mapping[str, FloatArray],
-) -> Products:
+) -> DepartureProducts:
     """Those of all columns z (T, d, n) at once; `weight` (d n, d n) is V."""
     T, d, n = equation.force.shape
     z = np.stack([each.reshape(T, d * n) for each in columns.values()], axis=1)
     Vz = z @ weight
     own = _against(equation.regressors, Vz, d)
-    return Products(
+    return DepartureProducts(
         names=tuple(columns),
         zVW=own,
         ZVz=own if instruments is None else _against(instruments, Vz, d),
@@ -68,7 +88,7 @@ def _against(motion: FloatArray, Vz: FloatArray, d: int) -> FloatArray:
     return made.transpose(0, 3, 1, 4, 2).reshape(T, c, rd * d)
 
 
-def informations(A: FloatArray, made: Products) -> FloatArray:
+def information_by_trial(A: FloatArray, made: DepartureProducts) -> FloatArray:
     """N_t of every trial, (T, p + c, p + c); `A` (T, p, p) is ``W_t^T V W_t``, symmetric."""
     T, p, _ = A.shape
     q = p + len(made.names)
@@ -87,11 +107,13 @@ class Knowledge(FrozenRecord):
     `information` (p + c, p + c): sum over trials of N_t.
     `names`: those of the c columns.
     `trials`: how many; need not be whole in a plan.
+    `peaks`: of what the departures' numbers are parts.
     """
 
     information: Annotated[FloatArray, "q q"]
     names: tuple[str, ...]
     trials: float
+    peaks: Peaks
 
     def __add__(self, other: Knowledge) -> Knowledge:
         """What both tell together."""

@@ -16,17 +16,17 @@ import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.core.arrays import BoolArray, FloatArray
-from armimpedance.core.conventions import AXES, Kind
+from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import EstimationError
-from armimpedance.core.findings import Finding
 from armimpedance.core.records import Window
 from armimpedance.hand.still.doubts.inner import FEWEST_AXES, Elbow, Inner, averaged_inner
 from armimpedance.hand.still.doubts.inner_fit import InnerFits, InnerSetting, together
 from armimpedance.hand.still.doubts.inner_modes import INNER_DIRECTIONS, half_sphere
 from armimpedance.hand.still.doubts.knowledge import (
+    DepartureProducts,
     Knowledge,
-    Products,
-    informations,
+    Peaks,
+    information_by_trial,
     products_of,
 )
 from armimpedance.hand.still.modal import (
@@ -78,25 +78,6 @@ def family(column: str) -> str:
 def late_s(column: str) -> float:
     """The delay in a column's name, s."""
     return float(column.split()[1])
-
-
-@dataclass(frozen=True)
-class Peaks:
-    """What a departure's number is a part of: median peaks of displacement (m, rad) and force."""
-
-    way: float
-    force: float
-
-    @classmethod
-    def of(cls, window: Window) -> Peaks:
-        """Those of a window's usable trials."""
-        used = window.usable
-        x = window.position[used] - window.position_at_onset[used][:, None]
-        pushes = window.force[used] - window.force_at_onset[used][:, None]
-        return cls(
-            way=float(np.sqrt(np.median((x**2).sum(axis=2).max(axis=1)))),
-            force=float(np.median(np.linalg.norm(pushes, axis=2).max(axis=1))),
-        )
 
 
 def columns_of(
@@ -365,7 +346,7 @@ class Model:
         return solved.parameters, solved.covariance, solved.dof, A.sum(axis=0)
 
     @cached_property
-    def _products(self) -> Products:
+    def _products(self) -> DepartureProducts:
         """Those of all columns at once."""
         return products_of(self.equation, self.weight, self.instruments, self.columns)
 
@@ -387,7 +368,7 @@ class Model:
         equation, Z = self.equation, self.instruments
         if Z is not None:
             equation = replace(equation, motion=Z.reshape(equation.motion.shape))
-        each = _knowledge(equation, self.weight, self.columns)
+        each = _knowledge(equation, self.weight, self.columns, self.peaks)
         return reduce(add, each)
 
 
@@ -430,99 +411,6 @@ def beside_inner(limb: Inner | None) -> str | None:
     return "inner" if limb is not None and limb.probability > 0.5 else None
 
 
-# Is the inertia symmetric? It is by physics, whatever the person does.
-#
-# A gain ``1 + k`` of the force's axis i beside the others makes ``M_ij = (1 + k) M_ji``; axes that
-# are turned do much the same. One record does not tell which axis is right.
-
-#: A gain is told where chance alone makes as much less often than this, and from this part on.
-LEVEL_OF_SYMMETRY: Final = 0.0015
-LEAST_GAIN: Final = 0.02
-#: What would not be seen below this gain is not asked.
-LARGEST_GAIN: Final = 0.5
-
-
-@dataclass(frozen=True)
-class Gain:
-    """Gain of an axis beside the others less 1, k, with its standard error."""
-
-    axis: int
-    size: float
-    error: float
-    dof: float
-
-    @property
-    def limit(self) -> float:
-        """What chance alone does not reach."""
-        return limit_of_gain(self.error, self.dof)
-
-
-def limit_of_gain(error: float, dof: float) -> float:
-    """What chance alone does not reach, of a gain less 1 with this standard error."""
-    return float(stdtrit(dof, 1 - LEVEL_OF_SYMMETRY / 2)) * error
-
-
-def gain_of(models: Sequence[Model]) -> Gain | None:
-    """The axis whose gain is least like the others', over all conditions; None with one axis."""
-    d = models[0].equation.axes
-    if d == 1:
-        return None
-    found = []
-    for axis in range(d):
-        each = np.array([_gain(model, axis) for model in models])
-        weight = each[:, 1] ** -2
-        size, error = float(weight @ each[:, 0] / weight.sum()), float(weight.sum() ** -0.5)
-        # weights of few trials are rough: no more certain than one condition's
-        found.append(Gain(axis, size, error, float(each[:, 2].min())))
-    return max(found, key=lambda one: abs(one.size) / one.error)
-
-
-def _gain(model: Model, axis: int) -> tuple[float, float, float]:
-    """k of one axis, its standard error and degrees of freedom, from one condition's M."""
-    size, error = gain_in(model.parameters, model.covariance, axis)
-    return size, error, model.equation.trials - 1
-
-
-def gain_in(parameters: FloatArray, covariance: FloatArray, axis: int) -> tuple[float, float]:
-    """k of one axis and its standard error, from M in the parameters (3 d^2,)."""
-    d = round((len(parameters) / 3) ** 0.5)
-    M = parameters[: d * d].reshape(d, d)
-    others = [j for j in range(d) if j != axis]
-    pick = np.zeros((d - 1, d * d))
-    for row, j in enumerate(others):
-        pick[row, axis * d + j], pick[row, j * d + axis] = 1.0, -1.0
-    s = np.array([(M[axis, j] + M[j, axis]) / 2 for j in others])
-    # M_ij - M_ji = k M_ij: (d - 1,) = (d - 1,) k, weighted by its covariance
-    weight = np.linalg.inv(pick @ covariance[: d * d, : d * d] @ pick.T)
-    known = max(float(s @ weight @ s), 1e-300)
-    return float(s @ weight @ pick @ M.ravel()) / known, known**-0.5
-
-
-def check_symmetry(models: Sequence[Model]) -> tuple[Finding, ...]:
-    """The finding "gain"; empty with one axis."""
-    one = gain_of(models)
-    if one is None:
-        return ()
-    if one.limit > LARGEST_GAIN:
-        text = "coupling between the axes is too small to hold their gains against each other"
-        return (Finding("gain", "ok", text),)
-    smallest = f"{100 * max(one.limit, LEAST_GAIN):.2g} %"
-    if abs(one.size) <= max(one.limit, LEAST_GAIN):
-        return (Finding("gain", "ok", "inertia is symmetric: all axes have one gain", smallest),)
-    text = (
-        f"inertia is not symmetric: the force along {AXES[one.axis]} is {100 * one.size:+.0f} % "
-        f"(sd {100 * one.error:.0f}) beside the other axes', or its axes are turned; hang a known "
-        "weight along each axis"
-    )
-    return (Finding("gain", "warning", text, smallest),)
-
-
-def rows_of(model: Model, axis: int) -> FloatArray:
-    """What a gain that is one too large along an axis adds to M, B and K, (3 d^2,)."""
-    d = model.equation.axes
-    return np.asarray(model.parameters.reshape(3, d, d) * (np.arange(d) == axis)[:, None]).ravel()
-
-
 def knowledge_by_trial(
     window: Window, weight: FloatArray, theta: FloatArray, peaks: Peaks | None = None
 ) -> list[Knowledge]:
@@ -544,17 +432,18 @@ def knowledge_by_trial(
     list of Knowledge
     """
     equation = modal_equation(window)
-    columns = columns_of(window, equation, None, theta, peaks or Peaks.of(window))
-    return _knowledge(equation, weight, columns)
+    peaks = peaks or Peaks.of(window)
+    columns = columns_of(window, equation, None, theta, peaks)
+    return _knowledge(equation, weight, columns, peaks)
 
 
 def _knowledge(
-    equation: ModalEquation, weight: FloatArray, columns: Mapping[str, FloatArray]
+    equation: ModalEquation, weight: FloatArray, columns: Mapping[str, FloatArray], peaks: Peaks
 ) -> list[Knowledge]:
     """What each trial tells of M, B, K and the departures' columns (T, d, n)."""
     products = products_of(equation, weight, None, columns)
     A = weighted_equations(equation, weight, "hand").A
     return [
-        Knowledge(one, products.names, 1.0).ordered(ALL_COLUMNS)
-        for one in informations(A, products)
+        Knowledge(one, products.names, 1.0, peaks).ordered(ALL_COLUMNS)
+        for one in information_by_trial(A, products)
     ]

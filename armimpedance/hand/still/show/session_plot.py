@@ -8,7 +8,7 @@ import numpy as np
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
-from armimpedance.hand.still import session_blocks
+from armimpedance.hand.still.doubts.departures import session_blocks
 from armimpedance.numerics.regression import t_factor
 from armimpedance.show.plots import OKABE_ITO, ONE_COLUMN_IN, new_figure, print_style
 

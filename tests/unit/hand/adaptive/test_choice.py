@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.hand.adaptive import Aim, Robot
-from armimpedance.hand.adaptive.choice import Session, needed
+from armimpedance.hand.adaptive import Aim, PushingRobot
+from armimpedance.hand.adaptive.choice import ExperimentSoFar, needed
 from armimpedance.hand.adaptive.menu import menu_of, spread_evenly
 from armimpedance.hand.adaptive.next_trials import best_session
 from armimpedance.hand.adaptive.so_far import SoFar
@@ -19,7 +19,7 @@ from armimpedance.hand.planning import (
     Setting,
     noise_named,
 )
-from armimpedance.hand.still import Peaks, knowledge_by_trial
+from armimpedance.hand.still import knowledge_by_trial
 
 LIMB = np.array(
     [[[1.9, -0.6], [-0.6, 1.2]], [[9.0, -6.0], [-6.0, 14.0]], [[105.0, -60.0], [-60.0, 210.0]]]
@@ -45,7 +45,6 @@ def measured(limb=LIMB, name="relaxed", trials=16, profile=DESIGNED):
         parameters=limb.ravel(),
         knowledge=known,
         noise=noise,
-        peaks=Peaks.of(window),
         seen=none,
         seen_error=known.expected,
         trials=trials,
@@ -56,7 +55,7 @@ def measured(limb=LIMB, name="relaxed", trials=16, profile=DESIGNED):
 def session(aim, *known, profile=DESIGNED):
     """Conditions with pushes of one course to choose from."""
     menus = tuple(menu_of(one, profile, Servo()) for one in known)
-    return Session(tuple(known), menus, tuple(targets_of(aim, known)))
+    return ExperimentSoFar(tuple(known), menus, tuple(targets_of(aim, known)))
 
 
 def test_pushes_go_along_the_soft_axis_in_the_share_that_theory_gives():
@@ -92,7 +91,7 @@ def test_no_two_lines_do_better_than_the_choice():
 
 def test_chosen_pushes_are_two_thirds_of_those_spread_evenly():
     chosen = session(Aim(k_part=0.02), measured())
-    even = Session(chosen.known, tuple(map(spread_evenly, chosen.menus)), chosen.targets)
+    even = ExperimentSoFar(chosen.known, tuple(map(spread_evenly, chosen.menus)), chosen.targets)
     ratio = needed(chosen, 5000).trials / needed(even, 5000).trials
     # .5 / .8 in the limit
     assert 0.55 < ratio < 0.75
@@ -130,9 +129,9 @@ def test_a_wish_that_cannot_be_met_says_so():
 
 def test_where_a_reflex_hides_in_bumps_the_next_pushes_exclude_it():
     bumps = measured(profile=BUMP, trials=40)
-    robot = Robot(Limits(), shapes=("minimum_jerk", "designed"))
-    start = Session((bumps,), (), tuple(targets_of(Aim(k_part=0.08), (bumps,))))
+    robot = PushingRobot(Limits(), shapes=("minimum_jerk", "designed"))
+    start = ExperimentSoFar((bumps,), (), tuple(targets_of(Aim(k_part=0.08), (bumps,))))
     chosen, need = best_session(start, robot, 1000, {})
     assert chosen.menus[0].profile.shape.name == "designed"
-    again, more = best_session(start, Robot(course=BUMP), 1000, {})
+    again, more = best_session(start, PushingRobot(course=BUMP), 1000, {})
     assert more.trials > 3 * need.trials

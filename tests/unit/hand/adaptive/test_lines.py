@@ -14,8 +14,8 @@ from armimpedance.hand.adaptive import (
     NextTrials,
     OneCourse,
     Push,
+    PushingRobot,
     PushSession,
-    Robot,
     Setup,
     answers,
     next_trials,
@@ -146,7 +146,7 @@ def test_a_session_keeps_to_one_course():
     )
 
     def choose(so_far, course=None):
-        robot = Robot(shapes=("minimum_jerk", "designed"), course=course)
+        robot = PushingRobot(shapes=("minimum_jerk", "designed"), course=course)
         return next_trials(so_far, Aim(k_part=0.02), robot, Comfort())
 
     keeping = OneCourse(choose)

@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.hand.still import (
-    METHODS,
-    Options,
-    check_response,
-    estimate,
-    reflex_guard,
-    side_by_side,
-)
+from armimpedance.hand.still import METHODS, Options, check_response, estimate
+from armimpedance.hand.still.reflex import reflex_guard
+from armimpedance.hand.still.side_by_side import side_by_side
 from armimpedance.hand.still.variance_components import fit_components, total_covariance
 from armimpedance.numerics.signals import cut_windows
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.still import check_response, session_blocks
+from armimpedance.hand.still import check_response
 from armimpedance.hand.still.doubts.courses import Part, fit_course, rows_scaled
+from armimpedance.hand.still.doubts.departures import session_blocks
 from armimpedance.hand.still.show import estimate, plot_session
 from armimpedance.show.plots import new_figure
 from manipulandum_sim.hand import simulate

@@ -1,0 +1,107 @@
+"""Is the inertia symmetric? A gain of one axis of the force beside the others makes it not so."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.special import stdtrit
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import AXES
+from armimpedance.core.findings import Finding
+from armimpedance.hand.still.doubts.model import Model
+
+# Is the inertia symmetric? It is by physics, whatever the person does.
+#
+# A gain ``1 + k`` of the force's axis i beside the others makes ``M_ij = (1 + k) M_ji``; axes that
+# are turned do much the same. One record does not tell which axis is right.
+
+#: A gain is told where chance alone makes as much less often than this, and from this part on.
+LEVEL_OF_SYMMETRY: Final = 0.0015
+LEAST_GAIN: Final = 0.02
+#: What would not be seen below this gain is not asked.
+LARGEST_GAIN: Final = 0.5
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Gain of an axis beside the others less 1, k, with its standard error."""
+
+    axis: int
+    size: float
+    error: float
+    dof: float
+
+    @property
+    def limit(self) -> float:
+        """What chance alone does not reach."""
+        return limit_of_gain(self.error, self.dof)
+
+
+def limit_of_gain(error: float, dof: float) -> float:
+    """What chance alone does not reach, of a gain less 1 with this standard error."""
+    return float(stdtrit(dof, 1 - LEVEL_OF_SYMMETRY / 2)) * error
+
+
+def gain_of(models: Sequence[Model]) -> Gain | None:
+    """The axis whose gain is least like the others', over all conditions; None with one axis."""
+    d = models[0].equation.axes
+    if d == 1:
+        return None
+    found = []
+    for axis in range(d):
+        each = np.array([_gain(model, axis) for model in models])
+        weight = each[:, 1] ** -2
+        size, error = float(weight @ each[:, 0] / weight.sum()), float(weight.sum() ** -0.5)
+        # weights of few trials are rough: no more certain than one condition's
+        found.append(Gain(axis, size, error, float(each[:, 2].min())))
+    return max(found, key=lambda one: abs(one.size) / one.error)
+
+
+def _gain(model: Model, axis: int) -> tuple[float, float, float]:
+    """k of one axis, its standard error and degrees of freedom, from one condition's M."""
+    size, error = gain_in(model.parameters, model.covariance, axis)
+    return size, error, model.equation.trials - 1
+
+
+def gain_in(parameters: FloatArray, covariance: FloatArray, axis: int) -> tuple[float, float]:
+    """k of one axis and its standard error, from M in the parameters (3 d^2,)."""
+    d = round((len(parameters) / 3) ** 0.5)
+    M = parameters[: d * d].reshape(d, d)
+    others = [j for j in range(d) if j != axis]
+    pick = np.zeros((d - 1, d * d))
+    for row, j in enumerate(others):
+        pick[row, axis * d + j], pick[row, j * d + axis] = 1.0, -1.0
+    s = np.array([(M[axis, j] + M[j, axis]) / 2 for j in others])
+    # M_ij - M_ji = k M_ij: (d - 1,) = (d - 1,) k, weighted by its covariance
+    weight = np.linalg.inv(pick @ covariance[: d * d, : d * d] @ pick.T)
+    known = max(float(s @ weight @ s), 1e-300)
+    return float(s @ weight @ pick @ M.ravel()) / known, known**-0.5
+
+
+def check_symmetry(models: Sequence[Model]) -> tuple[Finding, ...]:
+    """The finding "gain"; empty with one axis."""
+    one = gain_of(models)
+    if one is None:
+        return ()
+    if one.limit > LARGEST_GAIN:
+        text = "coupling between the axes is too small to hold their gains against each other"
+        return (Finding("gain", "ok", text),)
+    smallest = f"{100 * max(one.limit, LEAST_GAIN):.2g} %"
+    if abs(one.size) <= max(one.limit, LEAST_GAIN):
+        return (Finding("gain", "ok", "inertia is symmetric: all axes have one gain", smallest),)
+    text = (
+        f"inertia is not symmetric: the force along {AXES[one.axis]} is {100 * one.size:+.0f} % "
+        f"(sd {100 * one.error:.0f}) beside the other axes', or its axes are turned; hang a known "
+        "weight along each axis"
+    )
+    return (Finding("gain", "warning", text, smallest),)
+
+
+def rows_of(model: Model, axis: int) -> FloatArray:
+    """What a gain that is one too large along an axis adds to M, B and K, (3 d^2,)."""
+    d = model.equation.axes
+    return np.asarray(model.parameters.reshape(3, d, d) * (np.arange(d) == axis)[:, None]).ravel()
