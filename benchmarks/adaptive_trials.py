@@ -1,6 +1,7 @@
 """How many pushes reach K within 5 %: bumps, the designed push, pushes that are chosen.
 
     python benchmarks/adaptive_trials.py --persons 200 --workers 2
+    python benchmarks/adaptive_trials.py --figure docs/evidence/adaptive.svg
 
 Simulated persons differ in K (size, shape, orientation), M, B and in each kind of noise. For each,
 the pushes after which `estimate` prints 95 % intervals of K's diagonal within 5 %, looked at after
@@ -221,12 +222,65 @@ def person_of(number: int) -> dict[str, Stopped]:
     }
 
 
+def course_of_fixed(person: Person, shape: str, most: int) -> list[tuple[int, float]]:
+    """Pushes, and the larger half-width of K in per cent, after each set of eight directions."""
+    profile, rng = Profile(SHAPES.named(shape), AMPLITUDE_M, DURATION_S), np.random.default_rng(1)
+    angle = np.arange(SET) * np.pi / 4
+    units = np.column_stack([np.cos(angle), np.sin(angle)])
+    trials: list[RecordedTrial] = []
+    course = []
+    while len(trials) < most:
+        trials += pushed(person, profile, units, rng)
+        course.append((len(trials), 100 * float(half_widths(estimated(trials)[0]).max())))
+    return course
+
+
+def course_of_chosen(person: Person, most: int) -> list[tuple[int, float]]:
+    """The same where each set is chosen."""
+    robot, rng = PushingRobot(shapes=("designed", "reflex_separating")), np.random.default_rng(2)
+    aim, recording = Aim(k_part=WISH / 10), None
+    trials: list[RecordedTrial] = []
+    course = []
+    while len(trials) < most:
+        step = next_trials(recording, aim, robot, Comfort(), conditions=["person"], seed=1)
+        if step.targets:
+            robot = PushingRobot(course=step.pushes[0].profile)
+        units = np.array([push.direction for push in step.pushes])
+        trials += pushed(person, step.pushes[0].profile, units, rng)
+        made, recording = estimated(trials)
+        course.append((len(trials), 100 * float(half_widths(made).max())))
+    return course
+
+
+def draw(path: str, number: int = 0, most: int = 120) -> None:
+    """The half-width of K over the number of pushes, one session each, of one person."""
+    from matplotlib.figure import Figure
+
+    person, figure = Person.of(number), Figure(figsize=(6.0, 3.6), layout="constrained")
+    axes = figure.subplots()
+    for name, course in (
+        ("bump of 0.3 s, eight directions", course_of_fixed(person, "minimum_jerk", most)),
+        ("designed, eight directions", course_of_fixed(person, "designed", most)),
+        ("next", course_of_chosen(person, most)),
+    ):
+        axes.plot(*np.transpose(course), marker="o", markersize=3, label=name)
+    axes.axhline(100 * WISH, color="0.5", linewidth=1, linestyle="--")
+    axes.set(xlabel="pushes", ylabel="half-width of K (% of K)", yscale="log", xlim=(0, most))
+    axes.set_yticks([2, 5, 10, 20, 50, 100], ["2", "5", "10", "20", "50", "100"])
+    axes.legend(frameon=False)
+    figure.savefig(path, metadata={"Date": None})
+
+
 def main() -> None:
-    """Print pushes and ratios."""
+    """Print pushes and ratios, or draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--persons", type=int, default=200)
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--figure", metavar="FILE", help="draw one person's sessions instead")
     asked = parser.parse_args()
+    if asked.figure:
+        draw(asked.figure)
+        return
     pieces = [(number,) for number in range(asked.persons)]
     found = list(tqdm(in_order(person_of, pieces, asked.workers), total=len(pieces), disable=None))
     bump = np.array([one["bump"].pushes for one in found], dtype=float)

@@ -38,8 +38,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: The shape to begin with.
-FIRST_SHAPE: Final = "designed"
+#: The shape to begin with: that which needs fewest trials of a relaxed arm (docs/evidence/
+#: reflex_and_plan.md), so that a session hardly ever has to change its course.
+FIRST_SHAPE: Final = "reflex_separating"
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ together, since noise ties the axes to each other.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, replace
+from typing import Annotated, Final
 
 import numpy as np
 
@@ -212,13 +212,61 @@ def expected_motion(equation: ModalEquation) -> FloatArray | None:
     """Regressors (T, r d, n) of every trial as expected from the others; None if they are unlike.
 
     The course over time that all other trials share, along the trial's own direction. Disturbances
-    of one group have one course even where every direction was tried only once.
+    of one group have one course even where every direction was tried only once. Where trials have
+    two courses or more, each is that of the trials that share it.
     """
-    shared = SharedCourse.of(equation)
-    if shared is None:
-        return None
-    expected = shared.expected(equation.motion)
+    expected = np.empty(equation.motion.shape)
+    for rows in _of_one_course(equation.motion[:, 2]):
+        own = replace(
+            equation, motion=equation.motion[rows], force=equation.force[rows], disturbance=None
+        )
+        shared = SharedCourse.of(own)
+        if shared is None:
+            return None
+        expected[rows] = shared.expected(own.motion)
     return expected.reshape(equation.trials, -1, equation.modes.count)
+
+
+#: Courses are apart where their unlikeness is so many times that within each, and more than this.
+APART: Final = 4.0
+LEAST_APART: Final = 1e-3
+#: Fewer trials of a course do not tell it.
+FEWEST_OF_A_COURSE: Final = 3
+
+
+def _of_one_course(displacement: FloatArray) -> list[IntArray]:
+    """Rows of displacements (T, d, n) that share a course over time; all rows where none is apart.
+
+    A course is apart from the others where there is a gap: a soft servo makes courses of one
+    command unlike each other, but without one.
+    """
+    # the course (n,) that explains most of each trial
+    course = np.linalg.svd(displacement, full_matrices=False)[2][:, 0]
+    left, groups = np.arange(len(course)), []
+    while len(left) >= 2 * FEWEST_OF_A_COURSE:
+        unlike = 1 - np.minimum((course[left] @ course[left[0]]) ** 2, 1.0)
+        order = np.argsort(unlike, kind="stable")
+        within, beyond = unlike[order[:-1]] + LEAST_APART, unlike[order[1:]]
+        gap = int(np.argmax(beyond / within))
+        near = left[np.sort(order[: gap + 1])]
+        enough = FEWEST_OF_A_COURSE <= len(near) <= len(left) - FEWEST_OF_A_COURSE
+        if beyond[gap] < APART * within[gap] or not enough:
+            break
+        groups.append(near)
+        left = left[np.sort(order[gap + 1 :])]
+    return [*groups, left]
+
+
+def by_course(equation: ModalEquation) -> ModalEquation:
+    """The equation with another disturbance for each course over time, beside each direction."""
+    groups = _of_one_course(equation.motion[:, 2])
+    if equation.disturbance is None or len(groups) == 1:
+        return equation
+    course = np.zeros(equation.trials, dtype=np.int64)
+    for number, rows in enumerate(groups):
+        course[rows] = number
+    both = np.unique(equation.disturbance * len(groups) + course, return_inverse=True)[1]
+    return replace(equation, disturbance=both.astype(np.int64))
 
 
 def mean_of_others(columns: FloatArray, labels: IntArray) -> FloatArray:

@@ -31,6 +31,7 @@ from armimpedance.hand.still.doubts.knowledge import (
 )
 from armimpedance.hand.still.modal import (
     ModalEquation,
+    by_course,
     expected_motion,
     modal_equation,
     weighted_equations,
@@ -262,6 +263,7 @@ class Model:
         theta, covariance, peaks = solved.parameters, solved.covariance, Peaks.of(window)
         columns = columns_of(window, equation, Z, theta, peaks)
         used = np.asarray(window.usable)
+        equation = by_course(equation)
         return cls(equation, V, Z, plain, theta, covariance, columns, peaks, used)
 
     def _with_inner(self, window: Window, free_wrist: bool) -> Model:

@@ -26,7 +26,7 @@ def test_nothing_measured_yet_gives_a_set_along_eight_lines():
     for _, own in table.groupby("condition"):
         assert len(set(own["direction_deg"] % 180)) == 8
         assert len(set(own["direction_deg"] // 180)) == 2
-    assert set(table["shape"]) == {"designed"}
+    assert set(table["shape"]) == {"reflex_separating"}
 
 
 def test_the_half_widths_by_now_are_those_that_estimate_prints(session):
