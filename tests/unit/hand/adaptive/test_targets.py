@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_choice import LIMB, measured
+from test_push_choice import LIMB, measured
 
 from armimpedance.core.errors import InputError
 from armimpedance.hand.adaptive import Aim
