@@ -53,12 +53,12 @@ True
 >>> hand = ai.estimate(session)
 >>> hand
 2 estimates
-cocontraction_10: weighted, 16 trials, K 398.1, 151.3 N/m
-cocontraction_30: weighted, 16 trials, K 639.8, 304.1 N/m
+cocontraction_10: weighted, 16 trials, K 397.8, 151.9 N/m
+cocontraction_30: weighted, 16 trials, K 640.8, 304.5 N/m
 >>> ai.to_joint(hand)["cocontraction_10"].stiffness
 K (N m/rad)   shoulder              elbow
-shoulder      33.1 [23.62, 42.57]   13.72 [7.417, 20.02]
-elbow         13.72 [7.417, 20.02]  24.6 [19.97, 29.24]
+shoulder      33.2 [23.83, 42.58]   13.82 [7.58, 20.06]
+elbow         13.82 [7.58, 20.06]   24.68 [20.04, 29.31]
 >>> difference = ai.compare(session, permutations=99)
 >>> difference.pairs[0].second
 'cocontraction_30'
@@ -73,7 +73,7 @@ elbow         13.72 [7.417, 20.02]  24.6 [19.97, 29.24]
 >>> predicted = ai.predict(model, postures=[[1.0, 1.5]])
 >>> predicted.to_frame()[["K_11", "sd_K_11", "extrapolated"]].round(1)
    K_11  sd_K_11  extrapolated
-0  24.2      7.3             1
+0  25.0      7.4             1
 """
 
 

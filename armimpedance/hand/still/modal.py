@@ -173,39 +173,83 @@ def _names(kind: Kind, d: int, matrices: int) -> tuple[tuple[str, ...], tuple[st
 
 #: The shared course is used if it explains at least this much of every trial's displacement.
 LEAST_SHARED = 0.8
+#: Courses are apart where their unlikeness is so many times that within each, and more than this.
+APART: Final = 4.0
+LEAST_APART: Final = 1e-3
+#: Of fewer trials than a set, a gap between courses may be chance.
+FEWEST_OF_A_COURSE: Final = 8
 
 
 @dataclass(frozen=True, eq=False)
 class SharedCourse:
-    """The course over time that all displacements share.
+    """The course over time that all displacements share, or each of several groups of them.
 
-    `along` (T, d): how far each trial's displacement follows it along each axis.
+    `along` (T, d): how far each trial's displacement follows its course along each axis.
+    `groups`: rows of the trials of each course; all trials where they have one.
     """
 
     along: FloatArray
+    groups: tuple[IntArray, ...]
 
     @classmethod
     def of(cls, equation: ModalEquation) -> SharedCourse | None:
         """That of an equation's trials; None if they are few or unlike."""
         displacement = equation.motion[:, 2]
-        T, d, n = displacement.shape
-        if T < 3:
+        everyone = (np.arange(len(displacement)),)
+        if len(displacement) < 3:
             return None
-        # the course that explains most displacement over trials and axes
-        course = np.linalg.svd(displacement.reshape(T * d, n), full_matrices=False)[2][0]
-        along = displacement @ course
-        whole = np.maximum((displacement**2).sum(axis=(1, 2)), 1e-300)
-        explained = (along**2).sum(axis=1) / whole
-        return cls(along) if explained.min() >= LEAST_SHARED else None
+        # what has no course of its own, such as a hand that the person moves, is not split off
+        for groups in (_apart(displacement), everyone):
+            along = _along(displacement, groups)
+            if along is not None:
+                return cls(along, groups)
+        return None
 
     def expected(self, motion: FloatArray) -> FloatArray:
-        """What motion (T, r, d, n) of every trial is to be, by that of the others."""
-        along = self.along
+        """What motion (T, r, d, n) of every trial is to be, by that of the others of its course."""
         # (T, r, n): motion along the trial's own direction, weighted by its size
-        parts = (motion * along[:, None, :, None]).sum(axis=2)
-        power = (along**2).sum(axis=1)
-        others = (parts.sum(axis=0) - parts) / (power.sum() - power)[:, None, None]
-        return np.asarray(others[:, :, None, :] * along[:, None, :, None])
+        parts = (motion * self.along[:, None, :, None]).sum(axis=2)
+        power = (self.along**2).sum(axis=1)
+        others = np.empty(parts.shape)
+        for rows in self.groups:
+            left = power[rows].sum() - power[rows]
+            others[rows] = (parts[rows].sum(axis=0) - parts[rows]) / left[:, None, None]
+        return np.asarray(others[:, :, None, :] * self.along[:, None, :, None])
+
+
+def _along(displacement: FloatArray, groups: tuple[IntArray, ...]) -> FloatArray | None:
+    """How far displacements (T, d, n) follow their group's course; None if one is unlike it."""
+    T, d, n = displacement.shape
+    along = np.empty((T, d))
+    for rows in groups:
+        # the course that explains most displacement over trials and axes
+        own = displacement[rows].reshape(-1, n)
+        along[rows] = displacement[rows] @ np.linalg.svd(own, full_matrices=False)[2][0]
+    whole = np.maximum((displacement**2).sum(axis=(1, 2)), 1e-300)
+    explained = (along**2).sum(axis=1) / whole
+    return along if explained.min() >= LEAST_SHARED else None
+
+
+def _apart(displacement: FloatArray) -> tuple[IntArray, ...]:
+    """Rows of displacements (T, d, n) whose courses over time are apart from all others.
+
+    A soft servo makes courses of one command unlike each other, but without a gap between them.
+    """
+    # the course (n,) that explains most of each trial
+    course = np.linalg.svd(displacement, full_matrices=False)[2][:, 0]
+    left: IntArray = np.arange(len(course))
+    groups: list[IntArray] = []
+    while len(left) >= 2 * FEWEST_OF_A_COURSE:
+        unlike = 1 - np.minimum((course[left] @ course[left[0]]) ** 2, 1.0)
+        order = np.argsort(unlike, kind="stable")
+        near, far = unlike[order[:-1]] + LEAST_APART, unlike[order[1:]]
+        gap = int(np.argmax(far / near))
+        few = min(gap + 1, len(left) - gap - 1) < FEWEST_OF_A_COURSE
+        if few or far[gap] < APART * near[gap]:
+            break
+        groups.append(left[np.sort(order[: gap + 1])])
+        left = left[np.sort(order[gap + 1 :])]
+    return (*groups, left)
 
 
 def expected_motion(equation: ModalEquation) -> FloatArray | None:
@@ -215,57 +259,22 @@ def expected_motion(equation: ModalEquation) -> FloatArray | None:
     of one group have one course even where every direction was tried only once. Where trials have
     two courses or more, each is that of the trials that share it.
     """
-    expected = np.empty(equation.motion.shape)
-    for rows in _of_one_course(equation.motion[:, 2]):
-        own = replace(
-            equation, motion=equation.motion[rows], force=equation.force[rows], disturbance=None
-        )
-        shared = SharedCourse.of(own)
-        if shared is None:
-            return None
-        expected[rows] = shared.expected(own.motion)
+    shared = SharedCourse.of(equation)
+    if shared is None:
+        return None
+    expected = shared.expected(equation.motion)
     return expected.reshape(equation.trials, -1, equation.modes.count)
-
-
-#: Courses are apart where their unlikeness is so many times that within each, and more than this.
-APART: Final = 4.0
-LEAST_APART: Final = 1e-3
-#: Fewer trials of a course do not tell it.
-FEWEST_OF_A_COURSE: Final = 3
-
-
-def _of_one_course(displacement: FloatArray) -> list[IntArray]:
-    """Rows of displacements (T, d, n) that share a course over time; all rows where none is apart.
-
-    A course is apart from the others where there is a gap: a soft servo makes courses of one
-    command unlike each other, but without one.
-    """
-    # the course (n,) that explains most of each trial
-    course = np.linalg.svd(displacement, full_matrices=False)[2][:, 0]
-    left, groups = np.arange(len(course)), []
-    while len(left) >= 2 * FEWEST_OF_A_COURSE:
-        unlike = 1 - np.minimum((course[left] @ course[left[0]]) ** 2, 1.0)
-        order = np.argsort(unlike, kind="stable")
-        within, beyond = unlike[order[:-1]] + LEAST_APART, unlike[order[1:]]
-        gap = int(np.argmax(beyond / within))
-        near = left[np.sort(order[: gap + 1])]
-        enough = FEWEST_OF_A_COURSE <= len(near) <= len(left) - FEWEST_OF_A_COURSE
-        if beyond[gap] < APART * within[gap] or not enough:
-            break
-        groups.append(near)
-        left = left[np.sort(order[gap + 1 :])]
-    return [*groups, left]
 
 
 def by_course(equation: ModalEquation) -> ModalEquation:
     """The equation with another disturbance for each course over time, beside each direction."""
-    groups = _of_one_course(equation.motion[:, 2])
-    if equation.disturbance is None or len(groups) == 1:
+    shared = SharedCourse.of(equation)
+    if equation.disturbance is None or shared is None or len(shared.groups) == 1:
         return equation
     course = np.zeros(equation.trials, dtype=np.int64)
-    for number, rows in enumerate(groups):
+    for number, rows in enumerate(shared.groups):
         course[rows] = number
-    both = np.unique(equation.disturbance * len(groups) + course, return_inverse=True)[1]
+    both = np.unique(equation.disturbance * len(shared.groups) + course, return_inverse=True)[1]
     return replace(equation, disturbance=both.astype(np.int64))
 
 

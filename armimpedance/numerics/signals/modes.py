@@ -129,10 +129,6 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
 
 #: A reading counts as in motion if it changes within this time before or after (s).
 NEAR_S = 0.010
-#: A motion that is read again is smoothed over this time before and after (s): over 10 ms the
-#: course of a designed disturbance is another one, and M loses a tenth of its efficiency
-#: (benchmarks/efficiency_of_shapes.py).
-_SMOOTHED_S = 0.003
 #: A fourth difference of white noise has this many times its variance: 1 + 16 + 36 + 16 + 1.
 _FOURTH_DIFFERENCE = 70.0
 #: Fourth differences below this part of their rms are none.
@@ -176,7 +172,7 @@ def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) ->
     """
     step = grid_step(position)
     if step > 0:
-        reach = max(1, round(_SMOOTHED_S * sample_rate_hz))
+        reach = max(1, round(NEAR_S * sample_rate_hz))
         return PositionNoise(step**2 / 12, _read_again(position, modes, step, reach), step)
     return _from_differences(position, sample_rate_hz, modes)
 

@@ -148,7 +148,7 @@ def to_hand(
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
     >>> to_hand(to_joint(estimate(recording)))
     1 estimate
-    cocontraction_10: weighted, 8 trials, K 407.5, 152.9 N/m
+    cocontraction_10: weighted, 8 trials, K 408, 153.6 N/m
     1 warning: only 8 clusters ...
     """
     who = _who(estimates, recording)

@@ -30,7 +30,5 @@ def odds_of(
     """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
     k, error2 = np.asarray(k, dtype=float), np.asarray(error2, dtype=float)
     part = usual2 / (error2 + usual2)
-    # a number beyond all measure has infinite odds
-    with np.errstate(over="ignore"):
-        factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
-        return np.asarray(factor), np.asarray((part * k) ** 2 + part * error2)
+    factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
+    return np.asarray(factor), np.asarray((part * k) ** 2 + part * error2)

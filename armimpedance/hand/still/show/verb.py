@@ -176,7 +176,7 @@ def estimate(
     >>> hand = estimate(recording)
     >>> hand
     1 estimate
-    cocontraction_10: weighted, 8 trials, K 407.5, 152.9 N/m
+    cocontraction_10: weighted, 8 trials, K 408, 153.6 N/m
     1 warning: only 8 clusters ...
     >>> hand["cocontraction_10"].stiffness.unit
     'N/m'

@@ -7,9 +7,10 @@ import pandas as pd
 import pytest
 
 from armimpedance.hand.still import check_response
-from armimpedance.hand.still.modal import _of_one_course, expected_motion, modal_equation
+from armimpedance.hand.still.modal import SharedCourse, expected_motion, modal_equation
 from armimpedance.numerics.signals import cut_windows
 from manipulandum_sim.hand import Servo, simulate_condition
+from manipulandum_sim.space import simulate_space
 
 
 def mixed(shapes=("designed", "reflex_separating"), seed=3):
@@ -50,4 +51,10 @@ def test_trials_of_two_courses_are_expected_each_from_its_own(shapes):
 @pytest.mark.parametrize("servo", [20_000.0, 3000.0, 1000.0])
 def test_trials_of_one_course_behind_a_soft_servo_stay_together(servo):
     recording, _ = simulate_condition(seed=4, emg=False, servo=Servo(servo))
-    assert len(_of_one_course(modal_equation(cut_windows(recording)).motion[:, 2])) == 1
+    assert len(SharedCourse.of(modal_equation(cut_windows(recording))).groups) == 1
+
+
+def test_a_hand_that_the_person_moves_is_not_split():
+    recording, _ = simulate_space(seed=1, sets=4, control="force")
+    shared = SharedCourse.of(modal_equation(cut_windows(recording)))
+    assert shared is None or len(shared.groups) == 1

@@ -48,7 +48,7 @@ def test_a_grid_is_found_and_its_noise_read_again(limb):
     n = modes.count
     actual = np.cov((error @ modes.smooth.T).T)
     model = found.covariance[0][2 * n :, 2 * n :]
-    assert abs(np.trace(model) / np.trace(actual) - 1) < 0.2  # smoothed over 7 ms, readings keep some of their own error
+    assert abs(np.trace(model) / np.trace(actual) - 1) < 0.12
     # where the hand starts and stops, the smoothed motion is not the true one: a factor there
     largest = np.diag(actual) > 0.3 * np.diag(actual).max()
     ratio = np.diag(model)[largest] / np.diag(actual)[largest]
