@@ -22,7 +22,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from adaptive_trials import AMPLITUDE_M, DURATION_S, RATE_HZ, Person, holds, pushed
+from adaptive_trials import AMPLITUDE_M, DURATION_S, RATE_HZ, Person, holds, planned, pushed
 from scipy.special import stdtrit
 from tqdm import tqdm
 
@@ -37,15 +37,7 @@ from armimpedance.hand.adaptive import (
     recording_of,
 )
 from armimpedance.hand.ellipses import ellipse
-from armimpedance.hand.planning import (
-    SHAPES,
-    PlannedArm,
-    PlannedMotion,
-    Profile,
-    Setting,
-    noise_named,
-    precision,
-)
+from armimpedance.hand.planning import SHAPES, Profile, precision
 from armimpedance.hand.still import allowing, estimate
 from armimpedance.numerics.regression import t_factor
 
@@ -82,11 +74,8 @@ def fixed_pushes(people: tuple[Person, Person]) -> int:
     """Of the designed push, evenly over directions, as many of each condition, one look."""
     variance = 0.0
     for person in people:
-        noise = replace(
-            noise_named(), slow_sd=person.slow, tremor=person.tremor, drift_sd=person.drift
-        )
-        motion = PlannedMotion(Setting(PlannedArm(person.limb), noise), DESIGNED)
-        variance += variance_of_size(person.limb[2], precision(motion).covariance[8:, 8:])
+        covariance = precision(planned(person, DESIGNED)).covariance
+        variance += variance_of_size(person.limb[2], covariance[8:, 8:])
     each = 8
     while True:
         limit = t_factor(each - 1) + float(stdtrit(each - 1, 0.9))

@@ -178,10 +178,14 @@ def fixed(number: int, shape: str) -> Stopped:
 
 def planned_sets(person: Person, profile: Profile) -> int:
     """What a plan that knows the person would say."""
-    noise = replace(noise_named(), slow_sd=person.slow, tremor=person.tremor, drift_sd=person.drift)
-    motion = PlannedMotion(Setting(PlannedArm(person.limb), noise), profile)
-    trials = precision(motion, conditions=1).trials_for_k(WISH)
+    trials = precision(planned(person, profile), conditions=1).trials_for_k(WISH)
     return min(max(2, (trials or MOST_SETS * SET) // SET), MOST_SETS)
+
+
+def planned(person: Person, profile: Profile) -> PlannedMotion:
+    """A course, for the planner, of a person who is known."""
+    noise = replace(noise_named(), slow_sd=person.slow, tremor=person.tremor, drift_sd=person.drift)
+    return PlannedMotion(Setting(PlannedArm(person.limb), noise), profile)
 
 
 def adaptive(number: int) -> Stopped:

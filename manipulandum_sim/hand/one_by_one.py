@@ -79,9 +79,9 @@ class AskedArm:
         return self._truth(Arm.of(self.subject))
 
     def _truth(self, arm: Arm) -> Truth:
-        reflex = (self.rig.reflex.gain, self.rig.reflex.delay_s) if self.rig.reflex else (0.0, 0.0)
+        rig = self.rig
         return find_truth(
-            arm, self.conditions, handle_mass_kg=self.rig.handle_mass_kg, reflex=reflex
+            arm, self.conditions, handle_mass_kg=rig.handle_mass_kg, reflex=rig.reflex_numbers
         )
 
     def push(self, asked: Sequence[AskedPush], first: int) -> list[RecordedPush]:

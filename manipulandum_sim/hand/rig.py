@@ -118,6 +118,11 @@ class Rig:
         return find_noise(self.noise)
 
     @property
+    def reflex_numbers(self) -> tuple[float, float]:
+        """Gain and delay (s) of the reflex; zeros without one."""
+        return (self.reflex.gain, self.reflex.delay_s) if self.reflex else (0.0, 0.0)
+
+    @property
     def samples(self) -> int:
         """Samples of the longest possible trial."""
         return round((ONSET_S[1] + self.duration_s + AFTER_S) * RATE_HZ) + 1

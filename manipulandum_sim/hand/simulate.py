@@ -161,8 +161,9 @@ def _session(
         raise InputError(f"{sets} sets, {len(runs)} runs", expected="1 or more")
     rig.shape.warn()
     arm = Arm.of(person)
-    reflex = (rig.reflex.gain, rig.reflex.delay_s) if rig.reflex else (0.0, 0.0)
-    truth = find_truth(arm, conditions, handle_mass_kg=rig.handle_mass_kg, reflex=reflex)
+    truth = find_truth(
+        arm, conditions, handle_mass_kg=rig.handle_mass_kg, reflex=rig.reflex_numbers
+    )
     schedule = make_schedule(seed, runs, sets)
     lengths = schedule.onset + round((rig.duration_s + AFTER_S) * RATE_HZ) + 1
     parts, angles = [], []

@@ -21,6 +21,7 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.json_text import is_number
 from armimpedance.core.records import Recording
 from armimpedance.hand.adaptive.collected import RecordedTrial, Setup, recording_of
 from armimpedance.hand.adaptive.next_trials import NextTrials
@@ -182,7 +183,7 @@ def _number(told: dict[str, Any], name: str) -> float:
 
 
 def _finite(value: Any, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+    if not is_number(value):
         raise InputError(f"{name} is {str(value)[:40]}", column=name, expected="a number")
     return float(value)
 

@@ -105,6 +105,8 @@ class NextTrials(FrozenRecord):
         of 5 %, however often it was asked for.
     enough : bool
         Whether they will be, with at most as many trials as were allowed.
+    warnings : tuple of str
+        What the checks of the recording said.
 
     Examples
     --------
@@ -124,6 +126,7 @@ class NextTrials(FrozenRecord):
     met: bool
     enough: bool = True
     detected: bool = False
+    warnings: tuple[str, ...] = ()
 
     def to_frame(self) -> pd.DataFrame:
         """One row a push: condition, direction, course, pause."""
@@ -146,6 +149,7 @@ class NextTrials(FrozenRecord):
             "met": self.met,
             "enough": self.enough,
             "detected": self.detected,
+            "warnings": list(self.warnings),
             "remaining": dict(self.remaining),
             "targets": shown,
             "pushes": [_row(number, push) for number, push in enumerate(self.pushes, 1)],

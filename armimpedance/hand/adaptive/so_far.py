@@ -19,7 +19,6 @@ from armimpedance.hand.still import (
     Model,
     largest_conditions,
 )
-from armimpedance.numerics.regression import t_factor
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 #: So many pushes of a condition, one set, come before any is chosen.
@@ -83,18 +82,14 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
     if window.usable.sum() < max(FIRST_TRIALS, FEWEST_TRIALS):
         return None
     model = _fitted(recording, rows, window)
-    knowledge = model.knowledge()
-    departures = [model.departure(name) for name in knowledge.names]
-    # few trials: one measure of noise for all, and the tails of t
-    rough = np.median([one.error / one.expected for one in departures])
-    rough *= t_factor(departures[0].dof) / t_factor(np.inf)
+    seen, seen_error = model.numbers()
     made = SoFar(
         name=condition,
         parameters=model.parameters,
-        knowledge=knowledge,
+        knowledge=model.knowledge(),
         noise=PilotNoise.of(model.found_noise, window),
-        seen=np.array([one.size for one in departures]),
-        seen_error=rough * np.array([one.expected for one in departures]),
+        seen=seen,
+        seen_error=seen_error,
         trials=int(window.usable.sum()),
         sample_rate_hz=float(recording.sample_rate_hz),
         jacobian=_jacobian(recording, window),

@@ -27,7 +27,8 @@ def next_text(made: NextTrials) -> str:
     str
         Lines of at most 100 characters where conditions have short names.
     """
-    parts = [_targets(made), _head(made), _pushes(made)]
+    notes = [textwrap.fill(f"Note: {text}", _WIDTH) for text in made.warnings]
+    parts = [_targets(made), *notes, _head(made), _pushes(made)]
     return "\n\n".join(part for part in parts if part)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from math import radians
 from typing import Final
 
@@ -136,10 +137,11 @@ def next_trials(
     known = COMPARED if shapes is None else tuple(shapes)
     with naming(recording):
         read = None if recording is None else read_recording(recording)
+        marks: tuple[str, ...] = ()
         if checks and read is not None and read.perturbation == "returning":
-            checked_response(read, despite)
+            marks = checked_response(read, despite)
             read, _ = in_step(read)
-        return chosen_trials(
+        made = chosen_trials(
             read,
             aim,
             PushingRobot(limits, servo or Servo(), known, course),
@@ -149,6 +151,7 @@ def next_trials(
             most_trials=max_trials,
             seed=seed,
         )
+        return replace(made, warnings=marks)
 
 
 def _aim(

@@ -35,11 +35,11 @@ from armimpedance.hand.still.doubts.model import (
     beside_inner,
     family,
     inner_of,
+    numbers_of,
     pooled,
 )
 from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
 from armimpedance.hand.still.estimation import BOUNDED, DEFAULT_BY, groups_of
-from armimpedance.numerics.regression import t_factor
 
 # What all estimates of a recording have in common of what may make them wrong.
 #
@@ -158,11 +158,7 @@ def _squares(models: Sequence[Model], beside: str | None) -> dict[str, float]:
     `beside`: a column that is in the model, too.
     """
     found = [pooled(models, column, beside) for column in ALL_COLUMNS]
-    # one measure of noise for all: that of single columns is known from few trials only
-    scale = float(np.median([one.error / one.expected for one in found]))
-    rough = np.array([t_factor(one.dof) for one in found]) / t_factor(np.inf)
-    error = scale * rough * np.array([one.expected for one in found])
-    squares = mean_squares(np.array([one.size for one in found]), error)
+    squares = mean_squares(*numbers_of(found))
     return {name: float(each) for name, each in zip(ALL_COLUMNS, squares, strict=True) if each > 0}
 
 
@@ -186,7 +182,7 @@ def _errors(model: Model, squares: Mapping[str, float], uneven: float) -> dict[s
     d = model.equation.axes
     for axis in range(d if uneven else 0):
         # either axis may be the wrong one
-        found[f"gain {AXES[axis]}"] = [np.sqrt(uneven / d) * rows_of(model, axis)]
+        found[f"gain {AXES[axis]}"] = [np.sqrt(uneven / d) * rows_of(model.parameters, axis)]
     return {name: np.array(errors) for name, errors in found.items()}
 
 

@@ -21,7 +21,12 @@ from armimpedance.hand.still.doubts.mixture import (
     mean_squares,
 )
 from armimpedance.hand.still.doubts.model import ALL_COLUMNS
-from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_in, limit_of_gain
+from armimpedance.hand.still.doubts.symmetry import (
+    LARGEST_GAIN,
+    gain_in,
+    limit_of_gain,
+    rows_of,
+)
 from armimpedance.numerics.regression import t_factor
 
 #: Sessions that are drawn, always the same.
@@ -93,9 +98,8 @@ def _gains(known: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> Floa
 
 
 def _of_gains(theta: FloatArray, d: int) -> FloatArray:
-    """What a gain of one of the axes, nobody knows which, makes wrong, (p, p) for a unit of it."""
-    M_B_K = theta.reshape(3, d, d)
-    rows = [(M_B_K * (np.arange(d) == axis)[:, None]).ravel() for axis in range(d)]
+    """What a gain of one of the axes, it is not known which, makes wrong, (p, p) for a unit."""
+    rows = [rows_of(theta, axis) for axis in range(d)]
     return np.asarray(np.mean([np.outer(row, row) for row in rows], axis=0))
 
 

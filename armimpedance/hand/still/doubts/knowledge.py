@@ -22,8 +22,6 @@ from armimpedance.core.records import Window
 from armimpedance.hand.still.bound import inverse_information
 from armimpedance.hand.still.modal import ModalEquation
 
-# DepartureProducts of the columns with the rows of the equation.
-
 
 @dataclass(frozen=True)
 class Peaks:
@@ -46,7 +44,7 @@ class Peaks:
 
 @dataclass(frozen=True, eq=False)
 class DepartureProducts:
-    """DepartureProducts of c columns z over the weight V, of every trial.
+    """Products of c columns z over the weight V, of every trial.
 
     `zVW`, `ZVz` (T, c, p): with the regressors W and with the instruments Z. `zVz` (T, c, c), `zVy`
     (T, c).

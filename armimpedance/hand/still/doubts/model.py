@@ -352,6 +352,10 @@ class Model:
         """Those of all columns at once."""
         return products_of(self.equation, self.weight, self.instruments, self.columns)
 
+    def numbers(self) -> tuple[FloatArray, FloatArray]:
+        """Numbers that all departures seem to have, and their standard errors, (c,) each."""
+        return numbers_of([self.departure(name) for name in ALL_COLUMNS])
+
     @property
     def found_noise(self) -> NoiseModel:
         """The noise that was found in the window.
@@ -372,6 +376,17 @@ class Model:
             equation = replace(equation, motion=Z.reshape(equation.motion.shape))
         each = _knowledge(equation, self.weight, self.columns, self.peaks)
         return reduce(add, each)
+
+
+def numbers_of(found: Sequence[Departure]) -> tuple[FloatArray, FloatArray]:
+    """Numbers and standard errors (c,) of departures: one measure of noise for all of them.
+
+    That of a single column is known from few trials only; the tails are those of t.
+    """
+    measured = float(np.median([one.error / one.expected for one in found]))
+    rough = np.array([t_factor(one.dof) for one in found]) / t_factor(np.inf)
+    error = measured * rough * np.array([one.expected for one in found])
+    return np.array([one.size for one in found]), error
 
 
 def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> Departure:
