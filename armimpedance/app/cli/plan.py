@@ -49,6 +49,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     arm.add_argument("--noise", help="nominal (default) or sensor; a pilot brings its own")
     add_force_by(parser)
     add_despite(parser)
+    _add_wish(parser)
+    _add_disturbance(parser)
+    _add_robot(parser)
+    _add_movement(parser)
+    add_live(parser)
+
+
+def _add_wish(parser: argparse.ArgumentParser) -> None:
     wish = parser.add_argument_group("wish")
     wish.add_argument(
         "--k-percent",
@@ -76,10 +84,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=40,
         help="trials that the table's intervals are for (default: 40)",
     )
-    _add_disturbance(parser)
-    _add_robot(parser)
-    _add_movement(parser)
-    add_live(parser)
 
 
 def _add_movement(parser: argparse.ArgumentParser) -> None:

@@ -52,6 +52,20 @@ _LISTED_HEIGHT_IN: Final = 4.6
 _SAME_PLACE: Final = 0.02
 
 
+def _check_one_for_each(count: int, **given: Sequence[Any] | None) -> None:
+    for what, values in given.items():
+        if values is not None and len(values) != count:
+            raise InputError(f"{len(values)} {what} for {count} estimates", expected="one for each")
+
+
+def _at_places(estimates: Sequence[ImpedanceEstimate], *, in_metres: bool) -> bool:
+    """Whether ellipses stand where the hands were: places of all, apart or asked for."""
+    places = [e.position for e in estimates if e.level == "hand" and e.position is not None]
+    if len(places) < len(estimates):
+        return False
+    return in_metres or float(np.ptp(np.array(places), axis=0).max()) > ONE_PLACE_M
+
+
 def plot_ellipses(
     estimates: GivenEstimates,
     *,
@@ -120,16 +134,8 @@ def plot_ellipses(
     if not given:
         raise InputError("nothing to draw", expected="at least one estimate")
     names = [condition_of(e) for e in given] if labels is None else [str(name) for name in labels]
-    for what, values in (("labels", names), ("colors", colors), ("reference", reference)):
-        if values is not None and len(values) != len(given):
-            raise InputError(
-                f"{len(values)} {what} for {len(given)} estimates", expected="one for each"
-            )
-    places = [e.position for e in given if e.level == "hand" and e.position is not None]
-    in_metres = scale is not None or reference is not None
-    apart = len(places) == len(given) and (
-        in_metres or float(np.ptp(np.array(places), axis=0).max()) > ONE_PLACE_M
-    )
+    _check_one_for_each(len(given), labels=names, colors=colors, reference=reference)
+    apart = _at_places(given, in_metres=scale is not None or reference is not None)
     if not apart and len(given) <= MOST_LOOKS and reference is None:
         return plot_ellipses_over_levels(
             given, which, names, ax, show_confidence=show_confidence, colors=colors

@@ -77,22 +77,11 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     noise = [each for each in found if each is not None]
     if len(numbers) < 2 or not noise:
         return Finding("copies", "ok", "no noise by which trials could be told apart")
-    shared = [each @ each.T for each in noise]
-    alike = reduce(np.minimum, shared)
-    np.fill_diagonal(alike, -1.0)
-    best = alike.max(axis=1)
-    partner = alike.argmax(axis=1)
-    copied = best > ALIKE
-    usual = np.median(alike[copied], axis=1)
-    copied[copied] = APART * (1 - best[copied]) < 1 - usual
-    if copied.any():
-        repeats, tried = _repeats(window), len(alike) * (len(alike) - 1) / 2
-        likely = np.max([_chance(each, partner, repeats) for each in shared], axis=0)
-        copied &= likely < np.log(CHANCE / tried)
+    most, partner, copied = _partners(noise, _repeats(window))
     if not copied.any():
-        text = f"the most alike trials share {max(100 * best.max(), 0):.0f} % of their noise"
+        text = f"the most alike trials share {max(100 * most, 0):.0f} % of their noise"
         seen = f"{100 * ALIKE:.0f} %"
-        if best.max() > ALIKE:
+        if most > ALIKE:
             text += ", which chance does in records that were filtered as much"
             seen = "the same samples twice"
         return Finding("copies", "ok", text, smallest=seen)
@@ -104,6 +93,25 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
         "than there are: remove them"
     )
     return Finding("copies", "unusable", text)
+
+
+def _partners(
+    noise: list[FloatArray], repeats: BoolArray | None
+) -> tuple[float, IntArray, BoolArray]:
+    """The largest share of noise that two trials have in common; each one's partner; the copies."""
+    shared = [each @ each.T for each in noise]
+    alike = reduce(np.minimum, shared)
+    np.fill_diagonal(alike, -1.0)
+    best = alike.max(axis=1)
+    partner = alike.argmax(axis=1)
+    copied = best > ALIKE
+    usual = np.median(alike[copied], axis=1)
+    copied[copied] = APART * (1 - best[copied]) < 1 - usual
+    if copied.any():
+        tried = len(alike) * (len(alike) - 1) / 2
+        likely = np.max([_chance(each, partner, repeats) for each in shared], axis=0)
+        copied &= likely < np.log(CHANCE / tried)
+    return float(best.max()), partner, copied
 
 
 def _repeats(window: Window | None) -> BoolArray | None:

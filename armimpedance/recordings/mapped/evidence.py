@@ -318,21 +318,25 @@ def read_name(name: str, unit: str | None = None) -> ReadName:
     # trials.pos is a position, of a struct of trials.
     above = [w for part in parents for w in words_of(part) if _ROLE_OF.get(w) not in _OF_TRIALS]
     words = [*above, *words_of(last)]
-    roles = [_ROLE_OF[w] for w in words if w in _ROLE_OF]
-    role: Role = next((r for r in _ORDER if r in roles), "unknown")
-    if words in (["fs"], ["f", "s"]) or {"rate", "hz", "freq", "frequency"} & set(words):
-        role = "rate"
     axis = next((_AXIS[w] for w in words if w in _AXIS), "")
     number = next((w for w in reversed(words) if w.isdigit()), "")
     axis = axis or number
     stem = " ".join(rest for w in words if (rest := _without_axis(w, number)))
     stated = unit if unit is not None else own
+    return ReadName(name, _role_by_words(words, stated), axis, stem, stated)
+
+
+def _role_by_words(words: Sequence[str], unit: str | None) -> Role:
+    """What a column is by the words of its name and its unit."""
+    if words in (["fs"], ["f", "s"]) or {"rate", "hz", "freq", "frequency"} & set(words):
+        role: Role = "rate"
+    else:
+        roles = [_ROLE_OF[w] for w in words if w in _ROLE_OF]
+        role = next((r for r in _ORDER if r in roles), "unknown")
     if _PUSHES & set(words) and _ANGLES & set(words):
         role = "direction"
-    if stated is not None and role != "rate":
-        # a unit says more than a word: FrobX_N is a force
-        role = _role_in_unit(role, stated)
-    return ReadName(name, role, axis, stem, stated)
+    # a unit says more than a word: FrobX_N is a force
+    return role if unit is None or role == "rate" else _role_in_unit(role, unit)
 
 
 def _without_axis(word: str, number: str) -> str:

@@ -92,16 +92,7 @@ def read_marker_c3d(
         raise InputError("no file", expected="one C3D file per trial")
     muscles = muscles_of(emg_channels)
     captures = [read_c3d(p) for p in given]
-    asked = _Asked(prefix, tuple(muscles), force_by)
-    stated = axes or axes_shown(captures[0]) or Z_UP
-    try:
-        trials = [_trial(c, asked, lab_rotation(stated), stated=axes is not None) for c in captures]
-    except InputError:
-        # Some programs write the axes of another view: z up stands where the plates lie in it.
-        if axes is not None or stated == Z_UP:
-            raise
-        stated = Z_UP
-        trials = [_trial(c, asked, lab_rotation(stated), stated=False) for c in captures]
+    trials, stated = _in_axes(captures, _Asked(prefix, tuple(muscles), force_by), axes)
     for trial, p in zip(trials[1:], given[1:], strict=True):
         _check_same(trial, trials[0], p)
     lengths = [len(t.positions) for t in trials]
@@ -135,6 +126,22 @@ def axes_shown(capture: C3dFile) -> tuple[str, ...] | None:
     """
     word = capture.parameters.text("POINT", "Y_SCREEN").strip().lower().removeprefix("+")
     return _WITH_UP.get(word)
+
+
+def _in_axes(
+    captures: Sequence[C3dFile], asked: _Asked, axes: Sequence[str] | None
+) -> tuple[list[_Trial], Sequence[str]]:
+    """The trials in the laboratory's axes, and the files' own: stated, shown, or z up."""
+    shown = axes or axes_shown(captures[0]) or Z_UP
+    try:
+        return [
+            _trial(c, asked, lab_rotation(shown), stated=axes is not None) for c in captures
+        ], shown
+    except InputError:
+        # Some programs write the axes of another view: z up stands where the plates lie in it.
+        if axes is not None or shown == Z_UP:
+            raise
+        return [_trial(c, asked, lab_rotation(Z_UP), stated=False) for c in captures], Z_UP
 
 
 def _trial(capture: C3dFile, asked: _Asked, rotation: FloatArray, *, stated: bool) -> _Trial:

@@ -134,6 +134,15 @@ def runs_of_trials(
     return np.array([run_of[trial] for trial in listed], dtype=np.int64)
 
 
+def _in_order(own: IntArray, order: IntArray) -> tuple[IntArray, IntArray | None]:
+    """Offsets of the trials in `order` and the file's rows; None: the file's own order."""
+    lengths = np.diff(own)[order]
+    offsets = np.concatenate([[0], np.cumsum(lengths)])
+    if np.array_equal(order, np.arange(len(order))):
+        return offsets, None
+    return offsets, np.repeat(own[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
+
+
 def recording_of_tables(
     metadata: Metadata, table: TrialTable, samples: Samples, order: IntArray
 ) -> Recording:
@@ -142,13 +151,7 @@ def recording_of_tables(
     `order` (T,) int: as from `runs_of_trials`.
     """
     columns = samples.columns
-    lengths = np.diff(samples.offsets)[order]
-    offsets = np.concatenate([[0], np.cumsum(lengths)])
-    index = None
-    if not np.array_equal(order, np.arange(len(order))):
-        # sample numbers in the order of the trial table; the file's own order needs no copy
-        index = np.repeat(samples.offsets[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
-
+    offsets, index = _in_order(samples.offsets, order)
     sign = -1.0 if metadata.force_by == "device" else 1.0
 
     def in_its_order(values: FloatArray) -> FloatArray:

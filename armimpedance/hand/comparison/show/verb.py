@@ -241,7 +241,15 @@ def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tup
             )
     if not sources:
         raise InputError("nothing to compare", expected="recordings or results")
-    paths = [Path(source) for source in sources if isinstance(source, str | os.PathLike)]
+    named = iter(_names_of([Path(s) for s in sources if isinstance(s, str | os.PathLike)]))
+    return [
+        (next(named) if isinstance(source, str | os.PathLike) else f"recording {number}", source)
+        for number, source in enumerate(sources, start=1)
+    ]
+
+
+def _names_of(paths: Sequence[Path]) -> list[str]:
+    """Names of files and folders that tell them apart, of results without their suffix."""
     for path in paths:
         if not path.exists():
             raise InputError(
@@ -251,11 +259,7 @@ def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tup
     short = [
         n.rsplit(".", 1)[0] if _is_results(p) else n for n, p in zip(whole, paths, strict=True)
     ]
-    named = iter(short if len(set(short)) == len(short) else whole)
-    return [
-        (next(named) if isinstance(source, str | os.PathLike) else f"recording {number}", source)
-        for number, source in enumerate(sources, start=1)
-    ]
+    return short if len(set(short)) == len(short) else whole
 
 
 def _is_one(inputs: object) -> bool:

@@ -101,15 +101,19 @@ def allowing(
     gains = possible_gains(recording, [(groups[g][longest[g].usable], longest[g]) for g in longest])
     # A model is as large as its trials' windows: of the others one at a time is kept.
     others = models_of(recording, [rows for g, rows in enumerate(groups) if g not in longest])
-    wider, errors = [], []
+    wider: list[ImpedanceEstimate] = []
+    errors: list[dict[str, FloatArray]] = []
     for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(others)
-        errors.append({} if model is None else _errors(model, squares, uneven))
-        if model is not None and gains:
-            used = rows[model.usable]
-            errors[-1]["gain in the session"] = wrong_by_gains(gains, used, model)
-        one = one if model is None else _wider(one, errors[-1])
-        if model is not None and model.inner is not None:
+        if model is None:
+            errors.append({})
+            wider.append(one)
+            continue
+        errors.append(_errors(model, squares, uneven))
+        if gains:
+            errors[-1]["gain in the session"] = wrong_by_gains(gains, rows[model.usable], model)
+        one = _wider(one, errors[-1])
+        if model.inner is not None:
             inner = averaged_inner(model.inner, freedom_told(recording, rows))
             one = with_inner(one, inner, correct=one.method == BOUNDED)
         wider.append(one)

@@ -223,6 +223,20 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     if any(one.verdict == "warning" for one in own):
         hidden = "the person's own motion hides it"
         return (*own, *(Finding(name, "cannot tell", hidden) for name in COLUMNS))
+    asked, explained = _asked(recording, models)
+    return (
+        *own,
+        *asked,
+        *lack_of_fit(models, explained=explained),
+        *check_symmetry(models),
+        *check_session(recording, fitted),
+        *check_labels(recording, fitted),
+        *check_single_trials(recording, fitted),
+    )
+
+
+def _asked(recording: Recording, models: Sequence[Model]) -> tuple[tuple[Finding, ...], str]:
+    """The findings of departures and of an inner mode, and the first one that is detected."""
     limb = inner_of(models, freedom_told(recording, np.arange(recording.n_trials)))
     inner = _check_inner(limb)
     beside = beside_inner(limb)
@@ -238,16 +252,7 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         for name, one in single.items()
     ]
     told = (*told, *(one.name for one in inner if one.verdict == "warning"))
-    return (
-        *own,
-        *found,
-        *inner,
-        *lack_of_fit(models, explained=told[0] if told else ""),
-        *check_symmetry(models),
-        *check_session(recording, fitted),
-        *check_labels(recording, fitted),
-        *check_single_trials(recording, fitted),
-    )
+    return (*found, *inner), told[0] if told else ""
 
 
 def _finding(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import comb
 from typing import Final, Literal
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.findings import Finding
 from armimpedance.core.progress import Progress, Steps
 from armimpedance.limb.arm import MuscularArm, arm_named
 from armimpedance.muscles.models.activation.checks import activation_rank, check_rows
@@ -20,7 +22,7 @@ from armimpedance.muscles.models.activation.equations import (
     muscle_patterns,
     solve_equations,
 )
-from armimpedance.muscles.models.activation.misfit import misfit_of
+from armimpedance.muscles.models.activation.misfit import ActivationMisfit, misfit_of
 from armimpedance.muscles.models.activation.model import ActivationModel, activation_result
 from armimpedance.muscles.models.activation.models import ACTIVATION_MODELS, ActivationMethod
 from armimpedance.muscles.models.activation.quality import activation_quality
@@ -171,7 +173,32 @@ def fit_activation_model(
     for symbol, equations, one, cone in zip("KB", (of_K, of_B), solved, cones, strict=True):
         quality += activation_quality(symbol, equations, one, cone, seed)
         steps.step()
-    K, B = solved
+    solutions, misfits, session = _with_doubts(
+        (of_K, of_B), solved, rows, arm, q, moved=not kind.bounded
+    )
+    return activation_result(
+        kind.name, arm, q, (of_K, of_B), solutions, rank, tuple(quality), misfits, session
+    )
+
+
+def _with_doubts(
+    equations: tuple[ActivationEquations, ActivationEquations],
+    solved: Sequence[SolvedEquations],
+    rows: JointRows,
+    arm: MuscularArm,
+    q: FloatArray,
+    *,
+    moved: bool,
+) -> tuple[
+    tuple[SolvedEquations, SolvedEquations],
+    tuple[ActivationMisfit, ActivationMisfit],
+    tuple[Finding, ...],
+]:
+    """K's and B's solutions with intervals that hold lack of fit, shared errors, changed gains.
+
+    `moved`: whether a lack of fit moves the solution, too; one that is bounded stays where it is.
+    """
+    (of_K, of_B), (K, B) = equations, solved
     G = arm.paths.moment_arms(q)
     misfits = misfit_of(of_K, K, G), misfit_of(of_B, B, G)
     spreads = [
@@ -181,19 +208,14 @@ def fit_activation_model(
     session = () if changed is None else (changed.finding(arm.paths.muscles, rows.labels),)
     if changed is not None and changed.seen:
         spreads[0] = spreads[0] + changed.spread
-    # a bounded solution stays where it is: its intervals alone become wider
     K, B = (
-        misfit.allowed_for(one, moved=not kind.bounded)
-        for one, misfit in zip((K, B), misfits, strict=True)
+        misfit.allowed_for(one, moved=moved) for one, misfit in zip((K, B), misfits, strict=True)
     )
     K, B = (
         replace(one, covariance=one.covariance + more)
         for one, more in zip((K, B), spreads, strict=True)
     )
-    misfits = misfits[0].widened(spreads[0]), misfits[1].widened(spreads[1])
-    return activation_result(
-        kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality), misfits, session
-    )
+    return (K, B), (misfits[0].widened(spreads[0]), misfits[1].widened(spreads[1])), session
 
 
 def _shared_spread(solved: SolvedEquations, shared: FloatArray) -> FloatArray:
