@@ -222,9 +222,9 @@ def _along(displacement: FloatArray, groups: tuple[IntArray, ...]) -> FloatArray
     T, d, n = displacement.shape
     along = np.empty((T, d))
     for rows in groups:
-        # the course that explains most displacement over trials and axes
+        # the course (n,) that explains most displacement over trials and axes
         own = displacement[rows].reshape(-1, n)
-        along[rows] = displacement[rows] @ np.linalg.svd(own, full_matrices=False)[2][0]
+        along[rows] = displacement[rows] @ np.linalg.eigh(own.T @ own)[1][:, -1]
     whole = np.maximum((displacement**2).sum(axis=(1, 2)), 1e-300)
     explained = (along**2).sum(axis=1) / whole
     return along if explained.min() >= LEAST_SHARED else None
@@ -235,8 +235,10 @@ def _apart(displacement: FloatArray) -> tuple[IntArray, ...]:
 
     A soft servo makes courses of one command unlike each other, but without a gap between them.
     """
-    # the course (n,) that explains most of each trial
-    course = np.linalg.svd(displacement, full_matrices=False)[2][:, 0]
+    # the course (n,) that explains most of each trial: along the main axis u of D D^T (d, d)
+    u = np.linalg.eigh(displacement @ displacement.transpose(0, 2, 1))[1][:, :, -1]
+    course = (u[:, None] @ displacement)[:, 0]
+    course /= np.maximum(np.linalg.norm(course, axis=1, keepdims=True), 1e-300)
     left: IntArray = np.arange(len(course))
     groups: list[IntArray] = []
     while len(left) >= 2 * FEWEST_OF_A_COURSE:

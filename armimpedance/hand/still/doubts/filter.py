@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import Kind
@@ -22,21 +22,11 @@ from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
 from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.departures import models_of
+from armimpedance.hand.still.doubts.filtered_rows import FilteredRows
 from armimpedance.hand.still.doubts.model import Departure, Model, pooled
+from armimpedance.hand.still.doubts.passed import CHANNELS, Passed, Way
 from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
-from armimpedance.hand.still.modal import (
-    ModalEquation,
-    expected_motion,
-    modal_equation,
-    weighted_equations,
-)
-from armimpedance.hand.still.weighing import weighted_fit
-from armimpedance.numerics.regression import solve_equations
-from armimpedance.numerics.signals import cut_windows, delayed, disturbance_times
-
-Channel = Literal["force", "position"]
-Way = Literal["late", "low-pass", "zero-phase"]
-CHANNELS: Final[tuple[Channel, ...]] = ("force", "position")
+from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 #: Orders of the Butterworth low-passes that are tried.
 ORDERS: Final = (1, 2, 4)
@@ -61,78 +51,12 @@ NEAR: Final = 1.2
 BEYOND_OTHERS: Final = 20.0
 #: Of a delay of 2 ms the trials are 1.6 times as sure as of a reflex, of a reflex .7 to 1 times.
 CLEARER: Final = 1.25
-#: A position that came through more than this cannot be helped (s, Hz): the motion is lost that
-#: would tell what it was. Measured: 15 Hz without phase is taken off, 12 Hz is not; a low-pass with
-#: phase at 50 Hz is, at 20 Hz it looks like a delay of 9 ms.
-LOST: Final = {"late": 6e-3, "low-pass": 40.0, "zero-phase": 14.0}
 #: How well the corner of a low-pass is known that is stated: a part of it.
 STATED_ERROR: Final = 0.02
 #: Conditions with most trials that are looked at, and the fewest and most trials of one.
 MOST_CONDITIONS: Final = 2
 FEWEST_TRIALS: Final = 8
 MOST_TRIALS: Final = 128
-
-
-@dataclass(frozen=True)
-class Passed:
-    """What one channel came through and the other did not.
-
-    `value`: the delay (s) of "late", else the corner (Hz). `order`: of the low-pass; 0 of a delay.
-    """
-
-    channel: Channel
-    way: Way
-    order: int
-    value: float
-
-    def of(self, signal: FloatArray, rate_hz: float) -> FloatArray:
-        """A signal (..., S, d) that begins at rest, through the same."""
-        if self.is_nothing:
-            return signal
-        if self.way == "late":
-            turned = np.moveaxis(signal, -1, -2)
-            return np.moveaxis(delayed(turned, self.value * rate_hz), -1, -2)
-        from scipy.signal import sosfilt, sosfilt_zi, sosfiltfilt
-
-        sos = _low_pass(self.order, self.value, rate_hz)
-        if self.way == "zero-phase":
-            return np.asarray(sosfiltfilt(sos, signal, axis=-2))
-        first = np.expand_dims(signal[..., 0, :], -2)
-        state = sosfilt_zi(sos).reshape(len(sos), *(1,) * (signal.ndim - 2), 2, 1) * first
-        return np.asarray(sosfilt(sos, signal, axis=-2, zi=state)[0])
-
-    def alike(self, recording: Recording) -> Recording:
-        """The recording with its other channel through the same, trial by trial."""
-        values = np.array(getattr(recording, self.other))
-        for row in range(recording.n_trials):
-            at = recording.samples_of(row)
-            values[at] = self.of(values[at], recording.sample_rate_hz)
-        changed = {self.other: values, "force_lowpass_hz": None}
-        return replace(recording, **changed)  # type: ignore[arg-type]
-
-    @property
-    def other(self) -> Channel:
-        """The channel that did not come through it."""
-        return "position" if self.channel == "force" else "force"
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether too little of the motion is left to take it off."""
-        beyond = LOST[self.way] < self.value if self.way == "late" else self.value < LOST[self.way]
-        return self.channel == "position" and beyond
-
-    @property
-    def is_nothing(self) -> bool:
-        """Whether it leaves a signal as it is."""
-        return self.way == "late" and self.value == 0
-
-    @property
-    def words(self) -> str:
-        """What it is."""
-        if self.way == "late":
-            return f"{1e3 * self.value:.3g} ms late"
-        phase = " without phase" if self.way == "zero-phase" else ""
-        return f"through a low-pass{phase} of order {self.order} at {self.value:.3g} Hz"
 
 
 #: The few filters that tell whether to look at all.
@@ -189,64 +113,6 @@ class Filter:
         return Finding(name, "warning", text)
 
 
-@dataclass(frozen=True, eq=False)
-class _Group:
-    """A condition's window, and the weight V (d n, d n) of its rows as they were measured."""
-
-    window: Window
-    kind: Kind
-    weight: FloatArray
-
-    @classmethod
-    def of(cls, window: Window, kind: Kind, passed: Passed | None) -> _Group:
-        found = weighted_fit(_through(window, passed), kind)
-        V = np.linalg.inv(found.noise.covariance(found.parameters))
-        if passed is not None and passed.other == "force":
-            # V of L y is L^-T V L^-1
-            L = _of_rows(found.equation, passed, window.sample_rate_hz)
-            V = L.T @ V @ L
-        return cls(window, kind, (V + V.T) / 2)
-
-    def left(self, passed: Passed | None) -> tuple[float, FloatArray, int]:
-        """Weighted squares that a filter leaves, M, B and K with it, and the rows' number."""
-        equation = modal_equation(_through(self.window, passed))
-        Z, V = expected_motion(equation), self.weight
-        if passed is not None and passed.other == "force":
-            # a force that is filtered here has filtered noise: V of L y is L^-T V L^-1
-            back = np.linalg.inv(_of_rows(equation, passed, self.window.sample_rate_hz))
-            V = back.T @ V @ back
-        solved = solve_equations(weighted_equations(equation, V, self.kind, instruments=Z))
-        # the motion's own noise, which a filter takes away, is no matter of the filter's
-        free = equation if Z is None else replace(equation, motion=Z.reshape(equation.motion.shape))
-        r = free.residual(solved.parameters)
-        return float(((r @ V) * r).sum()), solved.parameters, r.size
-
-
-@lru_cache(maxsize=256)
-def _low_pass(order: int, corner_hz: float, rate_hz: float) -> FloatArray:
-    """Second-order sections of a Butterworth filter."""
-    from scipy.signal import butter
-
-    return np.asarray(butter(order, corner_hz, fs=rate_hz, output="sos"))
-
-
-def _of_rows(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:
-    """What a filter does to the rows of the force, L (d n, d n)."""
-    smooth = equation.modes.smooth
-    # (n, S) times the filtered modes (S, n), for each axis
-    return np.asarray(np.kron(np.eye(equation.axes), smooth @ passed.of(smooth.T, rate_hz)))
-
-
-def _through(window: Window, passed: Passed | None) -> Window:
-    """The window with its other channel through the same."""
-    if passed is None:
-        return window
-    values = passed.of(getattr(window, passed.other), window.sample_rate_hz)
-    if passed.other == "position":
-        return replace(window, position=values)
-    return replace(window, force=values)
-
-
 @once_per_record
 def find_filter(recording: Recording) -> Filter | None:
     """What one of the two channels came through; None where nothing explains much more than none.
@@ -260,7 +126,7 @@ def find_filter(recording: Recording) -> Filter | None:
     if not groups or not _worth_looking(groups):
         return None
     rough = sorted((_searched(groups, one) for one in _families()), key=lambda one: one[0])
-    again = [_Group.of(one.window, one.kind, rough[0][1]) for one in groups]
+    again = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
     # the noise that the best of them leaves weighs the rows of all that come near it
     near = [one for left, one in rough if left < NEAR * rough[0][0]]
     tried = sorted((_searched(again, one, around=True) for one in near), key=lambda one: one[0])
@@ -268,27 +134,27 @@ def find_filter(recording: Recording) -> Filter | None:
     return found if _stands_out(recording, chosen, again, found) else None
 
 
-def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[_Group]:
+def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
     """The conditions that can be fitted."""
     timing, groups = disturbance_times(recording), []
     for rows in chosen:
         try:
             window = cut_windows(recording, rows[:MOST_TRIALS], timing)
             if window.usable.sum() >= FEWEST_TRIALS:
-                groups.append(_Group.of(window, recording.kind, None))
+                groups.append(FilteredRows.of(window, recording.kind, None))
         except ArmImpedanceError:
             continue
     return groups
 
 
-def _worth_looking(groups: Sequence[_Group]) -> bool:
+def _worth_looking(groups: Sequence[FilteredRows]) -> bool:
     """Whether one of a few filters leaves clearly less than none."""
     first = [replace(one, channel=c) for c in CHANNELS for one in FIRST_LOOK]
     least = min(_left(groups, one) for one in first)
     return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _left(groups, None)
 
 
-def _judged(groups: Sequence[_Group], tried: Sequence[tuple[float, Passed]]) -> Filter:
+def _judged(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]]) -> Filter:
     """The likeliest of the filters, what they leave before them, and those that stay possible."""
     least, likeliest = tried[0]
     each = least / _rows(groups)
@@ -312,7 +178,7 @@ def _families() -> list[Passed]:
     return [Passed(channel, way, order, np.nan) for channel in CHANNELS for way, order in ways]
 
 
-def _left(groups: Sequence[_Group], passed: Passed | None) -> float:
+def _left(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
     """Weighted squares that a filter leaves of all groups; infinite where it cannot be fitted."""
     highest = HIGHEST * min(group.window.sample_rate_hz for group in groups)
     if passed is not None and passed.way != "late" and passed.value > highest:
@@ -323,16 +189,16 @@ def _left(groups: Sequence[_Group], passed: Passed | None) -> float:
         return np.inf
 
 
-def _rows(groups: Sequence[_Group]) -> int:
+def _rows(groups: Sequence[FilteredRows]) -> int:
     """Rows of all groups beyond their parameters."""
     left = [group.left(None) for group in groups]
     return sum(rows - len(theta) for _, theta, rows in left)
 
 
 def _searched(
-    groups: Sequence[_Group], family: Passed, *, around: bool = False
+    groups: Sequence[FilteredRows], family: Passed, *, around: bool = False
 ) -> tuple[float, Passed]:
-    """The delay or corner of a family that leaves least: a grid, then golden sections.
+    """The delay or corner of a family that leaves least: a grid, then Brent's search.
 
     `around`: near the family's own value instead.
     """
@@ -352,15 +218,18 @@ def _searched(
         grid = np.log(DELAYS_S if family.way == "late" else CORNERS_HZ)
         best, step = min(map(float, grid), key=left_by), abs(float(grid[1] - grid[0]))
         low, high = max(best - step, float(grid.min())), min(best + step, float(grid.max()))
-    ratio = (np.sqrt(5) - 1) / 2
-    while high - low > SHARP:
-        a, b = high - ratio * (high - low), low + ratio * (high - low)
-        low, high = (low, b) if left_by(a) < left_by(b) else (a, high)
+        inside = best + SHARP * ((best == low) - (best == high))
+        if inside != best and left_by(best) < left_by(inside):
+            # the mildest or the strongest of all leaves least
+            return left[best], of(best)
+    # beyond what can be fitted infinitely much is left, and the next step is a golden section
+    with np.errstate(invalid="ignore"):
+        minimize_scalar(left_by, bounds=(low, high), method="bounded", options={"xatol": SHARP})
     best = min(left, key=left_by)
     return left[best], of(best)
 
 
-def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:
+def _error(groups: Sequence[FilteredRows], passed: Passed, each: float) -> float:
     """Standard error of the logarithm of its value, from the curvature of what it leaves.
 
     `each`: what is left of a row.
@@ -372,7 +241,7 @@ def _error(groups: Sequence[_Group], passed: Passed, each: float) -> float:
 
 
 def _stands_out(
-    recording: Recording, chosen: Sequence[IntArray], groups: Sequence[_Group], found: Filter
+    recording: Recording, chosen: Sequence[IntArray], groups: Sequence[FilteredRows], found: Filter
 ) -> bool:
     """Whether a filter explains more than chance and other departures do.
 
@@ -401,7 +270,7 @@ def _is_rather_a_reflex(models: Sequence[Model], delay: Departure) -> bool:
     return abs(delay.size / delay.error) < CLEARER * max(answers, default=0.0)
 
 
-def _left_by_others(groups: Sequence[_Group]) -> float:
+def _left_by_others(groups: Sequence[FilteredRows]) -> float:
     """Weighted squares that the best of the other departures leaves, by the same weights."""
     models = [Model.weighted(group.window, group.kind, group.weight) for group in groups]
     others = (column for column in models[0].columns if column != "delay")
@@ -473,7 +342,7 @@ def widened_by_filter(
 def _errors(window: Window, kind: Kind, found: Filter) -> FloatArray:
     """What is not known of the filter makes wrong, (1 + others, 3 d^2): its value, then others."""
     likeliest = found.likeliest
-    group = _Group.of(window, kind, likeliest)
+    group = FilteredRows.of(window, kind, likeliest)
     here = group.left(likeliest)[1]
     moved = group.left(replace(likeliest, value=likeliest.value * np.exp(STEP)))[1]
     errors = [(moved - here) / STEP * found.error]

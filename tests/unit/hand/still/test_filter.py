@@ -11,7 +11,8 @@ from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.hand.still import check_response
-from armimpedance.hand.still.doubts.filter import Passed, find_filter, in_step
+from armimpedance.hand.still.doubts.filter import find_filter, in_step
+from armimpedance.hand.still.doubts.passed import Passed
 from armimpedance.hand.still.show import estimate
 from armimpedance.recordings import open_recording, write_recording
 from manipulandum_sim.hand import Reflex, simulate

@@ -1,0 +1,105 @@
+"""A condition's law of motion with one channel taken through a filter: what M, B and K leave.
+
+The search for a filter asks this hundreds of times, so that only the other channel's signals are
+made anew, and trials are summed before anything is solved.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, by_axis
+from armimpedance.core.conventions import UNITS, Kind, parameter_names
+from armimpedance.core.records import Window
+from armimpedance.hand.still.doubts.passed import Passed
+from armimpedance.hand.still.modal import ModalEquation, expected_motion, modal_equation
+from armimpedance.hand.still.weighing import weighted_fit
+from armimpedance.numerics.regression import TrialEquations, solve_total
+
+
+@dataclass(frozen=True, eq=False)
+class FilteredRows:
+    """A condition's window, its rows as they were measured, and their weight.
+
+    `root` (d n, d n): R of the weight ``V = R R^T``.
+    `moved`, `pushed` (d T, S): displacement, and force less its rest, of the usable trials.
+    """
+
+    window: Window
+    kind: Kind
+    root: FloatArray
+    equation: ModalEquation
+    moved: FloatArray
+    pushed: FloatArray
+
+    @classmethod
+    def of(cls, window: Window, kind: Kind, passed: Passed | None) -> FilteredRows:
+        """Weighed by the noise that is left with a filter; None: without one."""
+        found = weighted_fit(window if passed is None else passed.through(window), kind)
+        # V = C^-1 with C = G G^T, so that R = G^-T
+        R = np.linalg.inv(np.linalg.cholesky(found.noise.covariance(found.parameters))).T
+        if passed is not None and passed.other == "force":
+            # V of L y is L^-T V L^-1
+            R = _of_modes(found.equation, passed, window.sample_rate_hz).T @ R
+        used = window.usable
+        moved = window.position[used] - window.position_at_onset[used][:, None]
+        pushed = window.force[used] - window.force_at_onset[used].mean(axis=0)
+        return cls(window, kind, R, modal_equation(window), by_axis(moved), by_axis(pushed))
+
+    @property
+    def weight(self) -> FloatArray:
+        """V (d n, d n)."""
+        return np.asarray(self.root @ self.root.T)
+
+    def left(self, passed: Passed | None) -> tuple[float, FloatArray, int]:
+        """Weighted squares that a filter leaves, M, B and K with it, and the rows' number."""
+        equation, R = self._through(passed)
+        Z = expected_motion(equation)
+        X = self._weighed(equation.regressors, R)
+        y = equation.force.reshape(equation.trials, -1) @ R
+        # the motion's own noise, which a filter takes away, is no matter of the filter's
+        free = X if Z is None else self._weighed(Z, R)
+        # (sum_t Z_t^T V W_t) (3 d^2, 3 d^2) theta = sum_t Z_t^T V y_t
+        A = np.tensordot(free, X, axes=((0, 2), (0, 2)))
+        b = np.tensordot(free, y, axes=((0, 2), (0, 1)))
+        theta = solve_total(TrialEquations(A[None], b[None], *self._names()))
+        r = y - np.tensordot(theta, free, axes=(0, 1))
+        return float((r * r).sum()), theta, r.size
+
+    def _through(self, passed: Passed | None) -> tuple[ModalEquation, FloatArray]:
+        """The equation with the other channel through a filter, and R of its rows."""
+        if passed is None:
+            return self.equation, self.root
+        rate, now = self.window.sample_rate_hz, self.equation
+        d, n = now.axes, now.modes.count
+        if passed.other == "position":
+            motion = passed.of_rows(self.moved, rate) @ now.modes.stacked.T
+            motion = motion.reshape(d, -1, now.matrices, n).transpose(1, 2, 0, 3)
+            return replace(now, motion=np.ascontiguousarray(motion)), self.root
+        force = -passed.of_rows(self.pushed, rate) @ now.modes.smooth.T
+        force = np.ascontiguousarray(force.reshape(d, -1, n).transpose(1, 0, 2))
+        # a force that is filtered here has filtered noise: R of L y is L^-T R
+        R = np.linalg.solve(_of_modes(now, passed, rate).T, self.root)
+        return replace(now, force=force), np.asarray(R)
+
+    def _weighed(self, regressors: FloatArray, R: FloatArray) -> FloatArray:
+        """``W_t^T R`` (T, 3 d^2, d n) of regressors (T, 3 d, n): row (m, i, k) is x_k^(m) R_i."""
+        T, rows, n = regressors.shape
+        d = len(R) // n
+        # (T 3 d, n) times every axis's rows of R, (d, n, d n)
+        made = regressors.reshape(T * rows, n) @ R.reshape(d, n, d * n)
+        made = made.reshape(d, T, rows // d, d, d * n).transpose(1, 2, 0, 3, 4)
+        return made.reshape(T, rows * d, d * n)
+
+    def _names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        names = parameter_names(self.equation.axes)
+        return names, tuple(UNITS[self.kind][name[0]] for name in names)
+
+
+def _of_modes(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:
+    """What a filter does to the rows of the force, L (d n, d n)."""
+    smooth = equation.modes.smooth
+    # (n, S) times the filtered modes (S, n), for each axis
+    return np.asarray(np.kron(np.eye(equation.axes), smooth @ passed.of_rows(smooth, rate_hz).T))
