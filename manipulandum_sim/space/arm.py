@@ -39,6 +39,9 @@ FOREARM_GYRATION: Final = 0.303
 AXIAL: Final = 2
 #: Joints of an arm whose wrist is locked.
 FOUR: Final = 4
+#: The axes that follow x, y, z, and those after them.
+_NEXT: Final = [1, 2, 0]
+_AFTER: Final = [2, 0, 1]
 #: The rod that each joint turns first.
 _TURNS: Final = (0, 0, 0, 1, 1, 2, 2)
 
@@ -145,30 +148,30 @@ class SpaceArm:
     def dynamics(self, q: FloatArray, qd: FloatArray, gravity: FloatArray = GRAVITY) -> Dynamics:
         """Everything that the equations of motion need, at angles and rates (N, n)."""
         A, long = _axes(q)
-        rods, n = len(long), self.joints
-        spins = _spins(A, long, qd.T)
-        # how points at unit way along the rods move with the joints, (3, n, N) each
-        moved = [sum(turn <= i for turn in _TURNS[:n]) for i in range(rods)]
-        turned = np.zeros((rods, *A.shape))
-        for i, up in enumerate(long):
-            turned[i, :, : moved[i]] = _cross(A[:, : moved[i]], up[:, None])
+        rods, n = np.stack(long, axis=1), self.joints
+        spins = _spins(A, rods, qd.T)
+        # how points at unit way along the rods move with the joints, (3, rods, n, N)
+        turned = _cross(A[:, None], rods[:, :, None])
+        moved = [sum(turn <= i for turn in _TURNS[:n]) for i in range(len(long))]
         M, h = np.zeros((n, *A.shape[1:])), np.zeros(A.shape[1:])
         reached, carried = np.zeros(A.shape), np.zeros(long[0].shape)
         for i, up in enumerate(long):
-            Jv = reached - self.centres[i] * turned[i]
-            push = self.masses[i] * (carried - self.centres[i] * spins[i].way - gravity[:, None])
+            turned[:, i, moved[i] :] = 0.0
+            way, alpha = spins.way[:, i], spins.turning[:, i]
+            Jv = reached - self.centres[i] * turned[:, i]
+            push = self.masses[i] * (carried - self.centres[i] * way - gravity[:, None])
             Jw = np.zeros(A.shape)
             Jw[:, : moved[i]] = A[:, : moved[i]]
             rest = self.along[i] - self.across[i]
             about = (Jw * up[:, None]).sum(axis=0)
             M = M + self.masses[i] * _pairs(Jv, Jv) + self.across[i] * _pairs(Jw, Jw)
             M = M + rest * about[:, None] * about
-            w, alpha = spins[i].rate, spins[i].turning
-            gyro = up * (up * alpha).sum(axis=0) + (up * w).sum(axis=0) * _cross(w, up)
+            gyro = up * (up * alpha).sum(axis=0)
+            gyro = gyro + (up * spins.rate[:, i]).sum(axis=0) * spins.swing[:, i]
             twist = self.across[i] * alpha + rest * gyro
             h = h + (Jv * push[:, None]).sum(axis=0) + (Jw * twist[:, None]).sum(axis=0)
-            reached = reached - self.lengths[i] * turned[i]
-            carried = carried - self.lengths[i] * spins[i].way
+            reached = reached - self.lengths[i] * turned[:, i]
+            carried = carried - self.lengths[i] * way
         J = np.ascontiguousarray(np.moveaxis(reached, 2, 0))
         return Dynamics(
             np.ascontiguousarray(np.moveaxis(M, 2, 0)),
@@ -180,12 +183,13 @@ class SpaceArm:
         )
 
 
-class _Spin(NamedTuple):
-    """Of a rod whose joints do not accelerate (3, N): its rate of turning, how that changes, and
-    the acceleration of a point at unit way along it."""
+class _Spins(NamedTuple):
+    """Of rods whose joints do not accelerate, (3, rods, N) each: their rates of turning, how those
+    change, and velocity and acceleration of a point at unit way along them."""
 
     rate: FloatArray
     turning: FloatArray
+    swing: FloatArray
     way: FloatArray
 
 
@@ -211,28 +215,25 @@ def _axes(q: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
     return A, (u, v, c7 * up + s7 * side)
 
 
-def _spins(A: FloatArray, long: tuple[FloatArray, ...], qd: FloatArray) -> list[_Spin]:
-    """Each rod's `_Spin`, from the joints' rates (n, N)."""
-    w, alpha = np.zeros((2, *long[0].shape))
-    found: list[_Spin] = []
-    for j, rate in enumerate(qd):
-        if j and _TURNS[j] > _TURNS[j - 1]:
-            found.append(_spin(w, alpha, long[len(found)]))
-        # a joint's axis is carried along by the joints before it
-        alpha = alpha + rate * _cross(w, A[:, j])
-        w = w + rate * A[:, j]
-    return [*found, _spin(w, alpha, long[len(found)])]
-
-
-def _spin(w: FloatArray, alpha: FloatArray, up: FloatArray) -> _Spin:
-    return _Spin(w, alpha, _cross(alpha, up) + _cross(w, _cross(w, up)))
+def _spins(A: FloatArray, rods: FloatArray, qd: FloatArray) -> _Spins:
+    """How rods (3, rods, N) turn with the joints' rates (n, N)."""
+    turns = qd * A
+    w = np.cumsum(turns, axis=1)
+    before = np.zeros_like(w)
+    before[:, 1:] = w[:, :-1]
+    # a joint's axis is carried along by the joints before it
+    alpha = np.cumsum(qd * _cross(before, A), axis=1)
+    # the last joint of each rod
+    each = _TURNS[: A.shape[1]]
+    last = [max(j for j, turn in enumerate(each) if turn == i) for i in range(rods.shape[1])]
+    w, alpha = w[:, last], alpha[:, last]
+    swing = _cross(w, rods)
+    return _Spins(w, alpha, swing, _cross(alpha, rods) + _cross(w, swing))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Cross products along the first axis."""
-    x, y, z = a
-    X, Y, Z = b
-    return np.stack([y * Z - z * Y, z * X - x * Z, x * Y - y * X])
+    return a[_NEXT] * b[_AFTER] - a[_AFTER] * b[_NEXT]
 
 
 def _pairs(a: FloatArray, b: FloatArray) -> FloatArray:
