@@ -132,3 +132,14 @@ def check_header(file: Path, names: Sequence[str], layout: Delimited = CSV) -> N
     others = ";\t" if layout.delimiter == "," else ""
     if len(names) == 1 and any(mark in names[0] for mark in others):
         raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")
+
+
+def number_of(cell: str) -> float | None:
+    """The number that a cell holds, NaN and infinity too; None where it holds none.
+
+    An underscore between digits is Python's way to write numbers and no table's.
+    """
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None

@@ -53,6 +53,7 @@ def _parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text())
 
 
+@cache
 def _imports(path: Path) -> list[tuple[str, bool]]:
     """Imported module names of a file, and whether at module level (outside TYPE_CHECKING)."""
     tree = _parsed(path)

@@ -13,7 +13,7 @@ import numpy as np
 from armimpedance.app.study.gathering import KEYS
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.conventions import UNITS
-from armimpedance.core.delimited import read_text_table, text_header
+from armimpedance.core.delimited import number_of, read_text_table, text_header
 
 #: Half a 95 % interval in standard errors, where a table holds the interval alone.
 _NORMAL: Final = 1.959964
@@ -176,10 +176,8 @@ def _long(at: Mapping[str, int], own: Sequence[str], name: str, limits: tuple[st
 
 
 def _number(row: Sequence[str], place: int | None) -> float:
-    try:
-        return math.nan if place is None else float(row[place])
-    except ValueError:
-        return math.nan
+    value = None if place is None else number_of(row[place])
+    return math.nan if value is None else value
 
 
 def _conditions(own: Sequence[str]) -> Sequence[str]:

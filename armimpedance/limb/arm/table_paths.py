@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 from scipy.sparse.linalg import lsqr
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen_array
-from armimpedance.core.delimited import Delimited, numbered_rows, opened_text
+from armimpedance.core.delimited import Delimited, number_of, numbered_rows, opened_text
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.inputs import unchanged
 from armimpedance.limb.arm.polynomial_paths import (
@@ -325,12 +325,10 @@ def _number(file: Path, line: int, column: str, text: str, limit: float) -> floa
         expected = "a positive number"
     else:
         expected = f"a number in {unit} of at most {limit:.3g}"
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    positive = column not in (TENSION, PER_TENSION) or value > 0
-    if not (math.isfinite(value) and abs(value) <= limit and positive and "_" not in text):
+    value = number_of(text)
+    signed = column not in (TENSION, PER_TENSION)
+    finite = value is not None and math.isfinite(value)
+    if value is None or not (finite and abs(value) <= limit and (signed or value > 0)):
         problem = repr(text[:40]) if text else "empty cell"
         raise InputError(problem, file=file, row=line, column=column, expected=expected)
     return value

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
+from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import read_json
 from armimpedance.recordings.bids.tsv import BidsName, headed_rows, is_missing, parsed
@@ -176,11 +178,8 @@ def small_json(file: Path) -> dict[str, Any]:
 
 def number_or_text(cell: str) -> float | str:
     """A number where the text is a finite one."""
-    try:
-        value = float(cell)
-    except ValueError:
-        return cell
-    return value if abs(value) < float("inf") and "_" not in cell else cell
+    value = number_of(cell)
+    return cell if value is None or not math.isfinite(value) else value
 
 
 def _listed(folder: Path) -> list[Path]:

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.delimited import TSV, read_text_table
+from armimpedance.core.delimited import TSV, number_of, read_text_table
 from armimpedance.core.errors import InputError
 
 #: Tables that describe (channels, participants, events) are small.
@@ -127,10 +127,8 @@ def _bad_cell(
 
 
 def _is_number(cell: str) -> bool:
-    try:
-        return bool(np.isfinite(float(cell))) and "_" not in cell
-    except ValueError:
-        return False
+    value = number_of(cell)
+    return value is not None and bool(np.isfinite(value))
 
 
 def _unpacked(file: Path) -> bytes:

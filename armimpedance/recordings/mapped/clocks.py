@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import ColumnMapping, ColumnQuantity
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
@@ -66,10 +67,13 @@ class OneClock:
         values = self.columns[column]
         if values.dtype.kind != "U":
             return np.asarray(values, dtype=np.float64)
+        read = np.full(len(values), np.nan)
         for row, text in enumerate(values.tolist()):
-            if not _is_number(text):
+            value = number_of(text) if text.strip() else np.nan
+            if value is None:
                 raise self.error(f"not a number: {text[:40]!r}", "a number", column, row)
-        return np.array([float(text) if text.strip() else np.nan for text in values.tolist()])
+            read[row] = value
+        return read
 
 
 def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
@@ -224,14 +228,6 @@ def _told(kind: str, own: FloatArray, time: FloatArray) -> str:
     return (
         f"{name}: {how} from a clock of {rates[0]:.6g} Hz to the position's of {rates[1]:.6g} Hz."
     )
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text or "nan")
-    except ValueError:
-        return not text.strip()
-    return "_" not in text
 
 
 def _some(names: Mapping[str, object]) -> str:

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_regular
 
@@ -198,11 +199,8 @@ def _extend(
 def _number(cell: str, file: Path, row: int, gaps: bool) -> float:
     if cell.lower() in _NONE and (cell or gaps):
         return math.nan
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or "_" in cell:
+    value = number_of(cell)
+    if value is None or not math.isfinite(value):
         problem = f"not a finite number: {cell[:40]!r}"
         raise InputError(problem, file=file, row=row, expected="a number, with a decimal point")
     return value

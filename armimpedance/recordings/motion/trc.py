@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import not_taken
 from armimpedance.core.motion import MarkerRecording
@@ -105,11 +106,10 @@ def _header(text: TextFile) -> dict[str, str]:
 
 def _rate(header: dict[str, str], file: Path) -> float | None:
     text = header.get("datarate")
-    try:
-        rate = None if text is None else float(text)
-    except ValueError:
-        rate = -1.0
-    if rate is not None and not 0 < rate < 1e6:
+    if text is None:
+        return None
+    rate = number_of(text)
+    if rate is None or not 0 < rate < 1e6:
         raise InputError(f"DataRate {text}", file=file, row=3, expected="a positive number")
     return rate
 

@@ -15,7 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from armimpedance.core.arrays import FloatArray, frozen
-from armimpedance.core.delimited import check_header, numbered_rows, opened_text
+from armimpedance.core.delimited import check_header, number_of, numbered_rows, opened_text
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_claim
 
@@ -234,11 +234,8 @@ def _cell_problem(cell: str, may_be_lost: bool) -> str:
         return ""
     if not text:
         return "empty cell"
-    try:
-        value = float(text)
-    except ValueError:
-        value = None
-    if value is None or "_" in text:
+    value = number_of(text)
+    if value is None:
         return f"not a number: {text[:40]!r}"
     return "" if math.isfinite(value) else f"not finite: {text}"
 

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.core.conventions import LARGEST_ANGLE_RAD
-from armimpedance.core.delimited import read_text_table
+from armimpedance.core.delimited import number_of, read_text_table
 from armimpedance.core.errors import InputError
 
 #: Columns that hold a number in every row, where they are there at all.
@@ -131,7 +131,7 @@ def check_onsets(table: TrialTable, first_s: np.ndarray, last_s: np.ndarray, dt:
 def _check_numbers(table: TrialTable, columns: dict[str, list[str]]) -> None:
     for name in (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS):
         for row, cell in enumerate(columns.get(name, ())):
-            value = _number(cell)
+            value = number_of(cell)
             if value is not None and math.isfinite(value):
                 continue
             missing = not cell.strip() or (value is not None and math.isnan(value))
@@ -164,19 +164,10 @@ def _typed(cells: list[str]) -> pd.Series:
         return pd.Series([int(cell) for cell in cells], dtype=np.int64)
     if set(cells) <= {"True", "False"}:
         return pd.Series([cell == "True" for cell in cells], dtype=bool)
-    numbers = [_number(cell) if cell.strip() else math.nan for cell in cells]
+    numbers = [number_of(cell) if cell.strip() else math.nan for cell in cells]
     if any(cell.strip() for cell in cells) and None not in numbers:
         return pd.Series(numbers, dtype=np.float64)
     return pd.Series(cells, dtype="str")
-
-
-def _number(cell: str) -> float | None:
-    if "_" in cell:
-        return None
-    try:
-        return float(cell)
-    except ValueError:
-        return None
 
 
 def _read_cells(file: Path) -> tuple[list[str], tuple[int, ...], list[list[str]]]:

@@ -12,6 +12,7 @@ from armimpedance.app.cli.main import COMMANDS, make_parser
 from armimpedance.core.errors import InputError
 from armimpedance.show.verbs.chosen import ChosenPath
 from manipulandum_sim.hand import simulate
+from manipulandum_sim.passive import simulate_passive
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +84,7 @@ def test_a_path_with_a_choice_is_a_path(session):
 @pytest.fixture(scope="module")
 def swing(tmp_path_factory):
     folder = tmp_path_factory.mktemp("swing") / "p5"
-    assert main(["simulate", "p5", "--out", str(folder)]) == 0
+    ai.write_recording(simulate_passive("p5", duration_s=1.0)[0], folder)
     return folder
 
 

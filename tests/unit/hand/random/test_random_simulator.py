@@ -59,7 +59,7 @@ def test_a_rig_that_cannot_be_is_refused(wrong):
 
 
 def test_a_free_wrist_is_refused_by_name():
-    recording, _ = simulate_random(seed=4, axes=3, wrist="free", trials=1, duration_s=10.0)
+    recording, _ = simulate_random(seed=4, axes=3, wrist="free", trials=1, duration_s=8.0)
     with pytest.raises(InputError, match="wrist"):
         random(recording)
     assert random(recording, despite="wrist")[0].warnings[0].startswith("despite wrist")

@@ -82,7 +82,14 @@ def test_a_departure_that_is_not_likely_is_not_expected_of_more_trials():
     assert np.count_nonzero(found) == 1
 
 
-@pytest.mark.parametrize(("shape", "sets"), [("minimum_jerk", 6), ("biphasic", 4), ("designed", 4)])
+@pytest.mark.parametrize(
+    ("shape", "sets"),
+    [
+        ("designed", 4),
+        pytest.param("minimum_jerk", 6, marks=pytest.mark.study),
+        pytest.param("biphasic", 4, marks=pytest.mark.study),
+    ],
+)
 def test_a_plan_foretells_the_intervals_that_estimate_prints(shape, sets):
     """Median ratio over 24 sessions: .05, and three standard errors of it."""
     rig = {"disturbance": shape, "servo": SimulatedServo(20_000.0), "emg": False}

@@ -217,7 +217,14 @@ def test_the_course_is_drawn_where_it_is_asked_for():
         plot_session(few)
 
 
-@pytest.mark.parametrize("gain", [0.0, 0.5, 1.5, -1.0, np.array([1.0, -1.0])])
+@pytest.mark.parametrize(
+    "gain",
+    [
+        0.5,
+        np.array([1.0, -1.0]),
+        *(pytest.param(gain, marks=pytest.mark.study) for gain in (0.0, 1.5, -1.0)),
+    ],
+)
 def test_a_single_trial_that_answers_otherwise_is_named_by_its_number(gain):
     off = scaled(session(), gain, [20])
     said = found(off, "single trials")

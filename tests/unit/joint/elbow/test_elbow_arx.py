@@ -101,9 +101,9 @@ def test_filtered_arx_within_ten_percent_at_15_db(truths):
     joint, torque, angle = truths
     rng = np.random.default_rng(10)
     errors = [
-        identify_elbow(
-            samples_of(noisy(u[None], 15.0, rng), noisy(y[None], 15.0, rng)), method="arx"
-        ).parameters.values
+        estimate_joint(
+            samples_of(noisy(u[None], 15.0, rng), noisy(y[None], 15.0, rng)), "arx"
+        ).values
         / joint
         - 1
         for u, y in zip(torque[:20], angle[:20], strict=True)
@@ -167,9 +167,9 @@ def test_units_of_torque_and_angle_scale_through(truths):
     rng = np.random.default_rng(14)
     u, y = noisy(torque[:1], 20.0, rng), noisy(angle[:1], 20.0, rng)
     for method in METHODS:
-        plain = identify_elbow(samples_of(u, y), method=method).parameters.values
-        twice = identify_elbow(samples_of(2 * u, y), method=method).parameters.values
-        mirrored = identify_elbow(samples_of(-u, -y), method=method).parameters.values
+        plain = estimate_joint(samples_of(u, y), method).values
+        twice = estimate_joint(samples_of(2 * u, y), method).values
+        mirrored = estimate_joint(samples_of(-u, -y), method).values
         np.testing.assert_allclose(twice, 2 * plain, rtol=1e-5)
         np.testing.assert_allclose(mirrored, plain, rtol=1e-5)
 
@@ -221,14 +221,14 @@ def test_instruments_from_the_perturbation_stand_the_subjects_own_torque():
     for seed in range(12):
         torque, angle, command = loop(seed, voluntary=0.3)
         torque, angle = noisy(torque, 30.0, rng), noisy(angle, 30.0, rng)
-        free.append(identify_elbow(samples_of(torque, angle, command), method="iv"))
+        free.append(estimate_joint(samples_of(torque, angle, command), "iv"))
         wrongly_told = replace(samples_of(torque, angle), imposed="torque")
-        bound.append(identify_elbow(wrongly_told, method="iv"))
-    z = [(f.parameters.values - joint) / np.sqrt(np.diag(f.parameters.covariance)) for f in free]
+        bound.append(estimate_joint(wrongly_told, "iv"))
+    z = [(f.values - joint) / f.sd for f in free]
     # Mean of 12 standardised errors, t with 19 degrees each: 4 standard errors.
     assert (np.abs(np.mean(z, axis=0)) < 4 * 1.06 / np.sqrt(12)).all()
-    off = np.mean([f.parameters.values / joint - 1 for f in bound], axis=0)
-    spread = np.std([f.parameters.values / joint - 1 for f in bound], axis=0, ddof=1) / np.sqrt(12)
+    off = np.mean([f.values / joint - 1 for f in bound], axis=0)
+    spread = np.std([f.values / joint - 1 for f in bound], axis=0, ddof=1) / np.sqrt(12)
     assert (np.abs(off) > 4 * spread).any()
 
 

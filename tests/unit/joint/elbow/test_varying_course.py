@@ -39,6 +39,14 @@ def _bench(frequency_hz=0.7, snr_db=40.0, seed=0, lag_s=0.0, trials=1):
     return from_recording(recording), truth
 
 
+def _with_studies(*usual):
+    """All methods; those beside the usual ones are run as studies."""
+    return [
+        name if name in usual else pytest.param(name, marks=pytest.mark.study)
+        for name in VARYING_METHODS
+    ]
+
+
 def _beginning(samples, count):
     """The first samples of a single trial."""
     return JointSamples(
@@ -161,16 +169,17 @@ def test_a_constant_joint_is_found_constant():
     assert not _found("windows", samples).warnings
 
 
-def test_trials_are_kept_apart():
+# each method of another kind of course; the others are studies
+@pytest.mark.parametrize("method", _with_studies("smoother", "windows"))
+def test_trials_are_kept_apart(method):
     samples, truth = _bench(0.7, 40.0, 3, 0.0, 2)
-    for method in VARYING_METHODS:
-        found = _found(method, samples)
-        assert found.trials == samples.trials
-        for row in range(2):
-            here = found.points_of(row)
-            assert found.time_s[here][0] < 0.6
-            at = np.round(found.time_s[here] * 1000).astype(int)
-            assert np.sqrt(np.mean((found.K[here] / truth.K[at] - 1) ** 2)) < 0.12
+    found = _found(method, samples)
+    assert found.trials == samples.trials
+    for row in range(2):
+        here = found.points_of(row)
+        assert found.time_s[here][0] < 0.6
+        at = np.round(found.time_s[here] * 1000).astype(int)
+        assert np.sqrt(np.mean((found.K[here] / truth.K[at] - 1) ** 2)) < 0.12
 
 
 def test_the_same_samples_give_the_same_bits():
