@@ -139,15 +139,12 @@ class Course:
 
     def commands(self, step: int) -> tuple[Command, Command, Command]:
         """The command at the start, the middle and the end of a substep."""
-        column = np.clip(step - self.onset + 1, 0, self.table.shape[1] - 1)
-        p = np.take(self.table, column, axis=1)
+        # before the first column there is the first, after the last the last
+        p = np.take(self.table, step - self.onset + 1, axis=1, mode="clip")
+        # (9, 2, T): start, middle, end of displacement, velocity, acceleration
+        moved = self.direction * p[:, None]
         start, middle, end = (
-            Command(
-                self.place + self.direction * p[i],
-                self.direction * p[i + 1],
-                self.direction * p[i + 2],
-            )
-            for i in (0, 3, 6)
+            Command(self.place + moved[i], moved[i + 1], moved[i + 2]) for i in (0, 3, 6)
         )
         return start, middle, end
 

@@ -151,7 +151,7 @@ def _fitted(order: int, residual: Residual, near: Autoregression | None = None) 
         """Minus the log likelihood but for a constant, and its gradient (p + 1,)."""
         process = _process(x)
         # expected = floor + sd^2 / |1 - phase a|^2
-        own, slope = process.spectrum_at(phase), process.slope_at(phase)
+        own, slope = process.with_slope_at(phase)
         expected = residual.floor + own
         value = residual.count @ (np.log(expected) + residual.power / expected)
         by_expected = residual.count * (1 - residual.power / expected) / expected

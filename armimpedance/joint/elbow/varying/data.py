@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Annotated, Final
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
@@ -81,17 +80,18 @@ class Autoregression:
         """Power per sample at frequencies (f,) in cycles per sample; its mean is the variance."""
         return self.spectrum_at(phases(frequency, self.order))
 
-    def spectrum_at(self, phase: NDArray[np.complex128]) -> FloatArray:
-        """The same at `phases` (f, p)."""
-        return np.asarray(self.sd**2 / np.abs(1 - phase @ self.coefficients) ** 2)
+    def spectrum_at(self, phase: Phases) -> FloatArray:
+        """The same at `phases` of p lags."""
+        return self.with_slope_at(phase)[0]
 
-    def slope_at(self, phase: NDArray[np.complex128]) -> FloatArray:
-        """Derivative of the power at `phases` (f, p) by the coefficients, (f, p)."""
-        error = 1 - phase @ self.coefficients
-        square = np.abs(error) ** 2
+    def with_slope_at(self, phase: Phases) -> tuple[FloatArray, FloatArray]:
+        """The power at `phases` (f,), and its derivative by the coefficients (f, p)."""
         # S = sd^2 / |e|^2 with e = 1 - phase a (f,):  dS/da_k = 2 S Re(e* phase_k) / |e|^2
-        turned = (error.conj()[:, None] * phase).real
-        return np.asarray(2 * (self.sd**2 / square**2)[:, None] * turned)
+        real, imaginary = 1 - phase.cosine @ self.coefficients, phase.sine @ self.coefficients
+        square = real**2 + imaginary**2
+        power = self.sd**2 / square
+        turned = real[:, None] * phase.cosine - imaginary[:, None] * phase.sine
+        return power, 2 * (power / square)[:, None] * turned
 
     def operator(self, lengths: IntArray) -> FloatArray:
         """A of trials of so many rows, lower banded: ``A[i, i - k]`` at [k, i], (p + 1, R)."""
@@ -116,9 +116,17 @@ class Autoregression:
         return np.asarray(self.sd * np.linalg.inv(lower))
 
 
-def phases(frequency: FloatArray, order: int) -> NDArray[np.complex128]:
-    """``exp(-2 pi i f k)`` of lags k = 1 to p, (f, p)."""
-    return np.asarray(np.exp(-2j * np.pi * frequency[:, None] * np.arange(1, order + 1)))
+class Phases(NamedTuple):
+    """``exp(-2 pi i f k)`` of lags k = 1 to p: real part, and minus the imaginary one, (f, p)."""
+
+    cosine: FloatArray
+    sine: FloatArray
+
+
+def phases(frequency: FloatArray, order: int) -> Phases:
+    """Those of frequencies (f,) in cycles per sample."""
+    angle = 2 * np.pi * frequency[:, None] * np.arange(1, order + 1)
+    return Phases(np.cos(angle), np.sin(angle))
 
 
 def applied(operator: FloatArray, columns: FloatArray) -> FloatArray:
