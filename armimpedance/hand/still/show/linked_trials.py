@@ -12,6 +12,7 @@ import pandas as pd
 from armimpedance.core.conventions import AXES
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.show.aligned_trials import aligned_group, outlying_trials
+from armimpedance.hand.still.show.linked import built_unchecked
 from armimpedance.show.pages import Linked, write_html
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ def panels(recording: Recording) -> list[tuple[str, str]]:
     ]
 
 
+@built_unchecked
 def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses: str) -> Linked:
     """Displacement and force of every trial of the chosen group.
 
@@ -113,7 +115,7 @@ def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses
     picture = alt.concat(*drawn, columns=2).add_params(chosen, trial)
     return Linked(
         name="trials",
-        spec=picture.to_dict(),
+        spec=picture.to_dict(validate=False),
         description=f"Displacement and force of every trial of one group, {first} unless another "
         "is chosen, around the onset.",
         caption="Every trial of the chosen group, less its mean before the onset; force of the "

@@ -202,3 +202,17 @@ def test_checks_stand_in_the_order_of_their_weight(session):
     ranks = [order.index(finding.verdict) for finding in checks.findings]
     assert ranks == sorted(ranks)
     assert len(set(ranks)) > 1
+
+
+def test_linked_pictures_are_vega_lite(page):
+    """They are built without a check of their parts; the schema of the whole says as much."""
+    import altair as alt
+    from jsonschema import ValidationError
+
+    sections = (*page.reader, *page.reviewer)
+    linked = [block for one in sections for block in one.blocks if hasattr(block, "spec")]
+    assert {one.name for one in linked} == {"ellipses_and_numbers", "trials"}
+    for one in linked:
+        alt.Chart.from_dict(dict(one.spec))
+        with pytest.raises(ValidationError):
+            alt.Chart.from_dict({**one.spec, "config": 42})
