@@ -1,5 +1,7 @@
 """The next pushes of a recording: what is said first, when it is enough, what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -102,9 +104,6 @@ def test_a_wrong_wish_is_refused(session, wrong):
         ai.next_trials(session, **wrong)
 
 
-def test_other_recordings_are_refused():
-    from manipulandum_sim.random_hand import simulate_random
-
-    recording, _ = simulate_random(seed=1, trials=1)
+def test_other_recordings_are_refused(session):
     with pytest.raises(InputError):
-        ai.next_trials(recording, k_percent=5)
+        ai.next_trials(replace(session, perturbation="stochastic"), k_percent=5)

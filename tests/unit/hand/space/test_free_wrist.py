@@ -181,6 +181,7 @@ def test_seven_joints_do_not_follow_from_three_axes():
             ai.to_joint(hand, recording=recording, elbow=elbow)
 
 
+@pytest.mark.study
 def test_a_locked_wrist_whose_angles_are_known_leaves_the_joints_of_a_held_elbow():
     bent = (-0.9, 0.9, 1.0, 1.5, 0.4, -0.1, -0.3)
     recording, truth = simulate_space([SpaceCondition(bent)], seed=73, sets=2)
@@ -199,6 +200,7 @@ def test_a_locked_wrist_whose_angles_are_known_leaves_the_joints_of_a_held_elbow
         free_hand_rows(hand, replace(recording, trials=recording.trials.assign(elbow="free")))
 
 
+@pytest.mark.study
 def test_muscles_fitted_to_hands_tell_other_hands():
     recording, truth = session()
     rows = free_hand_rows(ai.estimate(recording), recording)

@@ -148,6 +148,7 @@ def test_a_fast_slope_is_not_made_a_jump():
     assert np.abs(found.K - truth.K[at]).max() < 20
 
 
+@pytest.mark.study
 def test_bands_hold_beside_the_subjects_own_torque():
     one = Reflex(_swing(3.0, 0.06), delay_s=0.045)
     recording, truth = simulate_cascade(

@@ -182,6 +182,7 @@ def test_a_bend_that_few_points_cannot_show_is_held_by_the_interval():
     assert np.mean(off) < 0.2
 
 
+@pytest.mark.study
 def test_a_session_with_crosstalk_gives_the_law_without():
     sessions = [
         simulate_elbow("cocontraction", seed=4, repetitions=1, duration_s=5.0, crosstalk=part)[0]

@@ -97,7 +97,7 @@ def test_a_slow_course_comes_back(method):
     assert found.method == method
 
 
-@pytest.mark.parametrize("method", ["smoother", "spline"])
+@pytest.mark.parametrize("method", ["smoother", pytest.param("spline", marks=pytest.mark.study)])
 def test_a_fast_course_comes_back_where_windows_cannot(method):
     samples, truth = _bench(1.5)
     assert max(_percent(_found(method, samples), truth)) < 10
@@ -232,6 +232,7 @@ def test_a_saturating_law_is_told():
     assert any("linear law does not hold" in w for w in _found("emg", samples).warnings)
 
 
+@pytest.mark.study
 def test_errors_of_the_amplitudes_are_accounted_for():
     from armimpedance.numerics.signals.filters import lowpass
 
