@@ -349,8 +349,11 @@ def _warnings(x: FloatArray, y: FloatArray, share: float | None) -> tuple[str, .
             "and the difference take the values as normally distributed"
         )
     if share is not None and share > 0.5:
+        # a part of the variance beyond all of it: the stated errors are larger than the spread
+        part = "all" if share > 1 else f"{100 * share:.0f} %"
+        larger = f" (the stated errors are {sqrt(share):.2g} times as large)" if share > 1 else ""
         told.append(
-            f"{100 * share:.0f} % of the spread within the groups is the measurement's own error: "
-            "more or longer recordings would part the groups better"
+            f"{part} of the spread within the groups is the measurement's own error{larger}: more "
+            "or longer recordings would part the groups better"
         )
     return tuple(told)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -110,6 +111,13 @@ def test_the_share_of_measurement_error_is_named():
     # variance 4 of 5; the sample variance of 400 has a standard error of 7 %
     assert result.measurement_share == pytest.approx(0.8, abs=4 * 0.07 * 0.8)
     assert any("measurement's own error" in w for w in result.warnings)
+    # errors that are stated far too large are no share of more than everything
+    stated = [
+        group(n, part, 100 * sd[:200]) for n, part in (("a", noisy[:200]), ("b", noisy[200:]))
+    ]
+    (said,) = (w for w in discriminate_groups(*stated).warnings if "own error" in w)
+    assert all(int(part) <= 100 for part in re.findall(r"(\d+) %", said))
+    assert "times as large" in said
 
 
 def test_too_few_people_and_no_spread_are_refused():
