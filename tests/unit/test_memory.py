@@ -111,8 +111,10 @@ def test_reading_takes_two_and_a_half_times_the_recordings_own_arrays(channels, 
         recording = replace(recording, emg=emg, muscles=muscles)
     write_recording(recording, tmp_path / "session")
     own = (OWN + 8 * channels) * len(recording.time_s)
+    # what earlier tests of this process still hold is not what reading leaves
+    held = pa.total_allocated_bytes()
     assert _peak(lambda: read(tmp_path / "session")) < 2.5 * own
-    assert pa.total_allocated_bytes() < 0.1 * own
+    assert pa.total_allocated_bytes() - held < 0.1 * own
 
 
 def test_a_recording_that_was_read_holds_its_arrays_once(tmp_path):
