@@ -21,7 +21,7 @@ from armimpedance.joint.elbow.doubts.pathway import (
     response,
 )
 from armimpedance.joint.elbow.doubts.record import Posed, fit_models
-from armimpedance.joint.elbow.stationary.band import Complex
+from armimpedance.joint.elbow.stationary.band import Complex, real_rows
 
 #: Bounds so wide that they matter only where the record tells nothing: s, and parts of K.
 _ANY_LATENESS_S: Final = 20e-3
@@ -210,11 +210,6 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     return _Over(values[:, :p], information, squares, *pathways, squares + occam)
 
 
-def _real(x: Complex) -> FloatArray:
-    """Real and imaginary parts of (b, ...) below each other, (2 b, ...)."""
-    return np.concatenate([x.real, x.imag])
-
-
 def _shapes(s: Complex, cells: PathwayCells) -> Complex:
     """``h, s h, s^2 h, s h / (1 + m s), s^2 h / (1 + m s)`` of D pathways at s (b,), (b, D, 5)."""
     h, s = response(s, cells.delay_s, cells.muscle_s), s[:, None]
@@ -243,10 +238,10 @@ class Products:
         # L (n, D k) = c g: the motion c of each line, and what pathways make of it, g at (b, D k)
         D = len(cells)
         # Re g^H x is the product of real and imaginary parts below each other
-        g = _real(_shapes(knots.s, cells)).reshape(-1, D * _SHAPES)
+        g = real_rows(_shapes(knots.s, cells)).reshape(-1, D * _SHAPES)
         # Re L^H W B, with L^H = g^H c^H
         sums = knots.summed((w * np.conj(moved))[:, None] * B)
-        across = (g.T @ _real(sums)).reshape(D, _SHAPES, -1)
+        across = (g.T @ real_rows(sums)).reshape(D, _SHAPES, -1)
         power = knots.summed((w * np.abs(moved) ** 2)[:, None])[:, 0]
         each = np.ascontiguousarray(g.T).reshape(D, _SHAPES, -1)
         own = each * np.tile(power, 2) @ each.transpose(0, 2, 1)
@@ -257,7 +252,7 @@ class Products:
             Q = trial.Q[: len(trial.s)] + 1j * trial.Q[len(trial.s) :]
             wQ, spread = w[lines, None] * Q, np.zeros((len(w), 2 * Q.shape[1]), dtype=complex)
             spread[lines] = np.conj(trial.weighed)[:, None] * np.concatenate([Q, wQ], axis=1)
-            both = (g.T @ _real(knots.summed(spread))).reshape(D, _SHAPES, -1)
+            both = (g.T @ real_rows(knots.summed(spread))).reshape(D, _SHAPES, -1)
             U, V = both[..., : Q.shape[1]], both[..., Q.shape[1] :]
             # The ends are taken off L as they are off B: L - Q Q^T L
             across -= U @ (np.conj(wQ).T @ B[lines]).real

@@ -172,6 +172,9 @@ def test_units_of_torque_and_angle_scale_through(truths):
         mirrored = estimate_joint(samples_of(-u, -y), method).values
         np.testing.assert_allclose(twice, 2 * plain, rtol=1e-5)
         np.testing.assert_allclose(mirrored, plain, rtol=1e-5)
+    # and with all that is doubted
+    whole, twice = (identify_elbow(samples_of(gain * u, y)).parameters for gain in (1, 2))
+    np.testing.assert_allclose(twice.interval(), 2 * whole.interval(), rtol=1e-5)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -241,6 +241,24 @@ def test_a_mixture_of_one_has_the_normal_interval():
     assert half[0] == pytest.approx(1.959964 * 2, rel=1e-6)
 
 
+def test_the_ends_of_a_mixture_are_those_of_halving():
+    """Wide parts, all but points, and parts that weigh next to nothing."""
+    from scipy.special import ndtr
+
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        weight = rng.dirichlet(np.full(30, 0.2))
+        mean, sd = 3 * rng.normal(size=(30, 2)), 10 ** rng.uniform(-6, 1, (30, 2))
+        centre = mean.mean(axis=0)
+        low, high = np.zeros(2), np.full(2, 1e3)
+        for _ in range(80):
+            half = (low + high) / 2
+            ends = ((centre + sign * half - mean) / sd for sign in (1, -1))
+            inside = weight @ np.subtract(*map(ndtr, ends))
+            low, high = np.where(inside < 0.95, half, low), np.where(inside < 0.95, high, half)
+        np.testing.assert_allclose(half_widths(weight, mean, sd, centre), high, rtol=1e-7)
+
+
 def test_a_mixture_holds_its_far_part_where_that_is_likely():
     mean, sd = np.array([[0.0], [10.0]]), np.ones((2, 1))
     near = half_widths(np.array([0.97, 0.03]), mean, sd, np.zeros(1))
