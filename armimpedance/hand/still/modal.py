@@ -96,11 +96,8 @@ def modal_equation(
         If the window is too short for any modes.
     """
     modes = modes or spline_modes(len(window.lag_s), window.sample_rate_hz)
-    used, d, n = window.usable, window.axes, modes.count
-    moved = by_axis(window.position[used])
-    moved -= by_axis(window.position_at_onset[used][:, None])
-    pushed = by_axis(window.force[used])
-    pushed -= np.repeat(window.force_at_onset[used].mean(axis=0), len(pushed) // d)[:, None]
+    d, n = window.axes, modes.count
+    moved, pushed = about_rest(window)
     delays = () if delay_s is None else np.atleast_1d(delay_s)
     late = [delayed(moved, delay * window.sample_rate_hz) @ modes.smooth.T for delay in delays]
     # all trials and axes at once: (d T, S) (S, 3 n)
@@ -113,8 +110,19 @@ def modal_equation(
         lag_s=window.lag_s,
         motion=frozen(np.array(motion, order="C")),
         force=force.reshape(d, -1, n).transpose(1, 0, 2),
-        disturbance=None if window.disturbance is None else window.disturbance[used],
+        disturbance=None if window.disturbance is None else window.disturbance[window.usable],
     )
+
+
+def about_rest(window: Window) -> tuple[FloatArray, FloatArray]:
+    """Displacement, and force less its rest, of the usable trials over time, (d T, S) each."""
+    used = window.usable
+    moved = by_axis(window.position[used])
+    moved -= by_axis(window.position_at_onset[used][:, None])
+    pushed = by_axis(window.force[used])
+    rest = window.force_at_onset[used].mean(axis=0)
+    pushed -= np.repeat(rest, len(pushed) // window.axes)[:, None]
+    return moved, pushed
 
 
 def weighted_equations(
@@ -153,10 +161,12 @@ def weighted_equations(
         flat -= excess
     frozen(A)
     frozen(b)
-    return TrialEquations(frozen(flat), frozen(b.reshape(T, size)), *_names(kind, d, r))
+    return TrialEquations(frozen(flat), frozen(b.reshape(T, size)), *names_and_units(kind, d, r))
 
 
-def _names(kind: Kind, d: int, matrices: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def names_and_units(
+    kind: Kind, d: int, matrices: int = 3
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of the parameters: M, B, K, then R, the answer to what was earlier."""
     names = parameter_names(d)
     units = tuple(UNITS[kind][name[0]] for name in names)

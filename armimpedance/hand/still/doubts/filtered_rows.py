@@ -10,11 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, by_axis
-from armimpedance.core.conventions import UNITS, Kind, parameter_names
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import Kind
 from armimpedance.core.records import Window
 from armimpedance.hand.still.doubts.passed import Passed
-from armimpedance.hand.still.modal import ModalEquation, expected_motion, modal_equation
+from armimpedance.hand.still.modal import (
+    ModalEquation,
+    about_rest,
+    expected_motion,
+    modal_equation,
+    names_and_units,
+)
 from armimpedance.hand.still.weighing import weighted_fit
 from armimpedance.numerics.regression import TrialEquations, solve_total
 
@@ -43,10 +49,7 @@ class FilteredRows:
         if passed is not None and passed.other == "force":
             # V of L y is L^-T V L^-1
             R = _of_modes(found.equation, passed, window.sample_rate_hz).T @ R
-        used = window.usable
-        moved = window.position[used] - window.position_at_onset[used][:, None]
-        pushed = window.force[used] - window.force_at_onset[used].mean(axis=0)
-        return cls(window, kind, R, modal_equation(window), by_axis(moved), by_axis(pushed))
+        return cls(window, kind, R, modal_equation(window), *about_rest(window))
 
     @property
     def weight(self) -> FloatArray:
@@ -64,7 +67,9 @@ class FilteredRows:
         # (sum_t Z_t^T V W_t) (3 d^2, 3 d^2) theta = sum_t Z_t^T V y_t
         A = np.tensordot(free, X, axes=((0, 2), (0, 2)))
         b = np.tensordot(free, y, axes=((0, 2), (0, 1)))
-        theta = solve_total(TrialEquations(A[None], b[None], *self._names()))
+        theta = solve_total(
+            TrialEquations(A[None], b[None], *names_and_units(self.kind, equation.axes))
+        )
         r = y - np.tensordot(theta, free, axes=(0, 1))
         return float((r * r).sum()), theta, r.size
 
@@ -92,10 +97,6 @@ class FilteredRows:
         made = regressors.reshape(T * rows, n) @ R.reshape(d, n, d * n)
         made = made.reshape(d, T, rows // d, d, d * n).transpose(1, 2, 0, 3, 4)
         return made.reshape(T, rows * d, d * n)
-
-    def _names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        names = parameter_names(self.equation.axes)
-        return names, tuple(UNITS[self.kind][name[0]] for name in names)
 
 
 def _of_modes(equation: ModalEquation, passed: Passed, rate_hz: float) -> FloatArray:

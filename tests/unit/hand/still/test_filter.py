@@ -12,8 +12,12 @@ from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.hand.still import check_response
 from armimpedance.hand.still.doubts.filter import find_filter, in_step
+from armimpedance.hand.still.doubts.filtered_rows import FilteredRows
 from armimpedance.hand.still.doubts.passed import Passed
+from armimpedance.hand.still.modal import expected_motion, modal_equation, weighted_equations
 from armimpedance.hand.still.show import estimate
+from armimpedance.numerics.regression import solve_equations
+from armimpedance.numerics.signals import cut_windows
 from armimpedance.recordings import open_recording, write_recording
 from manipulandum_sim.hand import Reflex, simulate
 
@@ -248,3 +252,31 @@ def test_a_strong_reflex_is_no_late_force(seed):
     for found, K in zip(estimate(recording), truth.K_e, strict=True):
         low, high = found.interval()[:, 2]
         assert ((low <= K) & (high >= K)).all()
+
+
+@pytest.mark.parametrize(
+    "passed",
+    [
+        None,
+        Passed("force", "late", 0, 0.0025),
+        Passed("position", "late", 0, 0.0025),
+        Passed("force", "low-pass", 2, 30.0),
+        Passed("position", "zero-phase", 4, 30.0),
+    ],
+)
+def test_what_a_filter_leaves_is_that_of_the_filtered_trials(sound, passed):
+    """The quick way is the slow one: trials through the filter, then all equations anew."""
+    window = cut_windows(sound, np.arange(sound.n_trials))
+    rows = FilteredRows.of(window, sound.kind, None)
+    squares, theta, count = rows.left(passed)
+    equation = modal_equation(window if passed is None else passed.through(window))
+    V, Z = rows.weight, expected_motion(equation)
+    if passed is not None and passed.other == "force":
+        smooth = equation.modes.smooth
+        L = np.kron(np.eye(2), smooth @ passed.of(smooth.T, sound.sample_rate_hz))
+        V = np.linalg.inv(L).T @ V @ np.linalg.inv(L)
+    slow = solve_equations(weighted_equations(equation, V, sound.kind, instruments=Z)).parameters
+    r = replace(equation, motion=Z.reshape(equation.motion.shape)).residual(slow)
+    np.testing.assert_allclose(theta, slow, rtol=1e-6)
+    assert squares == pytest.approx(float(((r @ V) * r).sum()), rel=1e-6)
+    assert count == r.size
