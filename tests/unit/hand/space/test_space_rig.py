@@ -120,7 +120,6 @@ def noisy():
     return simulate_space(seed=3, sets=2, directions=6)[0]
 
 
-@pytest.mark.study
 def test_more_sets_leave_the_first_ones_as_they_are(noisy):
     few, _ = simulate_space(seed=3, sets=1, directions=6)
     rows = few.offsets[-1]
