@@ -66,6 +66,11 @@ def apart(estimates: Sequence[ImpedanceEstimate]) -> bool:
     return len(hands) == len(estimates) and float(np.ptp(hands, axis=0).max()) > ONE_PLACE_M
 
 
+def _are_named(estimates: Sequence[ImpedanceEstimate]) -> bool:
+    """Whether names stand beside the ellipses: of few groups."""
+    return len(estimates) <= MOST_LOOKS
+
+
 def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterator[tuple[Any, ...]]:
     shown = [e for e in estimates if ellipse_of(e, which) is not None]
     if not shown:
@@ -76,7 +81,7 @@ def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterat
         scale = LARGER * default_scale([getattr(e, which) for e in shown], centres)
     reach = scale * max(np.abs(getattr(e, which)).max() for e in shown)
     decimals = DIGITS - int(np.ceil(np.log10(reach)))
-    named = len(estimates) <= MOST_LOOKS
+    named = _are_named(estimates)
     for estimate, centre in zip(shown, centres, strict=True):
         inner, outer = confidence_band(estimate, which, POINTS)
         outlines = {
@@ -272,8 +277,11 @@ def _field(estimates: Sequence[ImpedanceEstimate], outlines: str) -> Any:
         .mark_line(strokeWidth=1.4)
         .encode(stroke=_colored(groups, "Stroke"))
     )
-    name = base.transform_filter("datum.part == 'name'").mark_text(dy=-7).encode(text="group:N")
-    return alt.layer(band, line, name).properties(width=FIELD_PX, height=FIELD_PX)
+    layers = [band, line]
+    if _are_named(estimates):
+        name = base.transform_filter("datum.part == 'name'").mark_text(dy=-7)
+        layers.append(name.encode(text="group:N"))
+    return alt.layer(*layers).properties(width=FIELD_PX, height=FIELD_PX)
 
 
 def _frames(estimates: Sequence[ImpedanceEstimate]) -> dict[str, list[float]]:
