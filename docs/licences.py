@@ -32,6 +32,11 @@ The lock holds the checksum (SHA-256) of every file of these versions, and the s
 other file. `make bill` writes a bill of materials in the form of CycloneDX (versions, licences, who
 needs whom) to `out/armimpedance.cdx.json`. `docs/licences.py` writes this page; continuous
 integration compares the page and the bill with the lock.
+
+The package itself holds three files of others, unchanged: Vega, Vega-Lite and Vega-Embed
+(BSD-3-Clause), which draw the pictures of a report in the browser. Their versions, checksums and
+the licences of all that they hold stand beside them, in
+`armimpedance/show/pages/assets/vega/LICENSES.txt`.
 """
 #: Title of a part of the page -> what stands below it.
 PARTS: Final = {

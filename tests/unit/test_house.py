@@ -35,7 +35,6 @@ RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}
 HEAVY = {
     "matplotlib": r"plot|/session/|show/ellipses/|show/pages/pictures|page/strips",
     "altair": r"show/pages/|/linked",
-    "vl_convert": r"show/pages/",
     "jinja2": r"show/pages/",
     "cvxpy": r"^(joint/body|joint/relaxed|hand/levels|muscles|numerics/regression)/",
 }

@@ -265,12 +265,28 @@ def _run_call(argv: list[str], asked: AskedToEnd) -> int:
 def _run(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
     """Run a command; its exit status."""
     warned: list[str] = []
+    earlier = _earlier_files(arguments)
     with library_warnings(warned.append):
         status = _status(arguments, asked)
+    if status == 0:
+        warned += [f"{path}: an earlier file was replaced" for path in earlier]
     # Where the input is refused, the refusal says it all.
     for line in warned if status != WRONG_INPUT else ():
         _tell(arguments.prog, line)
     return status
+
+
+def _earlier_files(arguments: argparse.Namespace) -> list[str]:
+    """Files that stand already where the command will write, and that nobody agreed to replace.
+
+    A result is made anew by typing its command again, so it needs no option; a line tells of it.
+    """
+    from armimpedance.show.command.outputs import OutputPath
+
+    if getattr(arguments, "replace", False):
+        return []
+    values = vars(arguments).values()
+    return [shown(str(path)) for path in values if isinstance(path, OutputPath) and path.is_file()]
 
 
 def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:

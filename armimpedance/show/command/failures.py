@@ -111,7 +111,7 @@ _BROUGHT_BY: Final = {
     "pinocchio": "pip install 'armimpedance[bodies]'; on Windows: conda install -c conda-forge "
     "pinocchio",
     "cvxpy": "pip install 'armimpedance[models]'",
-    **dict.fromkeys(("altair", "vl_convert"), "pip install 'armimpedance[report]'"),
+    "altair": "pip install 'armimpedance[report]'",
     **dict.fromkeys(("marimo", "uvicorn"), "pip install 'armimpedance[app]'"),
 }
 

@@ -137,9 +137,9 @@ def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
                 encoding="utf-8-sig",
             )
     except (OSError, UnicodeDecodeError, pd.errors.EmptyDataError, pd.errors.ParserError) as error:
-        raise InputError(
-            f"cannot be read: {str(error).splitlines()[-1]}", file=path, expected=what
-        ) from error
+        system = error.strerror if isinstance(error, OSError) else None
+        why = system or str(error).splitlines()[-1]
+        raise InputError(f"cannot be read: {why}", file=path, expected=what) from error
     header = [unguarded(str(name)) for name in table.iloc[0]]
     for name in header:
         if name and header.count(name) > 1:

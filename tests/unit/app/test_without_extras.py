@@ -12,7 +12,6 @@ from manipulandum_sim.passive import simulate_passive
 #: What the extras bring, and what those need.
 EXTRAS = (
     "altair",
-    "vl_convert",
     "cvxpy",
     "pinocchio",
     "numba",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from hashlib import sha256
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
-from armimpedance.show.pages.rendering import html_of
+from armimpedance.show.pages.rendering import VEGA, html_of
 from manipulandum_sim.hand import simulate
 
 HOSTILE = '<script>alert("1")</script> & $x_1$ </script> =1+1'
@@ -216,3 +218,18 @@ def test_linked_pictures_are_vega_lite(page):
         alt.Chart.from_dict(dict(one.spec))
         with pytest.raises(ValidationError):
             alt.Chart.from_dict({**one.spec, "config": 42})
+
+
+def test_the_pages_library_is_as_published_and_of_the_version_that_the_pictures_are_written_in():
+    """Its checksums stand beside the licences of what it holds; altair says which one it writes."""
+    import altair as alt
+
+    folder = files("armimpedance.show.pages") / "assets/vega"
+    rows = re.findall(
+        r"^([\w-]+) (\d+)\.(\S+)  sha256 (\w+)$", (folder / "LICENSES.txt").read_text(), re.M
+    )
+    assert [f"vega/{name}.min.js" for name, *_ in rows] == list(VEGA)
+    for name, *_, checksum in rows:
+        assert sha256((folder / f"{name}.min.js").read_bytes()).hexdigest() == checksum
+    majors = {name: major for name, major, *_ in rows}
+    assert alt.SCHEMA_VERSION.startswith(f"v{majors['vega-lite']}.")
