@@ -100,6 +100,23 @@ def _write_matlab(recording: Recording, folder: Path) -> None:
     (folder / "columns.toml").write_text(text, encoding="utf-8")
 
 
+# The same as arrays of frames in one struct, as experiments at a vBOT save them.
+
+
+def _write_vbot(recording: Recording, folder: Path) -> None:
+    from manipulandum_sim.lab_files import frame_column, mapping_text, write_frames
+
+    write_frames(recording, folder / "session.mat")
+    text = mapping_text(
+        recording,
+        lambda name: frame_column(recording, name),
+        trials=['by = "columns"'],
+        condition="D.Condition",
+        facts=lambda name: f"D.{name}",
+    )
+    (folder / "columns.toml").write_text(text + 'trial = "D.TrialNumber"\n', encoding="utf-8")
+
+
 # The log of a robot that speaks ROS 2, with the mapping of its topics beside it.
 
 #: Column of the simulator -> topic and field.
@@ -203,6 +220,12 @@ FORMS: Final = RecordTable(
             ("markers",),
             ("markers", _SKELETON),
             _write_trc,
+        ),
+        "vbot": LabForm(
+            "a MATLAB file with arrays of frames, as of a vBOT",
+            ("hand",),
+            ("session.mat", "columns.toml"),
+            _write_vbot,
         ),
     },
     "form",

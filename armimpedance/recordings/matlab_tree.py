@@ -180,6 +180,7 @@ def _run(
     arrays = {path: leaf for path, leaf in found.leaves.items() if leaf.size > 1}
     own: dict[str, float | str] = {**facts, **found.texts, **_scalars(found)}
     lengths = Counter(leaf.size for leaf in arrays.values() if leaf.size == max(leaf.shape))
+    _told_by_motion(arrays, lengths, wanted)
     tables: dict[int, dict[str, RawColumn]] = {}
     timed: list[RawTable] = []
     series = _time_series(arrays)
@@ -228,23 +229,41 @@ def _columns(
             told.setdefault(_UNWANTED, []).append(path)
             return {}
         return {path: _column(leaf.read().ravel())}
-    axes = sorted(range(len(leaf.shape)), key=lambda a: (-lengths[leaf.shape[a]], -leaf.shape[a]))
-    if leaf.size // max(leaf.shape[axes[0]], 1) > _MOST_COLUMNS:
+    if leaf.size // max(leaf.shape) > _MOST_COLUMNS:
         told.setdefault(f"more than {_MOST_COLUMNS} columns", []).append(path)
         return {}
-    chosen: dict[int, list[tuple[str, tuple[int | slice, ...]]]] = {}
-    for axis in axes:
-        if leaf.shape[axis] < 2 or leaf.size // leaf.shape[axis] > _MOST_COLUMNS:
-            continue
-        named = [(n, at) for n, at in _names(path, leaf.shape, axis) if wanted(n)]
-        if named:
-            chosen[axis] = named
+    chosen = _candidates(path, leaf, lengths, wanted)
     if not chosen:
         told.setdefault(_UNWANTED, []).append(path)
         return {}
     values = leaf.read()
     along = _along_time(values, list(chosen)) if len(chosen) > 1 else next(iter(chosen))
     return {name: _column(values[at]) for name, at in chosen[along]}
+
+
+def _candidates(
+    path: str, leaf: Leaf, lengths: Counter[int], wanted: Wanted
+) -> dict[int, list[tuple[str, tuple[int | slice, ...]]]]:
+    """The axes that may be that of samples, the likeliest first, with their wanted columns."""
+    axes = sorted(range(len(leaf.shape)), key=lambda a: (-lengths[leaf.shape[a]], -leaf.shape[a]))
+    able = [a for a in axes if leaf.shape[a] > 1 and leaf.size // leaf.shape[a] <= _MOST_COLUMNS]
+    named = {a: [one for one in _names(path, leaf.shape, a) if wanted(one[0])] for a in able}
+    return {axis: names for axis, names in named.items() if names}
+
+
+def _told_by_motion(arrays: Mapping[str, Leaf], lengths: Counter[int], wanted: Wanted) -> None:
+    """Count lengths along which some array is far smoother: there lie the others' samples too.
+
+    The noise of a muscle at rest does not tell its axis of samples; the motion beside it does.
+    """
+    votes = Counter[int]()
+    for path, leaf in arrays.items():
+        if leaf.size == max(leaf.shape) or leaf.size // max(leaf.shape) > _MOST_COLUMNS:
+            continue
+        axes = list(_candidates(path, leaf, lengths, wanted))
+        if len(axes) > 1 and (along := _along_time(leaf.read(), axes)) != axes[0]:
+            votes[leaf.shape[along]] += len(arrays)
+    lengths.update(votes)
 
 
 def _along_time(values: np.ndarray[Any, Any], axes: Sequence[int]) -> int:

@@ -1,4 +1,4 @@
-"""For labs whose robot saves MATLAB files, as many vBOTs do."""
+"""For labs with a vBOT, or another robot whose MATLAB files hold arrays of trials x samples."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ from armimpedance.lab.parts.starter import HAND_CELLS, NotebookCell, Starter
 def _write(folder: Path) -> None:
     from armimpedance.lab.parts.starter import hand_session, write_form
 
-    write_form("matlab", *hand_session(), folder)
+    write_form("vbot", *hand_session(), folder)
 
 
 STARTER = Starter(
-    line="MATLAB files with a struct of trials, as labs with a vBOT have them",
+    line="a MATLAB file with arrays of trials x frames, as labs with a vBOT have them",
     title="Hand impedance from MATLAB files",
     about=(
         "A simulated person holds the handle of a planar robot, relaxed and at two levels of "
-        "co-contraction, and is pushed 5 mm and back in eight directions. `session.mat` holds a "
-        "struct array with an element for each trial; `columns.toml` says which field is what."
+        "co-contraction, and is pushed 5 mm and back in eight directions. `session.mat` holds the "
+        "struct D: D.FrameData.RobotPosition and other arrays of trials x frames x axes, filled up "
+        "with zeros behind each trial's last frame, beside what holds for a trial. `columns.toml` "
+        "says which field is what."
     ),
     data=(
-        ("session.mat", "trials(1..T) with time, position, force, EMG, condition"),
+        ("session.mat", "D.FrameData with time, position, force, EMG; D.Condition and so on"),
         ("columns.toml", "the mapping: which field is what, its unit, whose force"),
         ("truth.json", "what the simulated person really has"),
     ),

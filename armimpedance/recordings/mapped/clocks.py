@@ -21,6 +21,8 @@ from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
 RATES: Final = {"force": (0.5, 4.0), "emg": (0.5, 4.0), "added_torque": (0.5, 4.0)}
 #: Between two samples further apart than this many usual steps nothing is interpolated.
 LONGEST_STEP: Final = 3.0
+#: Numbers at which counters of 16, 24 and 32 bits begin anew.
+COUNTERS: Final = (2.0**16, 2.0**24, 2.0**32)
 _SHOWN: Final = 12
 
 
@@ -182,12 +184,32 @@ def _time_of(
             problem = f"not a number: {str(column.values[0])[:40]!r}"
             raise InputError(problem, file=file, column=name, expected="the time as a number")
         unit = stated.unit if stated is not None else None
-        numbers = np.asarray(column.values, dtype=np.float64)
+        numbers = run_on(np.asarray(column.values, dtype=np.float64))
         return numbers if unit is None else unit.to_si(numbers)
     if own is not None:
         problem = f"{homes[own].rows} rows beside the {table.rows} whose time it is"
         raise InputError(problem, file=file, column=own, expected="as many")
     return table.time_s
+
+
+def run_on(ticks: FloatArray) -> FloatArray:
+    """A counter that begins anew when its bits are full, as if it had more of them.
+
+    `ticks` (N,): whole numbers; anything else comes back as it is. A counter that begins anew with
+    each trial goes back by another number than that of its bits.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.diff(ticks)
+        back = steps < 0
+    if not back.any() or (ticks != np.floor(ticks)).any():
+        return ticks
+    usual = float(np.median(steps[~back])) if not back.all() else 0.0
+    for full in COUNTERS:
+        on = steps + full
+        over = back & (on > 0) & (on <= LONGEST_STEP * usual)
+        if over.any() and ticks.max() < full:
+            return ticks + full * np.concatenate([[0], np.cumsum(over)])
+    return ticks
 
 
 def _brought(

@@ -17,6 +17,11 @@ from armimpedance.recordings.mapped.mapping import ColumnMapping
 _JUMP: Final = 20.0
 #: More than this part of a trial is no padding.
 _MOST: Final = 0.5
+#: Rows at the end that repeat the last measured one are padding where they are so many times as
+#: many as in any other place, and by chance so improbable; a longer run elsewhere is a rest.
+_FROZEN: Final = 3
+_CHANCE: Final = 1e-6
+_CHANCE_RUN: Final = 8
 
 
 def without_padding(
@@ -26,7 +31,8 @@ def without_padding(
 
     At either end of a trial: rows in which position and force are empty in all axes; and rows that
     all hold the same values, in all axes to the last bit, which the position leaps to from its
-    neighbour, as to zeros. A trial of such rows alone goes.
+    neighbour, as to zeros, or which are those of the last measured row. A trial of such rows alone
+    goes.
     """
     columns = [*mapping.position.columns, *mapping.force.columns]
     if any(run.columns[name].dtype.kind == "U" for name in columns if name in run.columns):
@@ -84,7 +90,23 @@ def _measured(values: FloatArray, axes: int) -> tuple[int, int]:
         return 0, 0
     first, last = int(full[0]), int(full[-1]) + 1
     own = values[first:last]
-    return first + _leaped_to(own[::-1], axes), last - _leaped_to(own, axes)
+    after = _leaped_to(own, axes) or _frozen(own)
+    return first + _leaped_to(own[::-1], axes), last - after
+
+
+def _frozen(values: FloatArray) -> int:
+    """How many rows at the end repeat the one before them, more than chance or rest lets them.
+
+    Rows of coarse digits are alike now and then, and a sensor at rest repeats its values before
+    the disturbance as well.
+    """
+    alike = (values[1:] == values[:-1]).all(axis=1)
+    runs = np.diff(np.flatnonzero(np.concatenate([[True], ~alike, [True]]))) - 1
+    count, longest = int(runs[-1]), int(runs[:-1].max(initial=0))
+    if longest > _CHANCE_RUN or not _FROZEN * max(longest, 1) <= count <= _MOST * len(values):
+        return 0
+    share = (runs[:-1].sum() + 1) / len(values)
+    return count if share**count < _CHANCE else 0
 
 
 def _leaped_to(values: FloatArray, axes: int) -> int:

@@ -53,6 +53,7 @@ def time_steps(values: NDArray[Any]) -> tuple[float, float] | None:
     numbers = numbers[present]
     if not np.isfinite(numbers).all():
         return None
+    numbers = numbers[: measured_rows(numbers)]
     with np.errstate(over="ignore", invalid="ignore"):
         step = np.diff(numbers)
     forward = step[step > 0]
@@ -60,6 +61,16 @@ def time_steps(values: NDArray[Any]) -> tuple[float, float] | None:
         return None
     usual = float(np.median(forward))
     return usual, float(np.mean(np.abs(step - usual) < 0.1 * usual))
+
+
+def measured_rows(values: FloatArray) -> int:
+    """The rows of (N,) or (N, d) before those at the end that repeat one value."""
+    if len(values) < 2:
+        return len(values)
+    alike = (np.diff(values, axis=0) == 0).reshape(len(values) - 1, -1).all(axis=1)
+    changes = np.flatnonzero(~alike)
+    filled = len(values) - (int(changes[-1]) + 1 if len(changes) else 0)
+    return len(values) - filled if 1 < filled < _PRESENT * len(values) else len(values)
 
 
 def time_unit(step: float) -> FoundMeaning:
@@ -333,6 +344,7 @@ def _role_by_words(words: Sequence[str], unit: str | None) -> Role:
     else:
         roles = [_ROLE_OF[w] for w in words if w in _ROLE_OF]
         role = next((r for r in _ORDER if r in roles), "unknown")
+        role = "time" if role == "trial" and "time" in roles else role
     if _PUSHES & set(words) and _ANGLES & set(words):
         role = "direction"
     # a unit says more than a word: FrobX_N is a force

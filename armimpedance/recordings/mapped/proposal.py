@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
@@ -18,6 +19,7 @@ from armimpedance.recordings.mapped.evidence import (
     force_law,
     force_told,
     length_unit,
+    measured_rows,
     moves,
     read_name,
     roughness,
@@ -61,7 +63,12 @@ def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
     if numbers is not None and not starred:
         found.trials = {"by": "column", "column": numbers}
         columns.per_trial = constant_in_trials(columns, numbers)
-    elif not starred and (len(runs) > 1 or files > 1):
+    elif starred:
+        # what stands beside them with a value for each trial is no signal
+        trials = max(map(len, starred.values()))
+        rows = {n: len(v) for n, v in columns.values.items() if n not in starred}
+        columns.per_trial = tuple(n for n, count in rows.items() if count == trials)
+    elif len(runs) > 1 or files > 1:
         # each run is a trial: what stays in it may be said of it
         columns.per_trial = tuple(n for n, v in columns.values.items() if stays(v))
     _position_and_force(found, columns)
@@ -83,11 +90,18 @@ def side_by_side(run: RawRun) -> dict[str, list[str]]:
                 pattern = f"{name[: number.start()]}*{name[number.end() :]}"
                 groups.setdefault(pattern, []).append(name)
     large = {p: sorted(n, key=natural) for p, n in groups.items() if len(n) >= _SIDE_BY_SIDE}
+    # of an array (trials, samples, axes) the last number is the axis, and the first the trial
+    twice = Counter(name for names in large.values() for name in names)
+    large = {p: n for p, n in large.items() if max(twice[m] for m in n) == 1 or _one_axis(n)}
     roles = {p: read_name(p.replace("*", "")) for p in large}
     both = {r.role for r in roles.values() if r.axis} >= {"position", "force"} or (
         {r.role for r in roles.values()} >= {"position", "force"}
     )
     return large if both else {}
+
+
+def _one_axis(names: Sequence[str]) -> bool:
+    return len({read_name(name).axis for name in names}) == 1
 
 
 def _position_and_force(found: Proposal, columns: ReadColumns) -> None:
@@ -116,7 +130,8 @@ def _with_units(
     joint = found.kind == "joint"
     if position is not None:
         by_data = angle_unit if joint else length_unit
-        unit = _stated(position) or by_data([columns.values[n.name] for n in position])
+        values = [columns.values[n.name] for n in position]
+        unit = _stated(position) or by_data([v[: measured_rows(v)] for v in values])
         found.position = _proposed(position, unit)
     if force is not None:
         word = "N m" if joint else "N"
@@ -293,7 +308,10 @@ def _whose_force(
                 return
             if pair:
                 pieces = _pieces(found, columns, len(pair[0])) if run is runs[0] else [slice(None)]
-                records += [(pair[0][piece], pair[1][piece]) for piece in pieces]
+                pairs = [(pair[0][piece], pair[1][piece]) for piece in pieces]
+                # rows that fill a trial up leap, and would be taken for motion
+                whole = [measured_rows(np.hstack(both)) for both in pairs]
+                records += [(x[:n], f[:n]) for (x, f), n in zip(pairs, whole, strict=True)]
     found.evidence = force_told(position.columns, force_law(records, _step_s(found, columns)))
 
 

@@ -203,12 +203,21 @@ def _trial_column(
     own = read.name.rpartition(".")[2]
     if own in _TRIAL_COLUMNS or own.startswith(_OF_EMG):
         return own
-    if read.role == "trial" and isinstance(runs[0].facts.get(read.name), float):
+    beside = found.trials.get("by") == "columns"
+    if read.role == "trial" and (
+        _all_different(columns.values.get(read.name))
+        if beside  # a number for all of them is how many there are
+        else isinstance(runs[0].facts.get(read.name), float)
+    ):
         return "trial"
     if name is not None:
         return name
     of_each = read.name in columns.per_trial and read.name != found.trials.get("column")
     return read.name if of_each and found.trials.get("by") == "column" else None
+
+
+def _all_different(values: NDArray[Any] | None) -> bool:
+    return values is not None and len(np.unique(values)) == len(values)
 
 
 def _unit_of(read: ReadName, values: NDArray[Any] | None = None) -> str | None:

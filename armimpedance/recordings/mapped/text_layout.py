@@ -11,9 +11,12 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+
+from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import known_unit
-from armimpedance.recordings.mapped.text_numbers import is_grouped
+from armimpedance.recordings.mapped.text_numbers import MINUS, is_grouped
 
 #: What is looked at to find the layout.
 HEAD_BYTES: Final = 2_000_000
@@ -27,9 +30,18 @@ MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", 
 #: What Vicon Nexus calls the parts of an export; the rate stands below.
 SECTIONS: Final = ("trajectories", "devices", "model outputs", "joints", "segments")
 _RATE: Final = re.compile(r"(?:sampl\w*|frame|capture|export|data)[ _]*(?:rate|freq)", re.I)
+#: A rate in a line of its own: ``fs: 1000 Hz``, ``# sampling rate = 2 kHz``.
+_RATE_SAID: Final = re.compile(
+    rf"(?:fs|{_RATE.pattern}\w*)\s*(?:[\[(]?hz[\])]?)?\s*[:=]\s*(\d+\.?\d*)\s*(k?)(?:hz)?", re.I
+)
 _IN_DEGREES: Final = re.compile(r"\bin_?degrees\W+(yes|no)\b", re.I)
 _COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
-_NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.I)
+#: With the minus of typesetting, and exponents as Fortran writes them: 1.0D-03.
+_NUMBER: Final = re.compile(
+    rf"[+{MINUS}-]?(?:\d+\.\d*D[+-]\d\d\d?|(?:\d+\.?\d*|\.\d+)(?:E[+{MINUS}-]?\d+)?)"
+    r"|[+-]?inf(?:inity)?",
+    re.I,
+)
 _IN_BRACKETS: Final = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
 _AFTER_SLASH: Final = re.compile(r"^(.*?)(?:\s*/\s*|\s+in\s+)(\S+)\s*$")
 
@@ -213,6 +225,9 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
             continue  # a line above the header, filled up with empty cells
         block = [r for r in rows[first : first + _ROWS] if len(r) == width]
         above = _above(rows, first)
+        near = zip(rows[first : first + _ROWS], numbers[first : first + _ROWS], strict=True)
+        if any(any(row) and not count for row, count in near):
+            continue  # words without a number: a header is still to come
         if not _begins(block, _is_named(above, holds, width), decimal):
             continue
         share = _share(block, width, decimal)
@@ -290,6 +305,8 @@ def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str |
         units, names = names, fitting.pop()
     if names is None:
         return ("",) * table.width, (None,) * table.width, False
+    if units is None:  # LabVIEW's line of units
+        units = next((c for c in fitting if c is not None and c[0] == "Y_Unit_Label"), None)
     names = _with_groups(names, [cells for cells in reversed(fitting) if cells is not None])
     stated = tuple(
         (units[i].strip("[]() ") or None) if units is not None else stated_unit(name)
@@ -322,6 +339,9 @@ def _stated_rate(above: list[str], delimiter: str) -> float | None:
         for name, value in zip(row, row[1:], strict=False):
             if _RATE.search(name) and (rate := _rate(value)) is not None:
                 return rate
+    for line in above:
+        if match := _RATE_SAID.fullmatch(_COMMENT.sub("", line).strip(' ",;\t')):
+            return _rate(match.group(1), 1000.0 if match.group(2) else 1.0)
     return None
 
 
@@ -330,8 +350,9 @@ def _angle_unit(above: list[str]) -> str | None:
     return None if not said else "deg" if said[0].group(1).lower() == "yes" else "rad"
 
 
-def _rate(cell: str) -> float | None:
-    return float(cell) if _is_number(cell, ".") and float(cell) > 0 else None
+def _rate(cell: str, unit: float = 1.0) -> float | None:
+    rate = number_of(cell)
+    return unit * rate if rate is not None and 0 < rate < np.inf else None
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:

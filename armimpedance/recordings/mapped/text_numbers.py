@@ -1,4 +1,6 @@
-"""Cells of a table of text that no plain reader of numbers knows: 1.000,5 and 10:30:00.25."""
+"""Cells of a table of text that no plain reader of numbers knows: 1.000,5 and 10:30:00.25, 1.0D-03
+and numbers with the minus of typesetting.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +17,10 @@ from armimpedance.core.arrays import FloatArray
 #: Marks between thousands, beside the decimal mark of the other kind: blanks of three kinds, and
 #: the apostrophe of Swiss programs.
 _BLANKS: Final = " \u00a0\u202f'\u2019"
+#: The minus of typesetting, which spreadsheets write.
+MINUS: Final = "\u2212"
+#: The exponent of a number as Fortran writes it.
+FORTRAN: Final = r"(\.\d*)[dD]([+-]\d\d\d?)$"
 #: A time of day, with or without its date.
 _STAMP: Final = re.compile(
     r"(?:(\d{4})-(\d\d)-(\d\d)[T ])?(\d{1,2}):(\d\d):(\d\d)(?:[.,](\d{1,9}))?(Z|[+-]\d\d:?\d\d)?"

@@ -1,7 +1,8 @@
-"""A text that holds several tables one below the other, as Vicon Nexus exports them.
+"""A text that holds several tables one below the other.
 
-Each part has a line with its name and below it one with its rate; then header and rows, as in a
-file of its own. All parts begin at the same time.
+Vicon Nexus exports parts so: each has a line with its name and below it one with its rate; then
+header and rows, as in a file of its own. All parts begin at the same time. Programs that append
+trial after trial repeat the header instead, often with a title above: each part is a run.
 """
 
 from __future__ import annotations
@@ -14,14 +15,22 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_regular
 from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable
-from armimpedance.recordings.mapped.text_layout import SECTIONS, text_beginning
+from armimpedance.recordings.mapped.text_layout import (
+    SECTIONS,
+    TextLayout,
+    cells_of,
+    text_beginning,
+)
 
 #: No name of a part is longer, its empty cells included.
 _LONGEST: Final = 2000
 _LARGEST_BYTES: Final = 250_000_000
+#: At most so many lines below a table are a remark.
+_LAST_WORDS: Final = 20
 
 
 def sections_of(file: Path) -> list[tuple[int, str]]:
@@ -54,20 +63,65 @@ def read_sections(
     tables: list[RawTable] = []
     not_taken: list[str] = []
     for first, text in sections:
-        with TemporaryDirectory() as folder:
-            part = Path(folder, file.name)
-            part.write_text(text, encoding="utf-8")
-            try:
-                made = read(part)
-            except InputError as error:
-                row = None if error.row is None else error.row + first
-                raise InputError(
-                    error.problem, file=file, row=row, column=error.column, expected=error.expected
-                ) from None
+        made = _read_part(file, first, text, read)
         taken = {name for table in tables for name in table.columns}
         tables += [_apart(table, first, taken) for table in made.runs[0].tables if table.columns]
-        not_taken += [sentence for sentence in made.not_taken if sentence not in not_taken]
-    return RawFile((RawRun(str(file), tuple(tables)),), tuple(not_taken))
+        not_taken += made.not_taken
+    return RawFile((RawRun(str(file), tuple(tables)),), tuple(dict.fromkeys(not_taken)))
+
+
+def _read_part(file: Path, first: int, text: str, read: Callable[[Path], RawFile]) -> RawFile:
+    """What `read` makes of a part that begins in a line, from 0; errors name the whole's line."""
+    with TemporaryDirectory() as folder:
+        part = Path(folder, file.name)
+        part.write_text(text, encoding="utf-8")
+        try:
+            return read(part)
+        except InputError as error:
+            row = None if error.row is None else error.row + first
+            raise InputError(
+                error.problem, file=file, row=row, column=error.column, expected=error.expected
+            ) from None
+
+
+def repeated_headers(file: Path, layout: TextLayout) -> list[tuple[int, str]]:
+    """The parts of a text whose header comes again, with their first lines, from 0; else []."""
+    if not layout.has_header or file.stat().st_size > _LARGEST_BYTES:
+        return []
+    _, beginning = text_beginning(file)
+    header = next((line for line in beginning[layout.skip - 1 :: -1] if line.strip()), "")
+    data = file.read_bytes()
+    if not header.strip() or data.count(header.encode(layout.encoding.removesuffix("-sig"))) < 2:
+        return []
+    text = data.decode(layout.encoding).splitlines()
+    starts = [i for i, line in enumerate(text) if line == header]
+    starts[0] = 0
+    ends = [*starts[1:], len(text)]
+    return [(a, "\n".join(text[a:b]) + "\n") for a, b in zip(starts, ends, strict=True)]
+
+
+def read_repeated(
+    file: Path, parts: list[tuple[int, str]], read: Callable[[Path], RawFile]
+) -> RawFile:
+    """A run for each part; arguments and errors as of `read_sections`."""
+    runs: list[RawRun] = []
+    not_taken: list[str] = []
+    for first, text in parts:
+        made = _read_part(file, first, text, read)
+        tables = tuple(replace(t, first_row=t.first_row + first) for t in made.runs[0].tables)
+        runs.append(RawRun(str(file), tables))
+        not_taken += made.not_taken
+    return RawFile(tuple(runs), tuple(dict.fromkeys(not_taken)))
+
+
+def without_last_words(file: Path, layout: TextLayout, row: int) -> str | None:
+    """The text above a row from which on no cell is a number; None: there is one, or too much."""
+    text = file.read_bytes().decode(layout.encoding).splitlines()
+    tail = text[row - 1 :]
+    cells = [cell for line in tail for cell in cells_of(line, layout.delimiter)]
+    if len(tail) > _LAST_WORDS or any(number_of(cell) is not None for cell in cells):
+        return None
+    return "\n".join(text[: row - 1]) + "\n"
 
 
 def _apart(table: RawTable, first: int, taken: set[str]) -> RawTable:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
@@ -26,8 +28,19 @@ from armimpedance.recordings.mapped.raw_file import (
 )
 from armimpedance.recordings.mapped.text_clocks import distinct_names, tables_of_clocks
 from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cells_of, text_layout
-from armimpedance.recordings.mapped.text_numbers import seconds_of_stamps, without_groups
-from armimpedance.recordings.mapped.text_sections import read_sections, sections_of
+from armimpedance.recordings.mapped.text_numbers import (
+    FORTRAN,
+    MINUS,
+    seconds_of_stamps,
+    without_groups,
+)
+from armimpedance.recordings.mapped.text_sections import (
+    read_repeated,
+    read_sections,
+    repeated_headers,
+    sections_of,
+    without_last_words,
+)
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm")
 #: A column of texts takes as much room as its longest cell in each row.
@@ -43,11 +56,30 @@ _BLOCK_BYTES: Final = 4_000_000
 def _read(file: Path, wanted: Wanted) -> RawFile:
     if sections := sections_of(file):
         return read_sections(file, sections, lambda part: _read_one(part, wanted))
-    return _read_one(file, wanted)
-
-
-def _read_one(file: Path, wanted: Wanted) -> RawFile:
     layout = text_layout(file)
+    if parts := repeated_headers(file, layout):
+        return read_repeated(file, parts, lambda part: _read_one(part, wanted))
+    return _read_one(file, wanted, layout)
+
+
+def _read_one(file: Path, wanted: Wanted, layout: TextLayout | None = None) -> RawFile:
+    """A text of one table; a remark below its rows is not taken."""
+    layout = text_layout(file) if layout is None else layout
+    try:
+        return _read_table(file, wanted, layout)
+    except InputError as error:
+        above = None if error.row is None else without_last_words(file, layout, error.row)
+        if above is None:
+            raise
+    with TemporaryDirectory() as folder:
+        part = Path(folder, file.name)
+        part.write_text(above, encoding=layout.encoding)
+        made = _read_table(part, wanted, layout)
+    told = (*made.not_taken, "Lines below the rows of a table hold no number and were left out.")
+    return RawFile((replace(made.runs[0], name=str(file)),), told)
+
+
+def _read_table(file: Path, wanted: Wanted, layout: TextLayout) -> RawFile:
     names, clocks = _names(file, layout)
     chosen = [name for name in names if wanted(name) or name in clocks]
     skipped = [name for name in names if name not in chosen]
@@ -145,6 +177,8 @@ def _values(column: pa.ChunkedArray, decimal: str) -> np.ndarray[Any, Any] | Non
     numbers = pc.if_else(missing, pa.scalar(None, pa.string()), texts)
     if decimal == ",":
         numbers = pc.replace_substring(numbers, ",", ".")
+    numbers = pc.replace_substring(numbers, MINUS, "-")
+    numbers = pc.replace_substring_regex(numbers, FORTRAN, r"\1e\2")
     try:
         return np.asarray(numbers.cast(pa.float64()).to_numpy(), dtype=np.float64)
     except pa.ArrowInvalid:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -49,7 +50,9 @@ def plain(table: pd.DataFrame, **how: object) -> str:
 # ---- ends ----------------------------------------------------------------------------------------
 
 
-def padded(rows: Callable[[pd.DataFrame], pd.DataFrame], before: bool = False) -> Quirk:
+def padded(
+    rows: Callable[[pd.DataFrame], pd.DataFrame], before: bool = False, **how: object
+) -> Quirk:
     """Rows that are put after (before) the samples of every other trial."""
 
     def write(table: pd.DataFrame) -> str:
@@ -57,7 +60,7 @@ def padded(rows: Callable[[pd.DataFrame], pd.DataFrame], before: bool = False) -
         for i, (_, own) in enumerate(table.groupby("trial", sort=False)):
             extra = rows(own) if i % 2 else own.iloc[:0]
             parts += [extra, own] if before else [own, extra]
-        return plain(pd.concat(parts))
+        return plain(pd.concat(parts), **how)
 
     return Quirk(write)
 
@@ -70,6 +73,15 @@ def _like(own: pd.DataFrame, values: float, rows: int, keep: tuple[str, ...]) ->
 
 
 ROW = ("trial", "time [s]")
+
+
+def _held(own: pd.DataFrame) -> pd.DataFrame:
+    """Fifteen rows of the last values; none where by chance the last two rows are alike."""
+    made = _like(own, 0.0, 15, ROW)
+    made[HEAD[2:]] = own[HEAD[2:]].iloc[-1].to_numpy()
+    return made.iloc[: 15 * bool((own[HEAD[2:]].iloc[-1] != own[HEAD[2:]].iloc[-2]).any())]
+
+
 ENDS = {
     "one row of zeros": padded(lambda own: _like(own, 0.0, 1, ROW)),
     "twelve rows of zeros": padded(lambda own: _like(own, 0.0, 12, ROW)),
@@ -80,6 +92,11 @@ ENDS = {
     "-999 as nothing": padded(lambda own: _like(own, -999.0, 4, ROW)),
     "one wild row": padded(lambda own: _like(own, 1.234, 1, ROW)),
     "empty cells before": padded(lambda own: _like(own, np.nan, 6, ("trial",)), before=True),
+    "the last value again and again": padded(_held),
+    **{
+        f"{word} in the cells": padded(lambda own: _like(own, np.nan, 20, ROW), na_rep=word)
+        for word in ("NaN", "#N/A", "-", "null")
+    },
 }
 
 # ---- numbers -------------------------------------------------------------------------------------
@@ -130,6 +147,13 @@ NUMBERS = {
     "times of day over midnight": _stamped(lambda t: _clock(t + 86_395)),
     "NA for what is missing": Quirk(lambda t: plain(_like_and(t), na_rep="NA")),
     "exponents": Quirk(lambda t: plain(t, float_format="%.8e")),
+    "exponents of Fortran": Quirk(
+        lambda t: re.sub(r"(\.\d+)E", r"\1D", plain(t, float_format="%.8E"))
+    ),
+    "the minus of typesetting": Quirk(lambda t: plain(t).replace("-", "\u2212")),
+    "a sign before each number": Quirk(lambda t: re.sub(r",(?=\d)", ",+", plain(t))),
+    "decimal commas": Quirk(lambda t: plain(t, sep=";", decimal=",")),
+    "every cell in quotation marks": Quirk(lambda t: plain(t, quoting=csv.QUOTE_ALL)),
 }
 
 
@@ -208,6 +232,31 @@ def delsys(table: pd.DataFrame) -> str:
     return _lines(head, rows())
 
 
+def labview(table: pd.DataFrame) -> str:
+    """LabVIEW's measurement file: two heads, units in the second, a remark behind the first row."""
+    own = _first(table)
+    facts = ["LabVIEW Measurement", "Separator\tTab", "Decimal_Separator\t.", "Multi_Headings\tNo"]
+    facts += ["X_Columns\tOne", "Date\t2024/05/01", "***End_of_Header***\t", "\t"]
+    second = {
+        "Channels": ["4"],
+        "Samples": [str(len(own))] * 4,
+        "Y_Unit_Label": ["m", "m", "N", "N"],
+    }
+    second |= {"X0": ["0.0"] * 4, "Delta_X": ["0.001"] * 4, "***End_of_Header***": [""] * 5}
+    second |= {"X_Value": ["x", "y", "Fx", "Fy", "Comment"]}
+    lines = [*facts, *("\t".join([name, *cells]) for name, cells in second.items())]
+    return "\n".join(lines) + "\n" + own[HEAD[1:]].to_csv(sep="\t", index=False, header=False)
+
+
+def _by_trial(write: Callable[[int, pd.DataFrame], str]) -> Quirk:
+    """Trial after trial appended to one text."""
+    return Quirk(
+        lambda t: "".join(
+            write(i, own) for i, (_, own) in enumerate(t.groupby("trial", sort=False))
+        )
+    )
+
+
 def _renamed(*names: str) -> Callable[[pd.DataFrame], str]:
     return lambda table: plain(table.set_axis(list(names), axis=1))
 
@@ -225,6 +274,42 @@ HEADERS = {
         lambda t: plain(t.assign(a=1.5, b=2.5).set_axis([*HEAD, "spare", "spare"], axis=1))
     ),
     "a delimiter at the end of each row": Quirk(lambda t: plain(t).replace("\n", ",\n")),
+    "names behind a #, blanks between": Quirk(
+        lambda t: "# trial time_s x_m y_m Fx_N Fy_N\n" + plain(t, header=False, sep=" ")
+    ),
+    "columns of fixed width": Quirk(
+        lambda t: t.set_axis([n.replace(" [", "_").strip("]") for n in HEAD], axis=1).to_string(
+            index=False, float_format=lambda v: f"{v:.7f}"
+        )
+    ),
+    "LabVIEW, two heads": Quirk(labview, trials=False),
+    "groups above the axes, units in brackets": Quirk(
+        lambda t: (
+            "trial,time,position,,force,\n,s,x (m),y (m),x (N),y (N)\n" + plain(t, header=False)
+        )
+    ),
+    "Excel's line on its delimiter": Quirk(lambda t: "sep=;\n" + plain(t, sep=";")),
+    "the header again above each trial": _by_trial(lambda _, own: plain(own)),
+    "a title and the header above each trial": _by_trial(
+        lambda i, own: f"Trial {i + 1}\n{plain(own.drop(columns='trial'))}\n"
+    ),
+    "an empty line between trials": _by_trial(lambda i, own: plain(own, header=i == 0) + "\n"),
+    "a remark below the last row": Quirk(lambda t: plain(t) + "End of file\n"),
+    "rows longer than the header": Quirk(lambda t: re.sub(r"(?<=\d)\n", ",ok\n", plain(t))),
+    "a mark of bytes, Windows' line ends": Quirk(
+        lambda t: "\ufeff" + plain(t).replace("\n", "\r\n")
+    ),
+    "units after a slash": Quirk(
+        _renamed("Trial No.", "Time / s", "Hand X / m", "Hand Y / m", "Force X / N", "Force Y / N")
+    ),
+    "the number of the row before it": Quirk(lambda t: t.to_csv()),
+    "another order of columns": Quirk(lambda t: plain(t[[HEAD[i] for i in (5, 3, 0, 4, 1, 2)]])),
+    "frames below a line with the rate": Quirk(
+        lambda t: (
+            "fs: 1000 Hz\n"
+            + plain(t.drop(columns="time [s]").assign(frame=t.groupby("trial").cumcount()))
+        )
+    ),
 }
 
 # ---- clocks --------------------------------------------------------------------------------------
@@ -259,6 +344,32 @@ CLOCKS = {
     "stamps that alternate": _uneven(lambda n: 1.5e-4 * (np.arange(n) % 2), moved=False),
     "stamps in blocks": _uneven(lambda n: -8e-5 * (np.arange(n) % 5), moved=False),
     "polled samples": _uneven(_noise(1.5e-4), moved=True),
+}
+
+
+def _counted(name: str, per_s: int, first: int = 0, full: int = 2**62) -> Quirk:
+    """Whole ticks of a clock that runs through the session, 5 s of rest between trials."""
+
+    def write(table: pd.DataFrame) -> str:
+        seconds = np.arange(len(table)) / 1000.0 + 5.0 * (table["trial"].to_numpy() - 1)
+        ticks = (np.round(seconds * per_s).astype(np.int64) + first) % full
+        return plain(table.drop(columns="time [s]").assign(**{name: ticks}))
+
+    return Quirk(write)
+
+
+TICKS = {
+    "16 bits of milliseconds, full in a trial": _counted("clock [ms]", 1000, 65_036, 2**16),
+    "32 bits of microseconds, full in a trial": _counted(
+        "clock [us]", 10**6, 2**32 - 400_000, 2**32
+    ),
+    "seconds since 1970": Quirk(
+        lambda t: plain(
+            t.assign(**{"time [s]": 1_714_557_600.0 + np.arange(len(t)) / 1000 + 5.0 * t["trial"]})
+        )
+    ),
+    "milliseconds since 1970": _counted("timestamp_ms", 1000, 1_714_557_600_000),
+    "nanoseconds since 1970": _counted("timestamp_ns", 10**9, 1_714_557_600 * 10**9),
 }
 
 # ---- arrays --------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from armimpedance.core.records import Recording
 from armimpedance.recordings import propose_mapping
 from manipulandum_sim.hand import simulate
 
-ALL = {**quirks.ENDS, **quirks.NUMBERS, **quirks.HEADERS, **quirks.CLOCKS}
+ALL = {**quirks.ENDS, **quirks.NUMBERS, **quirks.HEADERS, **quirks.CLOCKS, **quirks.TICKS}
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +69,37 @@ def test_the_motion_says_whether_samples_or_stamps_are_uneven(
     assert ("interpolated" in said) == (name == "polled samples")
     with pytest.raises(InputError, match="column time"):
         ai.read(file, strict=True)
+
+
+def test_what_is_below_the_rows_is_said_where_it_is_words_and_named_where_it_is_numbers(
+    session: Recording, tmp_path: Path
+) -> None:
+    text = quirks.plain(quirks.table_of(session))
+    read = ai.read(proposed(text + "End of file\n", tmp_path))
+    assert any("left out" in step for step in read.provenance)
+    last = text.count("\n") + 1
+    with pytest.raises(InputError, match=f"row {last}"):
+        ai.read(proposed(text + "mean,,0.1,0.2,0.3,0.4\n", tmp_path))
+
+
+def test_a_bad_cell_below_a_second_header_is_named_by_its_line(
+    session: Recording, tmp_path: Path
+) -> None:
+    quirk = quirks.HEADERS["the header again above each trial"]
+    lines = quirk.write(quirks.table_of(session)).splitlines()
+    lines[1499] = lines[1499].rpartition(",")[0] + ",oops"
+    with pytest.raises(InputError, match=r"row 1500.*oops"):
+        ai.read(proposed("\n".join(lines) + "\n", tmp_path))
+
+
+@pytest.mark.parametrize("lost", [400, 499])
+def test_samples_that_were_lost_where_a_counter_is_full_are_a_gap(
+    lost: int, session: Recording, tmp_path: Path
+) -> None:
+    full = quirks.TICKS["16 bits of milliseconds, full in a trial"].write(quirks.table_of(session))
+    lines = full.splitlines()
+    with pytest.raises(InputError, match="a gap|run forward"):
+        ai.read(proposed("\n".join(lines[:lost] + lines[lost + 4 :]) + "\n", tmp_path))
 
 
 def test_a_sample_that_was_lost_is_no_scatter(session: Recording, tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ def expected(session):
     return ai.estimate(session[0])
 
 
-DOUBLES = ("csv", "parquet", "matlab", "mcap", "bids")
+DOUBLES = ("csv", "parquet", "matlab", "vbot", "mcap", "bids")
 
 
 @pytest.mark.parametrize("name", DOUBLES)
