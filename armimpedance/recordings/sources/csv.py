@@ -56,15 +56,23 @@ _BLOCK_BYTES: Final = 4_000_000
 def _read(file: Path, wanted: Wanted) -> RawFile:
     if sections := sections_of(file):
         return read_sections(file, sections, lambda part: _read_one(part, wanted))
-    layout = text_layout(file)
-    if parts := repeated_headers(file, layout):
-        return read_repeated(file, parts, lambda part: _read_one(part, wanted))
-    return _read_one(file, wanted, layout)
+    try:
+        return _read_one(file, wanted)
+    except _HeaderAgainError as found:
+        return read_repeated(file, found.parts, lambda part: _read_one(part, wanted))
 
 
-def _read_one(file: Path, wanted: Wanted, layout: TextLayout | None = None) -> RawFile:
+class _HeaderAgainError(Exception):
+    """The header of a table stands in it again: `parts` are what `repeated_headers` gives."""
+
+    def __init__(self, parts: list[tuple[int, str]]) -> None:
+        super().__init__()
+        self.parts = parts
+
+
+def _read_one(file: Path, wanted: Wanted) -> RawFile:
     """A text of one table; a remark below its rows is not taken."""
-    layout = text_layout(file) if layout is None else layout
+    layout = text_layout(file)
     try:
         return _read_table(file, wanted, layout)
     except InputError as error:
@@ -131,7 +139,8 @@ def _table(file: Path, layout: TextLayout, names: list[str], chosen: list[str]) 
     try:
         return _parsed(file, layout, names, chosen, numbers)
     except pa.ArrowInvalid:
-        pass
+        if parts := repeated_headers(file, layout):
+            raise _HeaderAgainError(parts) from None
     except (pa.ArrowException, OSError, ValueError, UnicodeError) as error:
         raise _unreadable(file, error) from None
     try:
