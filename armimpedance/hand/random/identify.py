@@ -49,6 +49,7 @@ from armimpedance.hand.random.lines import (
 from armimpedance.hand.random.pieces import check_pieces
 from armimpedance.hand.random.random_fit import RandomFit, ReflexPart, response_matrix
 from armimpedance.hand.still import elbow_told, groups_of, is_wrist_free
+from armimpedance.numerics.criticism import refuse_size
 
 METHOD: Final = "refined instruments"
 #: The noise's spectrum and the answer are found in turns, so often.
@@ -102,7 +103,8 @@ def identify_random(
     NotIdentifiableError
         The motion does not tell M, B and K apart.
     EstimationError
-        The inertia comes out negative: a sign or the axes are not what the recording says.
+        The inertia comes out negative or of no person's size: a unit, a sign or the axes are not
+        what the recording says.
     """
     if recording.perturbation != "stochastic":
         raise InputError(
@@ -117,6 +119,8 @@ def identify_random(
     made = []
     for done, (keys, rows) in enumerate(groups, 1):
         fit = _of_group(recording, commands, keys, rows, band_hz)
+        if recording.kind == "hand":
+            refuse_size(fit.estimate, recording.subject.mass_kg)
         made.append(replace(fit, estimate=fit.estimate.marked(of_joints)))
         if progress is not None:
             progress(done, len(groups))

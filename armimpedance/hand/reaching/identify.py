@@ -37,6 +37,7 @@ from armimpedance.hand.reaching.over_reach import course_over
 from armimpedance.hand.reaching.session import Session, session_of
 from armimpedance.hand.reaching.solve import Known, PhaseEvidence, evidence_of, solve
 from armimpedance.hand.reaching.windows import PhaseWindows
+from armimpedance.numerics.criticism import refuse_size
 
 
 def identify_movement(
@@ -79,7 +80,7 @@ def identify_movement(
     NotIdentifiableError
         The pushes of a phase do not tell M, B and K apart.
     EstimationError
-        M comes out negative.
+        M comes out negative, or of a size that no person's is.
     """
     chosen = METHODS.named(method)
     _check_level(method or METHODS.default, chosen, level)
@@ -93,6 +94,8 @@ def identify_movement(
             check_inertia(fit, phase.name)
             keys = {"condition": phase.condition, "phase": name}
             made.append(to_estimate(fit, windows, method or METHODS.default, keys))
+    for one in made:
+        refuse_size(one, recording.subject.mass_kg)
     said = warnings_of(check_one_limb(cut))
     return [one.with_warning(*said) for one in made]
 
@@ -173,7 +176,7 @@ def identify_course(
     NotIdentifiableError
         The pushes of a phase do not tell M, B and K apart.
     EstimationError
-        M comes out negative.
+        M comes out negative, or of a size that no person's is.
     """
     session = session_of(recording, inertia, phases)
     solved: dict[str, list[_Phase]] = {}
@@ -186,6 +189,8 @@ def identify_course(
     made: list[ImpedanceEstimate] = []
     for condition, parts in solved.items():
         made += _course(session.courses, condition, parts, level, session.known)
+    for one in made:
+        refuse_size(one, recording.subject.mass_kg)
     said = warnings_of(check_one_limb([p.windows for parts in solved.values() for p in parts]))
     return [one.with_warning(*said) for one in made]
 

@@ -12,10 +12,8 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, lengths
 from armimpedance.core.conventions import (
     AXES,
-    FORCE_UNIT,
     LARGEST_ANGLE_RAD,
     POSITION_UNIT,
-    UNITS,
     group_name,
     perturbation_columns,
 )
@@ -28,7 +26,7 @@ from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.estimation import DEFAULT_BY, Options, groups_of
 from armimpedance.hand.still.methods import exact
 from armimpedance.hand.still.prepared import fit_names, to_matrix_order
-from armimpedance.numerics.criticism import check_joint_size
+from armimpedance.numerics.criticism import check_hand_size, check_joint_size
 from armimpedance.numerics.regression import fit, t_factor
 from armimpedance.numerics.signals import (
     FEWEST_AT_REST,
@@ -45,11 +43,6 @@ from armimpedance.numerics.signals import (
 # forces or positions in other units, with another sign or along other axes finds ``c Q M`` instead,
 # c the ratio of the units and Q orthogonal.
 
-#: Mean inertia along the axes per body mass: of the hand of seated adults .02 to .03 (simulated
-#: arms after Winter, every posture); a hand in forces of kgf shows a tenth of it.
-PER_BODY_MASS: Final = (0.006, 0.1)
-#: The same where the body's mass is not known, kg: from a child's to the arm of a giant.
-HAND_INERTIA: Final = (0.22, 10.0)
 #: A disturbance moves the limb by less than this (m, rad).
 WAY: Final = {"hand": 0.3, "joint": 1.0}
 #: Without lengths: no hand is further from its shoulder (m).
@@ -177,7 +170,7 @@ def _own_force(window: Window) -> tuple[float, float]:
 def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
     """Size of the inertia and of the movement against what a limb can have."""
     kind, mass = recording.kind, recording.subject.mass_kg
-    unit, length = UNITS[kind]["M"], POSITION_UNIT[kind]
+    length = POSITION_UNIT[kind]
     if kind == "joint" and (turn := float(np.abs(recording.position).max())) > LARGEST_ANGLE_RAD:
         text = f"angles up to {turn:.4g} rad, more than a turn: are these degrees?"
         return Finding("units", "unusable", text)
@@ -190,18 +183,7 @@ def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
     if kind == "joint":
         size = check_joint_size("inertia", mean, error)
         return replace(size, verdict="unusable") if size.verdict == "warning" else size
-    low, high = HAND_INERTIA
-    whose = "any limb's"
-    if mass is not None:
-        low, high = (mass * each for each in PER_BODY_MASS)
-        whose = f"that of a hand of a body of {mass:g} kg"
-    margin = 3 * error
-    text = f"mean inertia {mean:.3g} {unit}, {whose} {low:.2g} to {high:.2g}"
-    if low <= mean + margin and mean - margin <= high:
-        factor = max(mean / low, high / mean)
-        return Finding("units", "ok", text, smallest=f"a factor of {factor:.2g}")
-    hint = f"{FORCE_UNIT[kind]} and {length} are expected: check the units of force and position"
-    return Finding("units", "unusable", f"{text}: {hint}")
+    return check_hand_size(mean, error, mass)
 
 
 def _reach(recording: Recording) -> Finding:

@@ -166,6 +166,49 @@ def from_recording(
     )
 
 
+#: Pieces of a trial that are held against each other: none shorter (s), and at most so many.
+PIECE_S: Final = 10.0
+MOST_PIECES: Final = 6
+
+
+def pieces_of(samples: JointSamples) -> dict[str, JointSamples]:
+    """Pieces of long trials, by where each begins; none of trials too short for two of them.
+
+    Parameters
+    ----------
+    samples : JointSamples
+
+    Returns
+    -------
+    dict from a label, such as ``20 s`` or ``trial 2 at 0 s``, to JointSamples
+        Of one trial each.
+    """
+    pieces = {}
+    for row, trial in enumerate(samples.trials):
+        at = samples.samples_of(row)
+        seconds = (at.stop - at.start) / samples.sample_rate_hz
+        count = min(MOST_PIECES, int(seconds / PIECE_S))
+        edges = np.linspace(at.start, at.stop, max(count, 1) + 1).astype(np.int64)
+        for first, last in zip(edges[:-1], edges[1:], strict=True):
+            begins = f"{(first - at.start) / samples.sample_rate_hz:.0f} s"
+            name = begins if samples.n_trials == 1 else f"trial {trial} at {begins}"
+            if count > 1:
+                pieces[name] = _cut(samples, trial, slice(int(first), int(last)))
+    return pieces
+
+
+def _cut(samples: JointSamples, trial: str, at: slice) -> JointSamples:
+    return replace(
+        samples,
+        trials=(trial,),
+        offsets=np.array([0, at.stop - at.start]),
+        torque=samples.torque[at],
+        angle=samples.angle[at],
+        perturbation=None if samples.perturbation is None else samples.perturbation[at],
+        command=None if samples.command is None else samples.command[at],
+    )
+
+
 def _expected_inertia(recording: Recording) -> float | None:
     """Of forearm and hand about the elbow, after D. A. Winter's table (see
     `limb.arm.anthropometry`).

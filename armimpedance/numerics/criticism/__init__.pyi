@@ -9,4 +9,8 @@ from .course import (
     sizes_beside as sizes_beside,
 )
 from .gate import refuse_stops as refuse_stops
-from .joint_size import check_joint_size as check_joint_size
+from .joint_size import (
+    check_hand_size as check_hand_size,
+    check_joint_size as check_joint_size,
+    refuse_size as refuse_size,
+)

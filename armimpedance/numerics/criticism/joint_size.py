@@ -1,9 +1,13 @@
-"""Can a person's joint be of this size? What it is not betrays a unit: mNm, kgf m, degrees."""
+"""Can a person's joint or hand be of this size? What it is not betrays a unit: mN, kgf, degrees."""
 
 from __future__ import annotations
 
 from typing import Final, Literal, NamedTuple
 
+import numpy as np
+
+from armimpedance.core.errors import EstimationError
+from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.findings import Finding
 
 #: Standard errors by which a number must lie outside.
@@ -78,6 +82,83 @@ def check_joint_size(
         f"{told} is that {whose} ({limits}): torque in N m and angle in rad are expected; check "
         "the units (kgf m, mNm, degrees), and the mass and the length that were stated",
     )
+
+
+#: Mean inertia along the axes per body mass: of the hand of seated adults .02 to .03 (simulated
+#: arms after Winter, every posture); a hand in forces of kgf shows a tenth of it.
+PER_BODY_MASS: Final = (0.006, 0.1)
+#: The same where the body's mass is not known, kg: from a child's to the arm of a giant.
+HAND_INERTIA: Final = (0.22, 10.0)
+
+
+def check_hand_size(mean: float, error: float, mass_kg: float | None) -> Finding:
+    """Whether a fitted inertia can be that of a person's hand.
+
+    Parameters
+    ----------
+    mean : float
+        Of the inertia over the axes, kg.
+    error : float
+        Its standard error.
+    mass_kg : float or None
+        Of the person's body, where it is stated.
+
+    Returns
+    -------
+    Finding
+        "units", a STOP where it cannot.
+
+    Examples
+    --------
+    >>> from armimpedance.numerics.criticism import check_hand_size
+    >>> check_hand_size(1300.0, 10.0, 65.0).verdict
+    'unusable'
+    """
+    low, high = HAND_INERTIA
+    whose = "any limb's"
+    if mass_kg is not None:
+        low, high = (mass_kg * each for each in PER_BODY_MASS)
+        whose = f"that of a hand of a body of {mass_kg:g} kg"
+    text = f"mean inertia {mean:.3g} kg, {whose} {low:.2g} to {high:.2g}"
+    if low <= mean + SURE * error and mean - SURE * error <= high:
+        factor = max(mean / low, high / mean)
+        return Finding("units", "ok", text, smallest=f"a factor of {factor:.2g}")
+    hint = "N and m are expected: check the units of force and position"
+    return Finding("units", "unusable", f"{text}: {hint}")
+
+
+def refuse_size(one: ImpedanceEstimate, mass_kg: float | None) -> None:
+    """Refuse an estimate whose inertia is of another unit than it says.
+
+    Parameters
+    ----------
+    one : ImpedanceEstimate
+    mass_kg : float or None
+        Of the person's body, where it is stated.
+
+    Raises
+    ------
+    EstimationError
+        No person's hand, or joints, have such an inertia.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from armimpedance.numerics.criticism import refuse_size
+    >>> from manipulandum_sim.hand import simulate
+    >>> hand = ai.estimate(simulate("cocontraction", seed=1, conditions=["cocontraction_20"])[0])
+    >>> refuse_size(hand.estimates[0], 65.0)
+    """
+    d = one.k
+    mean = float(np.trace(one.inertia)) / d
+    error = float(np.sqrt(np.diag(one.covariance)[: d * d].max()))
+    size = (
+        check_hand_size(mean, error, mass_kg)
+        if one.level == "hand"
+        else check_joint_size("inertia", mean, error)
+    )
+    if size.verdict != "ok":
+        raise EstimationError(size.sentence)
 
 
 def _short(factor: float) -> str:

@@ -18,7 +18,10 @@ import numpy as np
 from armimpedance.app.cli.main import run
 from armimpedance.core.records import Recording
 from armimpedance.recordings import write_recording
+from manipulandum_sim.elbow import simulate_bench
 from manipulandum_sim.hand import simulate
+from manipulandum_sim.movement import simulate_movement
+from manipulandum_sim.random_hand import simulate_random
 
 #: What a command comes to: it refuses and names the check, the page that it writes does, or it goes
 #: on. Both of the first end with status 2.
@@ -78,6 +81,49 @@ def _away(recording: Recording) -> Recording:
     return replace(recording, position=recording.position + way[:, None] * [1.0, 0.0])
 
 
+def others() -> dict[str, Recording]:
+    """Commands of other experiments, each with a recording that it takes."""
+    return {
+        "random {0} --out {1}.csv": simulate_random(seed=1, trials=2, duration_s=6.0)[0],
+        "movement {0} --out {1}.csv": simulate_movement(
+            seed=1, repeats=2, unperturbed=15, phases=(0.5,)
+        )[0],
+        "elbow {0} --out {1}.json": simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)[0],
+    }
+
+
+#: What may be wrong with any of these. Of one axis none can be exchanged.
+WRONG: Final = {
+    "force in mN": lambda r: replace(r, force=1000 * r.force),
+    "force of the device": lambda r: replace(r, force=-r.force),
+    "axes of force exchanged": lambda r: None if r.axes < 2 else replace(r, force=r.force[:, ::-1]),
+    "position in mm, or degrees": lambda r: replace(r, position=1000 * r.position),
+}
+
+
+def table_of_others(folder: Path) -> str:
+    """The same of other experiments: what ends their commands with status 2."""
+    made = others()
+    heads = [f"`{name_of(command)}`" for command in made]
+    lines = [f"| what is wrong | {' | '.join(heads)} |", "| --- |" + " --- |" * len(heads)]
+    for name, damage in WRONG.items():
+        cells = [_ends(folder / name, command, damage(one)) for command, one in made.items()]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _ends(folder: Path, command: str, recording: Recording | None) -> str:
+    if recording is None:
+        return "-"
+    place, complained = folder / command.split()[0], StringIO()
+    place.mkdir(parents=True)
+    write_recording(recording, place / "s")
+    with redirect_stdout(StringIO()), redirect_stderr(complained):
+        status = run(command.format(place / "s", place / "result").split())
+    written = any(place.glob("result*"))
+    return REFUSED if status == 2 and not written else f"{GOES_ON}: {complained.getvalue()}"
+
+
 def outcome(command: str, check: str, recording: Path, out: Path, *options: str) -> str:
     """What a command does with a recording that fails a check."""
     words = command.format(recording, out / command.split()[0]).split()
@@ -113,4 +159,4 @@ def table(folder: Path) -> str:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as made:
-        sys.stdout.write(table(Path(made)))
+        sys.stdout.write(table(Path(made)) + "\n" + table_of_others(Path(made)))

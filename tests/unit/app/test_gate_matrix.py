@@ -5,7 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from gate_matrix import COMMANDS, GOES_ON, PRINTED, REFUSED, failing, outcome, sound, table
+from gate_matrix import (
+    COMMANDS,
+    GOES_ON,
+    PRINTED,
+    REFUSED,
+    failing,
+    outcome,
+    sound,
+    table,
+    table_of_others,
+)
 
 from armimpedance.recordings import write_recording
 
@@ -23,6 +33,14 @@ def test_the_matrix_is_that_of_the_docs_and_no_cell_goes_on(tmp_path):
     assert made in PAGE.read_text(encoding="utf-8"), "python tests/unit/app/gate_matrix.py"
     cells = {cell for line in made.splitlines()[2:] for cell in line.strip("| ").split(" | ")[2:]}
     assert cells == {REFUSED, PRINTED}
+
+
+@pytest.mark.skipif(not PAGE.exists(), reason="the source is not beside")
+def test_other_experiments_refuse_what_no_limb_is(tmp_path):
+    made = table_of_others(tmp_path)
+    assert made in PAGE.read_text(encoding="utf-8"), "python tests/unit/app/gate_matrix.py"
+    cells = {cell for line in made.splitlines()[2:] for cell in line.strip("| ").split(" | ")[1:]}
+    assert cells == {REFUSED, "-"}
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -68,7 +68,8 @@ def random(
     NotIdentifiableError
         The commands do not move the hand along all axes.
     EstimationError
-        The inertia comes out negative: a sign or an axis is not what the recording says.
+        The inertia comes out negative or of no person's size: a unit, a sign or an axis is not
+        what the recording says.
 
     Examples
     --------

@@ -117,7 +117,8 @@ def movement(
     NotIdentifiableError
         The pushes of a phase do not tell M, B and K apart.
     EstimationError
-        M comes out negative: the force's sign is not what the recording says.
+        M comes out negative or of no person's size: the force's sign or unit is not what the
+        recording says.
 
     Examples
     --------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Final, Literal
 
@@ -13,9 +13,9 @@ from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
-from armimpedance.joint.elbow.samples import from_recording
-from armimpedance.joint.elbow.stationary.identify import identify_elbow
-from armimpedance.numerics.criticism import SessionWords, check_inertia_over
+from armimpedance.joint.elbow.samples import JointSamples, from_recording, pieces_of
+from armimpedance.joint.elbow.stationary.identify import estimate_joint, identify_elbow
+from armimpedance.numerics.criticism import SessionWords, check_inertia_over, check_joint_size
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
@@ -27,6 +27,8 @@ _WORDS: Final = SessionWords(
     "a gain of the torque or the angle, or another person",
     "another limb, or another strap or posture",
 )
+#: Of a record without so many trials pieces are held against each other.
+_PIECES: Final = replace(_WORDS, part="piece")
 #: What a part of a recording that allows no fit of its own fails with.
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
@@ -87,7 +89,7 @@ def elbow(
     NotIdentifiableError
         The motion does not tell I, B and K apart.
     EstimationError
-        What was fitted is no joint, or a search does not settle.
+        What was fitted is no joint, or of no person's size, or a search does not settle.
 
     Examples
     --------
@@ -113,6 +115,10 @@ def elbow(
         marks = checked(chosen, despite)
         tell(0, 1 + len(selections))
         whole = identify_elbow(samples, **options)
+        size = check_joint_size("inertia", whole.inertia.value, whole.inertia.sd_robust)
+        if size.verdict != "ok":
+            raise EstimationError(size.sentence)
+        pieces = {} if _has_conditions(selections) else pieces_of(samples)
         parts = {}
         for done, (name, rows) in enumerate(selections.items(), start=1):
             tell(done, 1 + len(selections))
@@ -122,7 +128,7 @@ def elbow(
             except _NO_FIT:
                 continue
         tell(1 + len(selections), 1 + len(selections))
-    session = _session(parts)
+    session = _session(parts) or _over_pieces(pieces)
     return replace(
         whole,
         parts=parts,
@@ -141,21 +147,38 @@ def _parts(recording: Recording) -> dict[str, np.ndarray]:
     return {name: (label == name).to_numpy() for name in names}
 
 
+def _has_conditions(names: Iterable[str]) -> bool:
+    return any(not name.startswith(_TRIAL) for name in names)
+
+
 def _session(parts: Mapping[str, ElbowFit]) -> tuple[Finding, ...]:
     """The finding "session": a limb's inertia does not change from trial to trial.
 
     Empty where the parts are no trials, or too few.
     """
-    if not parts or not all(label.startswith(_TRIAL) for label in parts):
+    if not parts or _has_conditions(parts):
         return ()
     fits = [part.parameters for part in parts.values()]
     numbers = np.array([one.values for one in fits]), np.array([one.sd for one in fits])
     return check_inertia_over(list(parts), {"": numbers}, _WORDS)
 
 
+def _over_pieces(pieces: Mapping[str, JointSamples]) -> tuple[Finding, ...]:
+    """The same of a record in one or two long trials; the fit of a piece asks for no doubts."""
+    labels, fits = [], []
+    for label, samples in pieces.items():
+        try:
+            fits.append(estimate_joint(samples))
+        except _NO_FIT:
+            continue
+        labels.append(label)
+    numbers = np.array([one.values for one in fits]), np.array([one.sd for one in fits])
+    return check_inertia_over(labels, {"": numbers}, _PIECES) if fits else ()
+
+
 def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:
     """A warning where conditions differ by more than their intervals allow."""
-    if not parts or any(label.startswith(_TRIAL) for label in parts):
+    if not _has_conditions(parts):
         return ()
     limits = np.array([part.parameters.interval() for part in parts.values()])
     values = np.array([part.parameters.values for part in parts.values()])
