@@ -17,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.core.findings import not_taken
+from armimpedance.recordings.mapped.mapping import known_unit
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
 
 #: An array with more columns than this is no record of signals.
@@ -184,8 +185,9 @@ def _run(
     tables: dict[int, dict[str, RawColumn]] = {}
     timed: list[RawTable] = []
     series = _time_series(arrays)
+    labels, units = _texts_beside(arrays)
     for path, leaf in arrays.items():
-        columns = _columns(path, leaf, lengths, wanted, told)
+        columns = _of_channels(_columns(path, leaf, lengths, wanted, told), leaf, labels, units)
         if path in series:
             time = np.asarray(arrays[series[path]].read(), dtype=np.float64).ravel()
             fits = [c for c in columns.values() if len(c.values) == len(time)]
@@ -195,6 +197,49 @@ def _run(
         for column, values in columns.items():
             tables.setdefault(len(values.values), {})[column] = values
     return RawRun(name, (*_merged(timed), *(RawTable(c) for c in tables.values())), own)
+
+
+#: A column of a matrix of samples and channels.
+_CHANNEL: Final = re.compile(r".*\((?::,(\d+)|(\d+),:)\)")
+_MOST_CHANNELS: Final = 1000
+
+
+def _texts_beside(arrays: Mapping[str, Leaf]) -> tuple[dict[int, list[str]], dict[int, list[str]]]:
+    """Lists of different names, and of units, by how many they are."""
+    labels: dict[int, list[str]] = {}
+    units: dict[int, list[str]] = {}
+    for leaf in arrays.values():
+        if leaf.size > _MOST_CHANNELS or leaf.size != max(leaf.shape):
+            continue
+        values = leaf.read().ravel()
+        if values.dtype.kind != "U":
+            continue
+        texts = [str(text).strip() for text in values]
+        if 2 * sum(known_unit(text) is not None for text in texts) > len(texts):
+            units.setdefault(len(texts), texts)
+        elif len(set(texts)) == len(texts) and all(texts):
+            labels.setdefault(len(texts), texts)
+    return labels, units
+
+
+def _of_channels(
+    columns: dict[str, RawColumn],
+    leaf: Leaf,
+    labels: Mapping[int, Sequence[str]],
+    units: Mapping[int, Sequence[str]],
+) -> dict[str, RawColumn]:
+    """Columns of a matrix with the label and the unit that stand for its channels."""
+    made = dict(columns)
+    for name, column in columns.items() if len(leaf.shape) == 2 else ():
+        match = _CHANNEL.fullmatch(name)
+        if match is None:
+            continue
+        first = match.group(1) is None
+        count, at = leaf.shape[0 if first else 1], int(match.group(2 if first else 1)) - 1
+        label, unit = (given[count][at] if count in given else None for given in (labels, units))
+        known = unit if unit is not None and known_unit(unit) is not None else None
+        made[name] = replace(column, unit=column.unit or known, label=label)
+    return made
 
 
 def _time_series(arrays: Mapping[str, Leaf]) -> dict[str, str]:

@@ -247,12 +247,25 @@ def _time(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None
         if unit is not None:
             found.time = ProposedColumns((name.name,), ("",), unit)
             return
-    rates = [n for n in runs[0].facts if read_name(n).role == "rate"]
-    value = runs[0].facts[rates[0]] if rates else None
-    if isinstance(value, float) and _SLOWEST_HZ < value < _FASTEST_HZ:
-        found.rate_hz, found.rate_from = value, rates[0]
+    stated_by, rate = _stated_rate(runs[0].facts)
+    if _SLOWEST_HZ < rate < _FASTEST_HZ:
+        found.rate_hz, found.rate_from = rate, stated_by
     else:
         found.cannot_tell.append("the sample rate: no column runs as time does")
+
+
+def _stated_rate(facts: Mapping[str, float | str]) -> tuple[str, float]:
+    """The fact that states a rate, or a step as BIOPAC does (`isi`, `isi_units`), and the rate."""
+    for name, value in facts.items():
+        if isinstance(value, str) or not value > 0:
+            continue
+        if read_name(name).role == "rate":
+            return name, value
+        if name.rpartition(".")[2] == "isi":
+            unit = known_unit(str(facts.get(f"{name}_units", "ms")))
+            if unit is not None and unit.dimension == "time":
+                return name, 1.0 / float(unit.to_si(np.array([value]))[0])
+    return "", np.nan
 
 
 def _numbers_of(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -19,7 +19,7 @@ from armimpedance.recordings.mapped.evidence import (
     trial_numbers,
 )
 from armimpedance.recordings.mapped.mapping import JoinedTable, known_unit
-from armimpedance.recordings.mapped.raw_file import RawRun, RawTable
+from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_NUMBER_COLUMNS
 
 
@@ -115,15 +115,14 @@ class ReadColumns:
         for table in run.tables:
             for name, column in table.columns.items():
                 if name not in hidden:
-                    self._add(name, table, column.values, column.unit)
+                    self._add(name, table, column)
         for pattern, names in starred.items():
             table = next(t for t in run.tables if names[0] in t.columns)
-            column = table.columns[names[0]]
-            self._add(pattern, table, column.values, column.unit)
+            self._add(pattern, table, table.columns[names[0]])
 
-    def _add(self, name: str, table: RawTable, values: NDArray[Any], unit: str | None) -> None:
-        self.tables[name], self.values[name] = table, values
-        self.names[name] = read_name(name, unit)
+    def _add(self, name: str, table: RawTable, column: RawColumn) -> None:
+        self.tables[name], self.values[name] = table, column.values
+        self.names[name] = replace(read_name(column.label or name, column.unit), name=name)
 
     def of(self, *roles: Role) -> list[ReadName]:
         """The columns of these roles that hold numbers."""

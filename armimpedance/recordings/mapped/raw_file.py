@@ -28,10 +28,12 @@ class RawColumn:
 
     `values` (N,): float64, NaN where a value is missing; or texts.
     `unit`: as the file states it, not interpreted.
+    `label`: what the file calls a column beside its name, as of a channel of an array.
     """
 
     values: NDArray[np.float64] | NDArray[np.str_]
     unit: str | None = None
+    label: str | None = None
 
     @property
     def is_text(self) -> bool:

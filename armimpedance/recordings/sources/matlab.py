@@ -7,10 +7,11 @@ from typing import Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import told_not_taken
+from armimpedance.recordings.channel_exports import exported_channels
 from armimpedance.recordings.hdf5 import Mat73
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.mat5 import read_mat5
-from armimpedance.recordings.matlab_tree import runs_of_tree
+from armimpedance.recordings.matlab_tree import Node, runs_of_tree
 
 _HDF5: Final = b"\x89HDF\r\n\x1a\n"
 
@@ -19,11 +20,11 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
     if _is_hdf5(file):
         opened = Mat73(file)
         try:
-            raw = runs_of_tree(opened.tree(), wanted)
+            raw = _runs(opened.tree(), file, wanted)
         finally:
             opened.close()
     else:
-        raw = runs_of_tree(read_mat5(file), wanted)
+        raw = _runs(read_mat5(file), file, wanted)
     if not any(table.columns for run in raw.runs for table in run.tables) and raw.not_taken:
         said = told_not_taken(raw.not_taken)
         objects = [t for t in said if "MATLAB class" in t or "a function" in t]
@@ -31,6 +32,16 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
             problem = f"holds no plain arrays: {objects[0].strip('.')}"
             raise InputError(problem, file=file, expected="structs, cells and arrays")
     return raw
+
+
+def _runs(tree: dict[str, Node], file: Path, wanted: Wanted) -> RawFile:
+    try:
+        channels = exported_channels(tree, wanted)
+    except InputError as error:
+        raise InputError(
+            error.problem, file=file, column=error.column, expected=error.expected
+        ) from None
+    return runs_of_tree(tree, wanted) if channels is None else channels
 
 
 def _is_hdf5(file: Path) -> bool:

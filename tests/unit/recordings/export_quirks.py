@@ -388,3 +388,47 @@ def arrays(recording: Recording, order: str, fill: float) -> dict[str, object]:
 
 
 ARRAYS = [(order, fill) for order in ("tsa", "sat", "ast", "tas", "sta") for fill in (0.0, np.nan)]
+
+
+def _signals(recording: Recording, row: int) -> dict[str, np.ndarray]:
+    at = slice(*recording.offsets[[row, row + 1]])
+    x, y = recording.position[at].T
+    fx, fy = recording.force[at].T
+    # twice as many samples of a muscle
+    emg = np.sin(np.arange(2 * len(x)) / 3.0)
+    return {"Hand X": x, "Cell X": fx, "EMG biceps": emg, "Hand Y": y, "Cell Y": fy}
+
+
+def labchart(recording: Recording) -> dict[str, object]:
+    """LabChart: one vector of all samples, a block a trial, two rates, a channel that was off."""
+    parts: list[np.ndarray] = []
+    shape = (6, recording.n_trials)
+    made = {name: np.full(shape, -1.0) for name in ("datastart", "dataend", "unittextmap")}
+    made["samplerate"] = np.zeros(shape)
+    for block in range(recording.n_trials):
+        for c, (name, values) in enumerate(_signals(recording, block).items()):
+            made["datastart"][c, block] = 1 + sum(map(len, parts))
+            parts.append(values)
+            made["dataend"][c, block] = sum(map(len, parts))
+            made["samplerate"][c, block] = 2000.0 if name.startswith("EMG") else 1000.0
+            made["unittextmap"][c, block] = 1 + ["Hand", "Cell", "EMG"].index(name.split()[0])
+    titles = [*_signals(recording, 0), "Channel 6"]
+    texts = {"titles": np.array(titles), "unittext": np.array(["m", "N", "V"])}
+    return {**made, **texts, "data": np.concatenate(parts)[None], "tickrate": 2000.0}
+
+
+def spike2(recording: Recording) -> dict[str, object]:
+    """Spike2: a struct a channel, of one trial; events beside them."""
+    units = {"Hand": "m", "Cell": "N", "EMG": "V"}
+    channels = {
+        f"V1_Ch{i}": {
+            "title": name,
+            "units": units[name.split()[0]],
+            "interval": 5e-4 if name.startswith("EMG") else 1e-3,
+            "start": 2.5,
+            "length": float(len(values)),
+            "values": values[:, None],
+        }
+        for i, (name, values) in enumerate(_signals(recording, 0).items(), start=1)
+    }
+    return {**channels, "V1_Ch31": {"title": "Keyboard", "times": np.array([[0.5]]), "length": 1.0}}

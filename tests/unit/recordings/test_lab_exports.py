@@ -176,3 +176,77 @@ def test_the_axis_of_samples_is_told_by_how_smooth_the_motion_is_along_it(
     assert read.offsets.tolist() == session.offsets.tolist()
     np.testing.assert_array_equal(read.position, session.position)
     np.testing.assert_array_equal(read.force, session.force)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_channels_of_a_matrix_are_what_their_labels_and_units_say(
+    turned: bool, session: Recording, tmp_path: Path
+) -> None:
+    """BIOPAC's `.mat`: a matrix, its channels' names and units beside it, the step as `isi`."""
+    trial = np.repeat(session.trials["trial"], np.diff(session.offsets))
+    matrix = np.column_stack([session.force, trial, 1000 * session.position])
+    content = {
+        "data": matrix.T if turned else matrix,
+        "labels": np.array(["Cell X", "Cell Y", "Trial", "Hand X", "Hand Y"]),
+        "units": np.array(["N", "N", "-", "mm", "mm"]),
+        "isi": 1.0,
+        "isi_units": "ms",
+    }
+    scipy.io.savemat(tmp_path / "export.mat", content)
+    mapping = propose_mapping(tmp_path / "export.mat")
+    mapping.place.write_text(mapping.text.replace('# by = "limb"', 'by = "limb"'), "utf-8")
+    read = ai.read(tmp_path / "export.mat")
+    assert isinstance(read, Recording)
+    assert read.sample_rate_hz == 1000.0
+    assert read.offsets.tolist() == session.offsets.tolist()
+    np.testing.assert_allclose(read.position, session.position, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(read.force, session.force)
+
+
+def test_labels_that_are_too_few_or_twice_there_say_nothing(tmp_path: Path) -> None:
+    matrix = np.random.default_rng(1).normal(size=(500, 4))
+    for labels in (["Hand X", "Hand Y", "Fx"], ["Hand X", "Hand X", "Fx", "Fy"]):
+        scipy.io.savemat(tmp_path / "export.mat", {"data": matrix, "labels": np.array(labels)})
+        assert 'kind = "?"' in propose_mapping(tmp_path / "export.mat").text
+
+
+@pytest.mark.parametrize("program", ["labchart", "spike2"])
+def test_recorders_of_channels_export_rates_and_units_of_their_own(
+    program: str, session: Recording, tmp_path: Path
+) -> None:
+    file = tmp_path / "export.mat"
+    scipy.io.savemat(file, getattr(quirks, program)(session))
+    mapping = propose_mapping(file)
+    assert '"?"' not in mapping.text
+    assert '"EMG biceps"' in mapping.text
+    mapping.place.write_text(mapping.text.replace('# by = "limb"', 'by = "limb"'), "utf-8")
+    read = ai.read(file)
+    assert isinstance(read, Recording)
+    last = session.offsets[read.n_trials]
+    assert read.n_trials == (session.n_trials if program == "labchart" else 1)
+    assert read.offsets.tolist() == session.offsets[: read.n_trials + 1].tolist()
+    np.testing.assert_array_equal(read.position, session.position[:last])
+    np.testing.assert_array_equal(read.force, session.force[:last])
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("dataend", 1e9),
+        ("samplerate", np.nan),
+        ("samplerate", -1.0),
+        ("datastart", 5e8),
+        ("unittextmap", 77.0),
+    ],
+)
+def test_what_a_recorder_says_of_its_channels_is_held_against_the_samples(
+    name: str, value: float, session: Recording, tmp_path: Path
+) -> None:
+    content = quirks.labchart(session)
+    content[name][0, 2] = value
+    scipy.io.savemat(tmp_path / "export.mat", content)
+    if name == "unittextmap":  # a unit that is not there is none
+        assert propose_mapping(tmp_path / "export.mat").text
+        return
+    with pytest.raises(InputError, match=r"export.mat.*Hand X"):
+        propose_mapping(tmp_path / "export.mat")

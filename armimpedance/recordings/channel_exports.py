@@ -1,0 +1,148 @@
+"""MATLAB files of recorders of channels: LabChart (ADInstruments) and Spike2 (CED).
+
+LabChart puts all samples into one vector, ``data``; ``datastart`` and ``dataend`` (channels,
+blocks) say which are whose, and a block is a run. Spike2 writes a struct for each channel with its
+``values``, ``interval`` and ``start``. After the makers' public descriptions of these exports.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import not_taken
+from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
+from armimpedance.recordings.mapped.text_clocks import distinct_names
+from armimpedance.recordings.matlab_tree import Leaf, Node
+
+_LABCHART: Final = ("data", "datastart", "dataend", "titles", "samplerate")
+_SPIKE2: Final = ("values", "interval", "start")
+
+
+def exported_channels(tree: Mapping[str, Node], wanted: Wanted) -> RawFile | None:
+    """The runs of a file of one of these programs; None: it is of another kind.
+
+    `tree`: name of a variable -> its content.
+    Raises InputError: what the file says of its channels does not fit its samples.
+    """
+    if all(name in tree for name in _LABCHART):
+        runs = tuple(_blocks(tree))
+    elif structs := [n for n in tree.values() if isinstance(n, dict) and _is_channel(n)]:
+        runs = (RawRun("", _tables(_waveforms(structs))),)
+    else:
+        return None
+    names = dict.fromkeys(name for run in runs for table in run.tables for name in table.columns)
+    left = [name for name in names if not wanted(name)]
+    taken = tuple(
+        RawRun(run.name, tuple(_wanted_of(table, wanted) for table in run.tables)) for run in runs
+    )
+    return RawFile(taken, not_taken(left, "the mapping gives them no meaning"))
+
+
+def _wanted_of(table: RawTable, wanted: Wanted) -> RawTable:
+    columns = {name: column for name, column in table.columns.items() if wanted(name)}
+    return RawTable(columns, table.time_s)
+
+
+@dataclass(frozen=True, eq=False)
+class _Channel:
+    """A channel's name, unit, samples and when they were taken."""
+
+    name: str
+    unit: str | None
+    values: FloatArray
+    start_s: float
+    step_s: float
+
+
+def _tables(channels: list[_Channel]) -> tuple[RawTable, ...]:
+    """Channels of one clock and length together; names that come again are numbered."""
+    names, _ = distinct_names([one.name for one in channels])
+    clocks: dict[tuple[float, float, int], dict[str, RawColumn]] = {}
+    for name, one in zip(names, channels, strict=True):
+        clock = (one.start_s, one.step_s, len(one.values))
+        clocks.setdefault(clock, {})[name] = RawColumn(one.values, one.unit)
+    return tuple(
+        RawTable(columns, np.asarray(start + step * np.arange(rows), dtype=np.float64))
+        for (start, step, rows), columns in clocks.items()
+    )
+
+
+def _blocks(tree: Mapping[str, Node]) -> Iterator[RawRun]:
+    """LabChart's blocks."""
+    data = _numbers(tree["data"], "data").ravel()
+    titles = _texts(tree["titles"])
+    first, last, rates = (
+        _per_channel(tree[name], name, len(titles))
+        for name in ("datastart", "dataend", "samplerate")
+    )
+    units = _texts(tree.get("unittext", []))
+    number = (
+        _per_channel(tree["unittextmap"], "unittextmap", len(titles))
+        if "unittextmap" in tree
+        else np.zeros_like(first)
+    )
+    if not first.shape == last.shape == rates.shape == number.shape:
+        raise _wrong("datastart", f"of shape {first.shape} beside dataend's {last.shape}")
+    for block in range(first.shape[1]):
+        channels = []
+        for c, title in enumerate(titles):
+            begin, end, rate = int(first[c, block]), int(last[c, block]), float(rates[c, block])
+            if begin < 1:  # a channel that was off
+                continue
+            if not (begin <= end <= len(data) and 0 < rate < np.inf):
+                raise _wrong(title, f"samples {begin} to {end} of {len(data)} at {rate:g} Hz")
+            which = int(number[c, block])
+            unit = units[which - 1] if 0 < which <= len(units) else None
+            channels.append(_Channel(title, unit, data[begin - 1 : end], 0.0, 1.0 / rate))
+        yield RawRun(f"block {block + 1}", _tables(channels))
+
+
+def _is_channel(struct: Mapping[str, Node]) -> bool:
+    return all(isinstance(struct.get(name), Leaf) for name in _SPIKE2)
+
+
+def _waveforms(structs: list[dict[str, Node]]) -> list[_Channel]:
+    """Spike2's channels of waveforms."""
+    channels = []
+    for i, struct in enumerate(structs, start=1):
+        name = next(iter(_texts(struct.get("title", []))), "") or f"channel {i}"
+        unit = next(iter(_texts(struct.get("units", []))), None)
+        values = _numbers(struct["values"], name).ravel()
+        step, start = (_numbers(struct[n], name).ravel() for n in ("interval", "start"))
+        if len(step) != 1 or len(start) != 1 or not 0 < step[0] < np.inf:
+            raise _wrong(name, f"an interval of {step[:1]} s")
+        channels.append(_Channel(name, unit, values, float(start[0]), float(step[0])))
+    return channels
+
+
+def _per_channel(node: Node, name: str, channels: int) -> FloatArray:
+    """A matrix (channels, blocks)."""
+    values = _numbers(node, name)
+    if values.size % max(channels, 1) or not values.size:
+        raise _wrong(name, f"{values.size} values of {channels} channels")
+    return values.reshape(channels, -1)
+
+
+def _numbers(node: Node, name: str) -> FloatArray:
+    values = node.read() if isinstance(node, Leaf) else np.empty(0)
+    if values.dtype.kind not in "fiub" or not values.size:
+        raise _wrong(name, "no numbers")
+    return np.asarray(values, dtype=np.float64)
+
+
+def _texts(node: Node) -> list[str]:
+    """The rows of a matrix of letters, or one text."""
+    if isinstance(node, str):
+        return [node.strip()]
+    values = node.read().ravel().tolist() if isinstance(node, Leaf) else node
+    return [str(text).strip() for text in values] if isinstance(values, list) else []
+
+
+def _wrong(name: str, problem: str) -> InputError:
+    return InputError(problem, column=name, expected="channels as LabChart or Spike2 export them")
