@@ -21,8 +21,8 @@ from armimpedance.core.skeleton import Skeleton
 from armimpedance.recordings.motion.tabbed_text import (
     TextFile,
     cells,
+    in_even_steps,
     number_rows,
-    sample_rate,
     stated_count,
     text_file,
     times,
@@ -256,7 +256,7 @@ def read_opensim_table(path: str | os.PathLike[str]) -> OpenSimTable:
     stands there twice, as integrators write them, is read once.
 
     Raises InputError: no such header, a cell is no number, the file was cut, or time does not run
-    in equal steps.
+    in equal steps and the columns are too rough to be interpolated.
     """
     text = text_file(Path(path))
     header = read_header(text)
@@ -268,7 +268,8 @@ def read_opensim_table(path: str | os.PathLike[str]) -> OpenSimTable:
         remarks += (f"Rows that stand there twice, read once: {twice}.",)
     remarks += _nameless(header)
     columns = {n: rows.values[:, i].copy() for i, n in enumerate(header.columns, start=1) if n}
-    rate = sample_rate(time, text.file)
+    time, columns, rate, told = in_even_steps(time, columns, text.file)
+    remarks += told
     return OpenSimTable(str(path), time, rate, columns, header.in_degrees, header.twice, remarks)
 
 

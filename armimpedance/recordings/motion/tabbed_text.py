@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.delimited import number_of
@@ -276,3 +277,72 @@ def sample_rate(time_s: FloatArray, file: Path, stated_hz: float | None = None) 
         raise InputError(problem, file=file, column="time", expected=expected)
     # a rate that was meant to be whole
     return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate / len(time_s) else rate
+
+
+#: Interpolation may miss this part of a column's range.
+_MISSED: Final = 1e-3
+#: No step may be so many times the usual one.
+_LONGEST_STEP: Final = 20.0
+#: Half as many samples are missed by so much more, for the error of a cubic spline goes by step^4.
+_HALF_AS_MANY: Final = 16.0
+
+
+def in_even_steps(
+    time_s: FloatArray, columns: dict[str, FloatArray], file: Path
+) -> tuple[FloatArray, dict[str, FloatArray], float, tuple[str, ...]]:
+    """Times, columns and their rate; uneven steps of smooth columns are interpolated.
+
+    So integrators write their results: small steps where much happens. The other half of the
+    samples says how far cubic splines through every second one are off.
+    Returns: a sentence where something was interpolated.
+    Raises InputError: steps are uneven and the columns too rough, or a step is far too long.
+    """
+    try:
+        return time_s, columns, sample_rate(time_s, file), ()
+    except InputError:
+        full = {name: values for name, values in columns.items() if np.isfinite(values).all()}
+        if not full or not _is_uneven(time_s):
+            raise
+        values = np.column_stack([*full.values()])
+        missed = _missed(time_s, values)
+        if missed > _MISSED:
+            raise
+    step = np.diff(time_s)
+    rate = 1.0 / float(np.median(step))
+    rate = float(round(rate)) if rate > _WHOLE_HZ else rate
+    even = time_s[0] + np.arange(int((time_s[-1] - time_s[0]) * rate) + 1) / rate
+    made = {name: np.interp(even, time_s, column) for name, column in columns.items()}
+    made |= dict(zip(full, CubicSpline(time_s, values)(even).T, strict=True))
+    told = (
+        f"Steps of {1e3 * step.min():.3g} to {1e3 * step.max():.3g} ms: interpolated by cubic "
+        f"splines to {rate:g} Hz, off by some {100 * missed:.1g} % of a column's range at most; "
+        "derivatives lose more."
+    )
+    return even, {name: made[name] for name in columns}, rate, (told,)
+
+
+def _is_uneven(time_s: FloatArray) -> bool:
+    """Whether steps differ throughout; an even clock with a gap has lost samples instead."""
+    if len(time_s) < _FEWEST_UNEVEN:
+        return False
+    step = np.diff(time_s)
+    usual = float(np.median(step))
+    alike = float(np.mean(np.abs(step - usual) < 0.01 * usual))
+    # a usual step far below the mean would make many more samples than there are
+    return alike < _ALIKE and step.max() < _LONGEST_STEP * usual and step.mean() < 4.0 * usual
+
+
+def _missed(time_s: FloatArray, values: FloatArray) -> float:
+    """How far splines are off at most, a part of the range of the column."""
+    spline = CubicSpline(time_s[::2], values[::2])
+    inside = slice(1, len(time_s) - 1 - len(time_s) % 2, 2)
+    off = np.abs(spline(time_s[inside]) - values[inside]).max(axis=0) / _HALF_AS_MANY
+    span = np.ptp(values, axis=0)
+    return float((off[span > 0] / span[span > 0]).max(initial=0.0))
+
+
+#: Fewer samples tell nothing of how smooth they are; more steps alike are those of an even clock.
+_FEWEST_UNEVEN: Final = 20
+_ALIKE: Final = 0.8
+#: A faster rate is made a whole number.
+_WHOLE_HZ: Final = 10.0

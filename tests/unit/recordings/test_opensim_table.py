@@ -304,3 +304,42 @@ def test_what_joint_motion_needs(tmp_path):
         open_recording(file)
     options = ReadOptions(skeleton=SKELETON, angles={"right_elbow_flexion": "elbow_flexion"})
     assert open_recording(file, options).coordinates[0, 9] > 1.0
+
+
+def _written(time, angle, folder):
+    rows = "".join(f"{t:.9f}\t{a:.9f}\n" for t, a in zip(time, angle, strict=True))
+    head = f"name\nnRows={len(time)}\nnColumns=2\ninDegrees=no\nendheader\ntime\tflex\n"
+    file = folder / "states.sto"
+    file.write_text(head + rows)
+    return file
+
+
+def _uneven_times():
+    """An integrator's steps of 2 to 15 ms."""
+    return np.concatenate([[0.0], np.cumsum(np.random.default_rng(4).uniform(2e-3, 15e-3, 400))])
+
+
+def test_an_integrators_steps_become_even_ones(tmp_path):
+    time = _uneven_times()
+    table = read_opensim_table(_written(time, np.sin(6.0 * time), tmp_path))
+    np.testing.assert_allclose(np.diff(table.time_s), 1 / table.sample_rate_hz, rtol=1e-9)
+    np.testing.assert_allclose(table.column("flex"), np.sin(6.0 * table.time_s), rtol=0, atol=2e-6)
+    assert any("interpolated" in remark for remark in table.remarks)
+
+
+@pytest.mark.parametrize("what", ["rough", "a gap", "lost samples", "a tiny usual step"])
+def test_what_cannot_be_interpolated_is_refused(what, tmp_path):
+    time = _uneven_times()
+    angle = np.sin(6.0 * time)
+    if what == "rough":
+        angle += np.random.default_rng(5).normal(0, 0.05, len(time))
+    elif what == "a gap":
+        time[200:] += 1.0
+    elif what == "lost samples":
+        time = np.delete(np.arange(400) / 100, [50, 51, 200])
+        angle = np.sin(6.0 * time)
+    else:
+        time = np.sort(np.concatenate([time, np.linspace(1.0, 1.001, 900)]))
+        angle = np.sin(6.0 * time)
+    with pytest.raises(InputError, match="equal steps"):
+        read_opensim_table(_written(time, angle, tmp_path))
