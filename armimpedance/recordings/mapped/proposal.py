@@ -306,26 +306,43 @@ def _whose_force(
     position, force = found.position, found.force
     if position is None or force is None or len(position.columns) != len(force.columns):
         return
-    trials = max((len(names) for names in starred.values()), default=1)
-    records = []
+    records: list[tuple[FloatArray, FloatArray]] = []
     for run in runs[:_MOST_RUNS]:
-        values = _columns_of(run)
-        for trial in range(trials):
-            own = {n: names[trial] for n, names in starred.items()}
-            pair = _numbers_of(
-                values, [[own.get(n, n) for n in q.columns] for q in (position, force)]
-            )
-            if pair is None:
-                told = "Position and force have clocks of their own; they were not compared."
-                found.evidence = (told,)
-                return
-            if pair:
-                pieces = _pieces(found, columns, len(pair[0])) if run is runs[0] else [slice(None)]
-                pairs = [(pair[0][piece], pair[1][piece]) for piece in pieces]
-                # rows that fill a trial up leap, and would be taken for motion
-                whole = [measured_rows(np.hstack(both)) for both in pairs]
-                records += [(x[:n], f[:n]) for (x, f), n in zip(pairs, whole, strict=True)]
+        pairs = _pairs(run, position.columns, force.columns, starred)
+        if pairs is None:
+            told = "Position and force have clocks of their own; they were not compared."
+            found.evidence = (told,)
+            return
+        for x, f in pairs:
+            pieces = _pieces(found, columns, len(x)) if run is runs[0] else [slice(None)]
+            records += [_measured(x[piece], f[piece]) for piece in pieces]
     found.evidence = force_told(position.columns, force_law(records, _step_s(found, columns)))
+
+
+def _pairs(
+    run: RawRun,
+    position: Sequence[str],
+    force: Sequence[str],
+    starred: Mapping[str, Sequence[str]],
+) -> list[tuple[FloatArray, FloatArray]] | None:
+    """Position and force of a run, of each of the trials that stand side by side in it; None: their
+    clocks differ.
+    """
+    values, pairs = _columns_of(run), []
+    for trial in range(max((len(names) for names in starred.values()), default=1)):
+        own = {n: names[trial] for n, names in starred.items()}
+        pair = _numbers_of(values, [_own_of(own, names) for names in (position, force)])
+        if pair is None:
+            return None
+        if pair:
+            pairs.append((pair[0], pair[1]))
+    return pairs
+
+
+def _measured(x: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Without rows that fill a trial up: they leap, and would be taken for motion."""
+    rows = measured_rows(np.hstack([x, f]))
+    return x[:rows], f[:rows]
 
 
 def _step_s(found: Proposal, columns: ReadColumns) -> float:

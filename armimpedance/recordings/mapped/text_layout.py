@@ -225,15 +225,19 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
             continue  # a line above the header, filled up with empty cells
         block = [r for r in rows[first : first + _ROWS] if len(r) == width]
         above = _above(rows, first)
-        near = zip(rows[first : first + _ROWS], numbers[first : first + _ROWS], strict=True)
-        if any(any(row) and not count for row, count in near):
-            continue  # words without a number: a header is still to come
+        if _has_words(rows[first : first + _ROWS], numbers[first : first + _ROWS]):
+            continue  # a header is still to come
         if not _begins(block, _is_named(above, holds, width), decimal):
             continue
         share = _share(block, width, decimal)
         header = bool(above) and len(above[-1][1]) in (width, width - 1)
         return _Try(delimiter, decimal, first, (header, usual, round(share, 2), width), width)
     return None
+
+
+def _has_words(rows: list[list[str]], numbers: list[int]) -> bool:
+    """Whether one of these rows holds words and no number."""
+    return any(any(row) and not count for row, count in zip(rows, numbers, strict=True))
 
 
 def _counts(lines: list[str], rows: list[list[str]], delimiter: str, decimal: str) -> list[int]:
@@ -293,21 +297,18 @@ def _above(rows: list[list[str]], first: int) -> list[tuple[int, list[str]]]:
 
 def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str | None, ...], bool]:
     """Names and units above the rows."""
-    above = [
-        cells_of(_COMMENT.sub("", line) if _COMMENT.match(line) else line, table.delimiter)
-        for line in lines[: table.first]
-        if line.strip()
-    ]
-    fitting = [_fitted(cells, table.width) for cells in above]
+    full = (_COMMENT.sub("", line) for line in lines[: table.first] if line.strip())
+    fitting = [_fitted(cells_of(line, table.delimiter), table.width) for line in full]
     units: list[str] | None = None
     names = fitting.pop() if fitting else None
     if names is not None and fitting and fitting[-1] is not None and _are_units(names):
         units, names = names, fitting.pop()
     if names is None:
         return ("",) * table.width, (None,) * table.width, False
-    if units is None:  # LabVIEW's line of units
-        units = next((c for c in fitting if c is not None and c[0] == "Y_Unit_Label"), None)
-    names = _with_groups(names, [cells for cells in reversed(fitting) if cells is not None])
+    above = [cells for cells in reversed(fitting) if cells is not None]
+    # LabVIEW's units stand in a line of their own, far above the names
+    units = units or next((cells for cells in above if cells[0] == "Y_Unit_Label"), None)
+    names = _with_groups(names, above)
     stated = tuple(
         (units[i].strip("[]() ") or None) if units is not None else stated_unit(name)
         for i, name in enumerate(names)
