@@ -188,7 +188,8 @@ def _columns(section: str, found: ProposedColumns | None) -> list[str]:
     if found is None:
         return [f"[{section}]", f'columns = ["{UNDECIDED}"]', f'unit = "{UNDECIDED}"', ""]
     names = ", ".join(_text(column) for column in found.columns)
-    return [f"[{section}]", f"columns = [{names}]", _unit(found), ""]
+    labels = f"  # {_plain(', '.join(found.labels))}" if found.labels else ""
+    return [f"[{section}]", f"columns = [{names}]{labels}", _unit(found), ""]
 
 
 def _unit(found: ProposedColumns) -> str:

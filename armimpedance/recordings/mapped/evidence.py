@@ -310,6 +310,7 @@ class ReadName:
     `axis`: "x", "y", "z", a number, or "" where it says none.
     `stem`: the words without the axis: columns of one stem belong together.
     `unit`: as the name or the file states it.
+    `label`: what was read in place of the name, where the file has such a text beside it.
     """
 
     name: str
@@ -317,6 +318,7 @@ class ReadName:
     axis: str
     stem: str
     unit: str | None
+    label: str = ""
 
 
 def read_name(name: str, unit: str | None = None) -> ReadName:

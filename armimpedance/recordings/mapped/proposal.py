@@ -155,7 +155,8 @@ def _same_axes(found: Proposal) -> None:
 
 
 def _proposed(names: Sequence[ReadName], unit: FoundMeaning) -> ProposedColumns:
-    return ProposedColumns(tuple(n.name for n in names), tuple(n.axis for n in names), unit)
+    labels = tuple(n.label for n in names if n.label)
+    return ProposedColumns(tuple(n.name for n in names), tuple(n.axis for n in names), unit, labels)
 
 
 def _stated(names: Iterable[ReadName]) -> FoundMeaning | None:

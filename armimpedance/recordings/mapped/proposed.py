@@ -25,11 +25,12 @@ from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_
 
 @dataclass(frozen=True)
 class ProposedColumns:
-    """Columns of one quantity, and their unit with its reason."""
+    """Columns of one quantity, and their unit with its reason; `labels` beside their names."""
 
     columns: tuple[str, ...]
     axes: tuple[str, ...]
     unit: FoundMeaning
+    labels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,8 @@ class ReadColumns:
 
     def _add(self, name: str, table: RawTable, column: RawColumn) -> None:
         self.tables[name], self.values[name] = table, column.values
-        self.names[name] = replace(read_name(column.label or name, column.unit), name=name)
+        read = read_name(column.label or name, column.unit)
+        self.names[name] = replace(read, name=name, label=column.label or "")
 
     def of(self, *roles: Role) -> list[ReadName]:
         """The columns of these roles that hold numbers."""

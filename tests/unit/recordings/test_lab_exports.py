@@ -194,6 +194,7 @@ def test_channels_of_a_matrix_are_what_their_labels_and_units_say(
     }
     scipy.io.savemat(tmp_path / "export.mat", content)
     mapping = propose_mapping(tmp_path / "export.mat")
+    assert "# Hand X, Hand Y" in mapping.text
     mapping.place.write_text(mapping.text.replace('# by = "limb"', 'by = "limb"'), "utf-8")
     read = ai.read(tmp_path / "export.mat")
     assert isinstance(read, Recording)
