@@ -25,7 +25,7 @@ def _read(path: Path, options: ReadOptions) -> Recording:
     files = files_of(path, mapping.files)
     pattern = mapping.trials.pattern
     read = with_tables(read_files(files, mapping.wants), mapping.tables, read_table, pattern)
-    return mapped_recording(read, mapping, path, strict=options.strict)
+    return mapped_recording(read, mapping, path, strict=options.strict, where=options.where)
 
 
 def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:
@@ -42,6 +42,6 @@ FORMAT = Format(
     # A folder of BIDS reads its points without a mapping, and takes one for all else.
     recognises=lambda path: not (is_recording_folder(path) or is_bids(path)) and is_mapped(path),
     read=_read,
-    options=("mapping", "strict"),
+    options=("mapping", "strict", "where"),
     read_subject=_read_subject,
 )

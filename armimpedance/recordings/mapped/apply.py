@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.core.arrays import LARGEST, FloatArray
+from armimpedance.core.arrays import LARGEST, FloatArray, IntArray
 from armimpedance.core.conventions import (
     command_columns,
     force_columns,
@@ -42,6 +42,7 @@ from armimpedance.recordings.tables.sample_table import (
     sample_columns,
 )
 from armimpedance.recordings.tables.trial_table import check_onsets
+from armimpedance.recordings.where import parse_where
 
 #: A rate from times that is this close to a whole number of Hz is that number.
 WHOLE_RATE: Final = 1e-4
@@ -60,12 +61,18 @@ class _RunTable(NumberTable):
 
 
 def mapped_recording(
-    files: Sequence[ReadFile], mapping: ColumnMapping, path: Path, *, strict: bool = False
+    files: Sequence[ReadFile],
+    mapping: ColumnMapping,
+    path: Path,
+    *,
+    strict: bool = False,
+    where: str | None = None,
 ) -> Recording:
     """The recording in these files.
 
     `path`: what the user named, for messages.
     `strict`: refuse stamps that scatter about an even clock.
+    `where`: trials for which this holds only; of the others no sample is looked at.
     Returns: doubles that are in SI already stay as they are, to the bit.
     Raises InputError: what in which file, row and column does not fit the mapping.
     """
@@ -80,6 +87,10 @@ def mapped_recording(
         cut.append((run, pieces))
         notes += [*run.notes, *left_out, *padding]
     rate, told = _rate(cut, stated)
+    numbers = None
+    if where is not None:
+        cut, numbers, sentence = _chosen(cut, mapping, rate, path, where)
+        notes.append(sentence)
     if not strict:
         even = [with_even_time(run, pieces, mapping, rate) for run, pieces in cut]
         cut = [(one.run, pieces) for one, (_, pieces) in zip(even, cut, strict=True)]
@@ -88,8 +99,30 @@ def mapped_recording(
         mapping.metadata, sample_rate_hz=rate, muscles=mapping.metadata.muscles or None
     )
     recording = _recording(cut, replace(mapping, metadata=metadata), rate, path)
+    if numbers is not None:
+        recording = replace(recording, trials=recording.trials.assign(trial=numbers))
     said = dict.fromkeys([*_sources(files, mapping), *told, *notes, *_left(files, mapping)])
     return replace(recording, provenance=(*recording.provenance, *said))
+
+
+def _chosen(
+    cut: Sequence[tuple[OneClock, Sequence[Piece]]],
+    mapping: ColumnMapping,
+    rate: float,
+    path: Path,
+    where: str,
+) -> tuple[list[tuple[OneClock, list[Piece]]], IntArray, str]:
+    """The pieces of the trials for which something holds, their numbers, and a sentence on them.
+
+    Raises InputError: as `Where.choose`, or of a cell of the trial table.
+    """
+    trials = [MappedTrial(run, piece) for run, pieces in cut for piece in pieces]
+    table = trial_table(trials, mapping, rate, path).trials
+    rows, sentence = parse_where(where).choose(table, path)
+    left = iter(rows.tolist())
+    kept = [(run, [piece for piece in pieces if next(left)]) for run, pieces in cut]
+    numbers = table["trial"].to_numpy()[rows]
+    return [(run, pieces) for run, pieces in kept if pieces], numbers, sentence
 
 
 def _recording(

@@ -251,3 +251,22 @@ def test_what_a_recorder_says_of_its_channels_is_held_against_the_samples(
         return
     with pytest.raises(InputError, match=r"export.mat.*Hand X"):
         propose_mapping(tmp_path / "export.mat")
+
+
+def test_a_trial_that_is_not_wanted_stops_nothing(session: Recording, tmp_path: Path) -> None:
+    """Samples of trial 3 are missing; whoever leaves it out reads the others with their numbers."""
+    table = quirks.table_of(session)
+    at = table.index[table["trial"] == 3][100:110]
+    table.loc[at, "x [m]"] = np.nan
+    file = proposed(quirks.plain(table), tmp_path)
+    with pytest.raises(InputError, match="row"):
+        ai.read(file)
+    read = ai.read(file, where="trial != 3 and trial < 7")
+    assert isinstance(read, Recording)
+    assert read.trials["trial"].tolist() == [1, 2, 4, 5, 6]
+    assert any("5 of 8" in step for step in read.provenance)
+    np.testing.assert_array_equal(
+        read.position[: session.offsets[2]], session.position[: session.offsets[2]].round(7)
+    )
+    with pytest.raises(InputError, match="no trial is left"):
+        ai.read(file, where="trial > 99")

@@ -48,24 +48,34 @@ def test_a_hand_that_does_not_move_is_refused():
         detect_movement(np.zeros((600, 2)), t)
 
 
-def test_a_trial_that_ends_early_is_left_out_and_said(limb):
-    recording = limb.record(sets=3)
+def cut_short(recording, rows):
+    """The recording, 300 samples less at the ends of some trials."""
     lengths = np.diff(recording.offsets).copy()
-    lengths[5] -= 300
+    lengths[rows] -= 300
     keep = np.concatenate(
         [np.arange(o, o + n) for o, n in zip(recording.offsets[:-1], lengths, strict=True)]
     )
-    short = replace(
+    return replace(
         recording,
         offsets=np.concatenate([[0], np.cumsum(lengths)]),
         time_s=recording.time_s[keep],
         position=recording.position[keep],
         force=recording.force[keep],
     )
-    window = cut_windows(short)
-    assert np.flatnonzero(~window.usable).tolist() == [5]
-    assert "1 of 24 trials left out" in window.notes[-1]
-    assert not window.position[5].any()
+
+
+@pytest.mark.parametrize(("sets", "rows"), [(3, [5]), (1, [5]), (1, [2, 5])])
+def test_a_trial_that_ends_early_is_left_out_and_said(sets, rows, limb):
+    """One of 24, one of 8, and a quarter of all."""
+    window = cut_windows(cut_short(limb.record(sets=sets), rows))
+    assert np.flatnonzero(~window.usable).tolist() == rows
+    assert f"{len(rows)} of {8 * sets} trials left out" in window.notes[-1]
+    assert not window.position[rows].any()
+
+
+def test_more_than_a_quarter_that_ends_early_stops_the_session(limb):
+    with pytest.raises(InputError, match="ends .* after its onset"):
+        cut_windows(cut_short(limb.record(sets=1), [1, 3, 5]))
 
 
 def test_trials_of_one_direction_are_the_same_disturbance(limb):
