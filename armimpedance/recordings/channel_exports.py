@@ -30,10 +30,13 @@ def exported_channels(tree: Mapping[str, Node], wanted: Wanted) -> RawFile | Non
     `tree`: name of a variable -> its content.
     Raises InputError: what the file says of its channels does not fit its samples.
     """
+    others: list[str] = []
     if all(name in tree for name in _LABCHART):
         runs = tuple(_blocks(tree))
-    elif structs := [n for n in tree.values() if isinstance(n, dict) and _is_channel(n)]:
+    elif structs := _structs(tree):
         runs = (RawRun("", _tables(_waveforms(structs))),)
+        waveforms = set(map(id, structs))
+        others = [name for name, node in tree.items() if id(node) not in waveforms]
     else:
         return None
     names = dict.fromkeys(name for run in runs for table in run.tables for name in table.columns)
@@ -41,7 +44,8 @@ def exported_channels(tree: Mapping[str, Node], wanted: Wanted) -> RawFile | Non
     taken = tuple(
         RawRun(run.name, tuple(_wanted_of(table, wanted) for table in run.tables)) for run in runs
     )
-    return RawFile(taken, not_taken(left, "the mapping gives them no meaning"))
+    told = not_taken(left, "the mapping gives them no meaning")
+    return RawFile(taken, (*told, *not_taken(others, "no waveforms")))
 
 
 def _wanted_of(table: RawTable, wanted: Wanted) -> RawTable:
@@ -103,8 +107,12 @@ def _blocks(tree: Mapping[str, Node]) -> Iterator[RawRun]:
         yield RawRun(f"block {block + 1}", _tables(channels))
 
 
-def _is_channel(struct: Mapping[str, Node]) -> bool:
-    return all(isinstance(struct.get(name), Leaf) for name in _SPIKE2)
+def _structs(tree: Mapping[str, Node]) -> list[dict[str, Node]]:
+    """Spike2's channels of waveforms; none where there is something else than structs."""
+    structs = [node for node in tree.values() if isinstance(node, dict) and "title" in node]
+    if not all(isinstance(node, dict) for node in tree.values()):
+        return []
+    return [one for one in structs if all(isinstance(one.get(name), Leaf) for name in _SPIKE2)]
 
 
 def _waveforms(structs: list[dict[str, Node]]) -> list[_Channel]:

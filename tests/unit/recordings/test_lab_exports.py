@@ -223,6 +223,7 @@ def test_recorders_of_channels_export_rates_and_units_of_their_own(
     mapping.place.write_text(mapping.text.replace('# by = "limb"', 'by = "limb"'), "utf-8")
     read = ai.read(file)
     assert isinstance(read, Recording)
+    assert any("V1_Ch31" in step for step in read.provenance) == (program == "spike2")
     last = session.offsets[read.n_trials]
     assert read.n_trials == (session.n_trials if program == "labchart" else 1)
     assert read.offsets.tolist() == session.offsets[: read.n_trials + 1].tolist()
@@ -270,3 +271,11 @@ def test_a_trial_that_is_not_wanted_stops_nothing(session: Recording, tmp_path: 
     )
     with pytest.raises(InputError, match="no trial is left"):
         ai.read(file, where="trial > 99")
+
+
+def test_structs_beside_other_arrays_are_no_recorders_channels(
+    session: Recording, tmp_path: Path
+) -> None:
+    content = {**quirks.spike2(session), "pos": session.position, "force": session.force}
+    scipy.io.savemat(tmp_path / "export.mat", content)
+    assert '"pos(:,1)"' in propose_mapping(tmp_path / "export.mat").text
