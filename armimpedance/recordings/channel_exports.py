@@ -96,14 +96,15 @@ def _blocks(tree: Mapping[str, Node]) -> Iterator[RawRun]:
     for block in range(first.shape[1]):
         channels = []
         for c, title in enumerate(titles):
-            begin, end, rate = int(first[c, block]), int(last[c, block]), float(rates[c, block])
+            begin, end, rate = (float(of[c, block]) for of in (first, last, rates))
             if begin < 1:  # a channel that was off
                 continue
             if not (begin <= end <= len(data) and 0 < rate < np.inf):
-                raise _wrong(title, f"samples {begin} to {end} of {len(data)} at {rate:g} Hz")
-            which = int(number[c, block])
-            unit = units[which - 1] if 0 < which <= len(units) else None
-            channels.append(_Channel(title, unit, data[begin - 1 : end], 0.0, 1.0 / rate))
+                raise _wrong(title, f"samples {begin:g} to {end:g} of {len(data)} at {rate:g} Hz")
+            which = float(number[c, block])
+            unit = units[int(which) - 1] if 1 <= which <= len(units) else None
+            values = data[int(begin) - 1 : int(end)]
+            channels.append(_Channel(title, unit, values, 0.0, 1.0 / rate))
         yield RawRun(f"block {block + 1}", _tables(channels))
 
 
@@ -123,8 +124,8 @@ def _waveforms(structs: list[dict[str, Node]]) -> list[_Channel]:
         unit = next(iter(_texts(struct.get("units", []))), None)
         values = _numbers(struct["values"], name).ravel()
         step, start = (_numbers(struct[n], name).ravel() for n in ("interval", "start"))
-        if len(step) != 1 or len(start) != 1 or not 0 < step[0] < np.inf:
-            raise _wrong(name, f"an interval of {step[:1]} s")
+        if len(step) != 1 or len(start) != 1 or not 0 < step[0] < np.inf > abs(start[0]):
+            raise _wrong(name, f"an interval of {step[:1]} s from {start[:1]} s on")
         channels.append(_Channel(name, unit, values, float(start[0]), float(step[0])))
     return channels
 

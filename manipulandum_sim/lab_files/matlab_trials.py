@@ -9,7 +9,8 @@ from scipy.io import savemat
 
 from armimpedance.core.conventions import force_columns, position_columns
 from armimpedance.core.records import Recording
-from manipulandum_sim.lab_files.trial_columns import trials_of
+from manipulandum_sim.lab_files.mapping_text import numeric_facts
+from manipulandum_sim.lab_files.trial_columns import sample_names, trials_of
 
 
 def write_matlab_trials(recording: Recording, path: Path) -> None:
@@ -52,11 +53,9 @@ def frame_column(recording: Recording, name: str) -> str:
     str
         As a mapping names it, ``D.FrameData.RobotPosition(*,:,1)``.
     """
-    for field, names in _fields(recording).items():
-        if name in names:
-            axis = f",{names.index(name) + 1}" if len(names) > 1 else ""
-            return f"D.FrameData.{field}(*,:{axis})"
-    return f"D.FrameData.{name}(*,:)"
+    field, names = next((f, n) for f, n in _fields(recording).items() if name in n)
+    axis = f",{names.index(name) + 1}" if len(names) > 1 else ""
+    return f"D.FrameData.{field}(*,:{axis})"
 
 
 def write_frames(recording: Recording, path: Path) -> None:
@@ -74,30 +73,22 @@ def write_frames(recording: Recording, path: Path) -> None:
         The file, of MATLAB's version 5.
     """
     trials = list(trials_of(recording))
-    longest = max(len(trial.columns["time_s"]) for trial in trials)
-    fields = _fields(recording)
-    there = {name for names in fields.values() for name in names}
-    fields |= {name: (name,) for name in trials[0].columns if name not in there}
-    frames: dict[str, np.ndarray] = {"Frames": np.zeros((len(trials), 1))}
-    for field, names in fields.items():
+    rows = np.diff(recording.offsets)
+    frames: dict[str, np.ndarray] = {"Frames": rows[:, None].astype(float)}
+    for field, names in _fields(recording).items():
         axes = 3 if field in ("RobotPosition", "RobotForces") else len(names)
-        frames[field] = np.zeros((len(trials), longest, axes))
+        block = np.zeros((len(trials), rows.max(), axes))
         for i, trial in enumerate(trials):
-            rows = len(trial.columns["time_s"])
-            frames["Frames"][i] = rows
             for axis, name in enumerate(names):
-                frames[field][i, :rows, axis] = trial.columns[name]
-        if len(names) == 1:
-            frames[field] = frames[field][:, :, 0]
-    conditions = np.array([[trial.condition] for trial in trials], dtype=object)
+                block[i, : rows[i], axis] = trial.columns[name]
+        frames[field] = block[:, :, 0] if len(names) == 1 else block
     whole = {
         "Trials": float(len(trials)),
         "TrialNumber": np.array([[float(trial.number)] for trial in trials]),
-        "Condition": conditions,
+        "Condition": np.array([[trial.condition] for trial in trials], dtype=object),
         **{
             name: np.array([[trial.facts[name]] for trial in trials])
-            for name, value in trials[0].facts.items()
-            if all(isinstance(trial.facts.get(name), float) for trial in trials)
+            for name in numeric_facts(recording)
         },
         "FrameData": frames,
     }
@@ -114,4 +105,5 @@ def _fields(recording: Recording) -> dict[str, tuple[str, ...]]:
     }
     if recording.emg is not None:
         fields["EMG"] = tuple(f"emg_{muscle}" for muscle in recording.muscles)
-    return fields
+    there = {name for names in fields.values() for name in names}
+    return fields | {name: (name,) for name in sample_names(recording) if name not in there}

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import codecs
 import csv
+import math
 import re
 from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Final
-
-import numpy as np
 
 from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
@@ -117,7 +116,7 @@ def text_layout(file: Path) -> TextLayout:
 def text_beginning(file: Path) -> tuple[str, list[str]]:
     """The encoding, and the lines of the file's beginning."""
     encoding, text, whole = _head(file)
-    lines = re.split(r"\r\n|\n|\r", text)
+    lines = lines_of(text)
     if len(lines) > 1 and not whole:
         lines = lines[:-1]
     while lines and not lines[-1].strip():
@@ -129,6 +128,11 @@ def text_beginning(file: Path) -> tuple[str, list[str]]:
         problem = f"a line of more than {_LONGEST_LINE} characters"
         raise InputError(problem, file=file, expected="one row a sample")
     return encoding, lines
+
+
+def lines_of(text: str) -> list[str]:
+    """The lines of a text, as an editor counts them."""
+    return re.split(r"\r\n|\n|\r", text)
 
 
 def _texts(lines: list[str], table: _Try) -> tuple[bool, ...]:
@@ -282,13 +286,13 @@ def _holds_numbers(row: list[str], numbers: int) -> bool:
 
 
 def _numbers(row: list[str], decimal: str) -> int:
-    return sum(bool(cell) and _is_number(cell, decimal) for cell in row)
+    return sum(bool(cell) and is_number(cell, decimal) for cell in row)
 
 
 def _names_numbers(row: list[str], below: list[list[str]], decimal: str) -> bool:
     """Whether a row holds names that are numbers, as of trials side by side."""
     words = [i for i, cell in enumerate(row) if cell and not _is_value(cell, decimal)]
-    return bool(below) and any(all(_is_number(r[i], decimal) for r in below) for i in words)
+    return bool(below) and any(all(is_number(r[i], decimal) for r in below) for i in words)
 
 
 def _above(rows: list[list[str]], first: int) -> list[tuple[int, list[str]]]:
@@ -353,7 +357,7 @@ def _angle_unit(above: list[str]) -> str | None:
 
 def _rate(cell: str, unit: float = 1.0) -> float | None:
     rate = number_of(cell)
-    return unit * rate if rate is not None and 0 < rate < np.inf else None
+    return unit * rate if rate is not None and 0 < rate < math.inf else None
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
@@ -373,7 +377,8 @@ def _are_units(cells: list[str]) -> bool:
     return any(known) and all(map(any, zip(known, bare, bracketed, strict=True)))
 
 
-def _is_number(cell: str, decimal: str) -> bool:
+def is_number(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number in any of the ways that a table of text may write it."""
     if decimal == ",":
         if "." in cell:
             return is_grouped(cell, decimal)
@@ -383,4 +388,4 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 def _is_value(cell: str, decimal: str) -> bool:
     """Whether a cell is a number or stands for a missing one."""
-    return cell in MISSING or _is_number(cell, decimal)
+    return cell in MISSING or is_number(cell, decimal)

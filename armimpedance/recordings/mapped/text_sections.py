@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_regular
 from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable
@@ -23,6 +22,8 @@ from armimpedance.recordings.mapped.text_layout import (
     SECTIONS,
     TextLayout,
     cells_of,
+    is_number,
+    lines_of,
     text_beginning,
 )
 
@@ -40,7 +41,7 @@ def sections_of(file: Path) -> list[tuple[int, str]]:
             return []
     check_regular(file, _LARGEST_BYTES, "a table in text")
     encoding, _ = text_beginning(file)
-    text = file.read_text(encoding=encoding).splitlines()
+    text = lines_of(file.read_bytes().decode(encoding))
     starts = [i for i, line in enumerate(text) if _is_name(line)]
     if len(starts) < 2:
         return []
@@ -93,8 +94,10 @@ def repeated_headers(file: Path, layout: TextLayout) -> list[tuple[int, str]]:
     data = file.read_bytes()
     if not header.strip() or data.count(header.encode(layout.encoding.removesuffix("-sig"))) < 2:
         return []
-    text = data.decode(layout.encoding).splitlines()
+    text = lines_of(data.decode(layout.encoding))
     starts = [i for i, line in enumerate(text) if line == header]
+    if len(starts) < 2:  # it was part of other lines
+        return []
     starts[0] = 0
     ends = [*starts[1:], len(text)]
     return [(a, "\n".join(text[a:b]) + "\n") for a, b in zip(starts, ends, strict=True)]
@@ -116,10 +119,10 @@ def read_repeated(
 
 def without_last_words(file: Path, layout: TextLayout, row: int) -> str | None:
     """The text above a row from which on no cell is a number; None: there is one, or too much."""
-    text = file.read_bytes().decode(layout.encoding).splitlines()
+    text = lines_of(file.read_bytes().decode(layout.encoding))
     tail = text[row - 1 :]
     cells = [cell for line in tail for cell in cells_of(line, layout.delimiter)]
-    if len(tail) > _LAST_WORDS or any(number_of(cell) is not None for cell in cells):
+    if len(tail) > _LAST_WORDS or any(is_number(cell, layout.decimal) for cell in cells):
         return None
     return "\n".join(text[: row - 1]) + "\n"
 

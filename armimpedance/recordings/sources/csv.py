@@ -27,7 +27,13 @@ from armimpedance.recordings.mapped.raw_file import (
     Wanted,
 )
 from armimpedance.recordings.mapped.text_clocks import distinct_names, tables_of_clocks
-from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cells_of, text_layout
+from armimpedance.recordings.mapped.text_layout import (
+    MISSING,
+    TextLayout,
+    cells_of,
+    lines_of,
+    text_layout,
+)
 from armimpedance.recordings.mapped.text_numbers import (
     FORTRAN,
     MINUS,
@@ -59,7 +65,7 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
     try:
         return _read_one(file, wanted)
     except _HeaderAgainError as found:
-        return read_repeated(file, found.parts, lambda part: _read_one(part, wanted))
+        return read_repeated(file, found.parts, lambda part: _read(part, wanted))
 
 
 class _HeaderAgainError(Exception):
@@ -157,7 +163,7 @@ def _parsed(
     delimiter, encoding, skip = layout.delimiter, layout.encoding, layout.skip
     if delimiter == " ":
         text = file.read_text(encoding=encoding)
-        lines = re.split(r"\r\n|\n|\r", text)[skip:]
+        lines = lines_of(text)[skip:]
         source = io.BytesIO("\n".join(" ".join(line.split()) for line in lines).encode())
         encoding, skip = "utf-8", 0
     return pyarrow.csv.read_csv(

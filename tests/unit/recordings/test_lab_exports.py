@@ -238,7 +238,10 @@ def test_recorders_of_channels_export_rates_and_units_of_their_own(
         ("samplerate", np.nan),
         ("samplerate", -1.0),
         ("datastart", 5e8),
+        ("dataend", np.nan),
+        ("dataend", np.inf),
         ("unittextmap", 77.0),
+        ("unittextmap", np.nan),
     ],
 )
 def test_what_a_recorder_says_of_its_channels_is_held_against_the_samples(
@@ -248,7 +251,7 @@ def test_what_a_recorder_says_of_its_channels_is_held_against_the_samples(
     content[name][0, 2] = value
     scipy.io.savemat(tmp_path / "export.mat", content)
     if name == "unittextmap":  # a unit that is not there is none
-        assert propose_mapping(tmp_path / "export.mat").text
+        assert '"Hand X"' in propose_mapping(tmp_path / "export.mat").text
         return
     with pytest.raises(InputError, match=r"export.mat.*Hand X"):
         propose_mapping(tmp_path / "export.mat")
@@ -279,3 +282,24 @@ def test_structs_beside_other_arrays_are_no_recorders_channels(
     content = {**quirks.spike2(session), "pos": session.position, "force": session.force}
     scipy.io.savemat(tmp_path / "export.mat", content)
     assert '"pos(:,1)"' in propose_mapping(tmp_path / "export.mat").text
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_a_row_that_was_cut_off_is_no_remark(
+    decimal: str, session: Recording, tmp_path: Path
+) -> None:
+    """Its numbers are numbers with any minus and any decimal mark."""
+    text = quirks.plain(quirks.table_of(session), sep=";", decimal=decimal)
+    last = f"\u22120{decimal}25;\u22120{decimal}5\n"
+    with pytest.raises(InputError, match=f"row {text.count(chr(10)) + 1}"):
+        ai.read(proposed(text.replace("-", "\u2212") + last, tmp_path))
+
+
+def test_a_header_within_another_line_is_no_second_header(
+    session: Recording, tmp_path: Path
+) -> None:
+    text = quirks.plain(quirks.table_of(session))
+    lines = text.splitlines()
+    lines.insert(1500, lines[0] + ",again")
+    with pytest.raises(InputError, match="row 1501"):
+        ai.read(proposed("\n".join(lines) + "\n", tmp_path))
