@@ -199,9 +199,9 @@ def _run(
     return RawRun(name, (*_merged(timed), *(RawTable(c) for c in tables.values())), own)
 
 
-#: A column of a matrix of samples and channels.
+#: A column of a matrix of samples and channels; more texts than these are no labels of channels.
 _CHANNEL: Final = re.compile(r".*\((?::,(\d+)|(\d+),:)\)")
-_MOST_CHANNELS: Final = 1000
+_MOST_CHANNELS: Final = 256
 
 
 def _texts_beside(arrays: Mapping[str, Leaf]) -> tuple[dict[int, list[str]], dict[int, list[str]]]:
