@@ -8,6 +8,9 @@ BILL := .venv-bill
 PACK := .venv-package
 DOCS_VENV := .venv-site
 
+# A test that starts a process would else compile the whole package for each.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: setup demo test study check test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
 
 help:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from types import SimpleNamespace
 
 # One thread for the matrix libraries, as the command line has it: the last bits depend on it.
@@ -45,6 +46,18 @@ def pytest_xdist_make_scheduler(config, log):
             return _TOGETHER.get(file, file)
 
     return Scheduling(config, log)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Cases beyond the first ones, where a test says how many are enough, are studies."""
+    seen = Counter()
+    for item in items:
+        mark = item.get_closest_marker("first_cases")
+        if mark is not None:
+            seen[item.nodeid.partition("[")[0]] += 1
+            if seen[item.nodeid.partition("[")[0]] > mark.args[0]:
+                item.add_marker(pytest.mark.study)
 
 
 RATE = 1000.0

@@ -3,20 +3,85 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from typing import Any, Final, Literal
 
+import numpy as np
+
+from armimpedance.core.errors import (
+    ArmImpedanceError,
+    EstimationError,
+    InputError,
+    NotIdentifiableError,
+)
+from armimpedance.core.findings import Finding, Verdict
 from armimpedance.core.records import Recording
-from armimpedance.hand.reaching import check_pushes
+from armimpedance.hand.random import identify_random
+from armimpedance.hand.reaching import check_pushes, identify_movement
 from armimpedance.hand.still import check_response
 from armimpedance.joint.body import check_plates
+from armimpedance.joint.elbow import estimate_joint, from_recording
+from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.text import describe
 from armimpedance.show.verbs.checks import TopicChecks, findings_of
 from armimpedance.show.verbs.inspected import Fact, Inspection
 from armimpedance.show.verbs.results import PathLike, read
 
+
+def _of_response(recording: Recording) -> Sequence[Finding]:
+    """What the response of a limb says, whatever disturbed it."""
+    if recording.perturbation != "stochastic":
+        return check_response(recording)
+    if recording.kind == "joint" and recording.torque is None:
+        # which is said to be missing
+        return ()
+    if recording.axes > 1:
+        return _fitted("random", recording, identify_random)
+    return _fitted("elbow", recording, _fit_joint)
+
+
+def _of_reaches(recording: Recording) -> Sequence[Finding]:
+    """What pushed reaches say."""
+    found = check_pushes(recording)
+    if any(one.verdict == "unusable" for one in found):
+        return found
+    return [*found, *_fitted("movement", recording, identify_movement)]
+
+
+def _fit_joint(recording: Recording) -> None:
+    """Refuse a joint whose inertia no person has.
+
+    Raises NotIdentifiableError: a fit that is no joint's, of a record that is moved at will, or
+    held, and meant for its EMG, perhaps.
+    """
+    try:
+        found = estimate_joint(from_recording(recording))
+    except EstimationError as error:
+        raise NotIdentifiableError(str(error), ("I", "B", "K")) from error
+    size = check_joint_size("inertia", float(found.values[0]), float(found.sd[0]))
+    if size.verdict != "ok":
+        raise EstimationError(size.sentence)
+
+
+def _fitted(
+    verb: str, recording: Recording, fit: Callable[[Recording], object]
+) -> tuple[Finding, ...]:
+    """The finding "fit": these experiments tell units, signs and axes only by their fit."""
+    try:
+        fit(recording)
+    except (EstimationError, InputError) as error:
+        # of several joints under random torques `elbow` may still take one
+        one_of = isinstance(error, InputError) and recording.kind == "joint" and recording.axes > 1
+        verdict: Verdict = "warning" if one_of else "unusable"
+        return (Finding("fit", verdict, f"`{verb}` refuses it: {error}"),)
+    except (ArmImpedanceError, np.linalg.LinAlgError) as error:
+        return (Finding("fit", "warning", f"`{verb}` cannot fit it: {error}"),)
+    return (Finding("fit", "ok", f"`{verb}` fits it, and finds the inertia of a person"),)
+
+
 #: What the topics judge; a new topic's check is added here.
-OF_ALL_TOPICS: Final = TopicChecks(check_response, check_pushes, check_plates)
+OF_ALL_TOPICS: Final = TopicChecks(_of_response, _of_reaches, check_plates)
 
 
 def inspect(

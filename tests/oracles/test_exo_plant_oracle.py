@@ -78,6 +78,7 @@ def oracle(device, rendered, load, angle, rate):
     return np.array(out)
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize(
     "rendered",
     [Rendered(viscosity=0.3, stiffness=3.0), Rendered(inertia=0.1, stiffness=1.0)],

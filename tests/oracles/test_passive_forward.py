@@ -77,6 +77,7 @@ def test_the_shaken_arm_moves_as_pinocchio_s(name):
     np.testing.assert_allclose(truth.qdd[:, free], accelerations, atol=2e-6)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("f", [0.015, 0.6, -0.05])
 def test_dry_friction_is_that_of_an_integrator_that_stops_at_every_reversal(f):
     subject = PASSIVE_SUBJECTS["1"].with_joint(ELBOW, f=f)

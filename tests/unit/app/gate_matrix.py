@@ -26,6 +26,7 @@ from manipulandum_sim.random_hand import simulate_random
 #: What a command comes to: it refuses and names the check, the page that it writes does, or it goes
 #: on. Both of the first end with status 2.
 REFUSED, PRINTED, GOES_ON = "refused", "on the page", "goes on"
+WARNED = "refused; `inspect` warns"
 
 #: Commands that take a recording of pushes; `{0}` is the recording, `{1}` a file to be written.
 COMMANDS: Final = (
@@ -102,7 +103,7 @@ WRONG: Final = {
 
 
 def table_of_others(folder: Path) -> str:
-    """The same of other experiments: what ends their commands with status 2."""
+    """The same of other experiments: what ends their commands, and `inspect`, with status 2."""
     made = others()
     heads = [f"`{name_of(command)}`" for command in made]
     lines = [f"| what is wrong | {' | '.join(heads)} |", "| --- |" + " --- |" * len(heads)]
@@ -120,8 +121,10 @@ def _ends(folder: Path, command: str, recording: Recording | None) -> str:
     write_recording(recording, place / "s")
     with redirect_stdout(StringIO()), redirect_stderr(complained):
         status = run(command.format(place / "s", place / "result").split())
-    written = any(place.glob("result*"))
-    return REFUSED if status == 2 and not written else f"{GOES_ON}: {complained.getvalue()}"
+        inspected = run(["inspect", str(place / "s")])
+    if status != 2 or any(place.glob("result*")):
+        return f"{GOES_ON}: {complained.getvalue()}"
+    return REFUSED if inspected == 2 else WARNED
 
 
 def outcome(command: str, check: str, recording: Path, out: Path, *options: str) -> str:

@@ -177,6 +177,7 @@ def test_the_limb_feels_the_device_divided_by_one_plus_the_gain():
     assert abs(ratio - expected) < 1e-3 * abs(expected)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("test", ["spring", "inertia", "damper"])
 def test_a_rendered_load_shows_the_false_viscosity_of_its_filter(test):
     """A low-pass that lags by d turns a spring K into a viscosity -K d: it feeds the movement."""

@@ -173,6 +173,7 @@ def test_cocontraction_tells_flexor_and_extensor_apart():
     np.testing.assert_allclose(b, truth.viscosity_law, rtol=1e-7)
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize(
     ("law", "depth"),
     [("linear", 0.1), ("linear", 0.3), ("linear", 0.5), ("saturating", 0.1), ("saturating", 0.3)],
@@ -203,6 +204,7 @@ def test_stiffness_follows_the_emg_by_the_activation_delay():
     assert np.abs(truth.K_muscle - K).max() > 0.1
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("test", ["spring", "damper", "inertia"])
 def test_the_rhythm_is_tens_of_degrees_and_the_muscles_carry_its_torque(test):
     recording, truth = simulate_elbow(test, noise="none", repetitions=1, duration_s=3.0)

@@ -131,6 +131,7 @@ def test_exact_foreign_recordings_with_the_usual_filter(exact, method, rest, tmp
         assert max(found["h"], found["f"]) < (1e-5 if method == "output-error" else 0.02)
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("force_by", ["limb", "device"])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_either_sign_of_the_torque_gives_the_same_joint(sign, force_by, tmp_path, capsys):
@@ -171,6 +172,7 @@ def test_fit_json_keeps_its_contract(tmp_path):
     assert [j["name"] for j in fit["joints"]] == ["q1", "q2"]
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("method", ["ls", "parallel", "output-error"])
 def test_markers_to_parameters(release, release_folder, method, tmp_path, capsys):
     _, truth = release
@@ -189,6 +191,7 @@ def test_markers_to_parameters(release, release_folder, method, tmp_path, capsys
     assert "trial 1, left out" in "\n".join(printed)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("method", ["ls", "parallel"])
 def test_a_rest_angle_that_the_data_contradict_is_told(release_folder, method, tmp_path):
     out, option = tmp_path / "fit.json", ("--method", method, "--rest-angle")

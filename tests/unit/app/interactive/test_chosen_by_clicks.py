@@ -22,14 +22,15 @@ def session(tmp_path_factory):
     return path
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     ("reading", "conditions", "left_out", "mass", "trials"),
     [
-        ({}, (), (), None, 48),
         ({}, (NAMES[0], NAMES[2]), (2, 3), 0.3, 30),
+        ({}, (), (), None, 48),
         ({"where": "set == 1 or trial == 20"}, (NAMES[0],), (1,), None, None),
     ],
-    ids=["all", "some", "with where"],
+    ids=["some", "all", "with where"],
 )
 def test_the_script_does_what_was_clicked(
     session, tmp_path, monkeypatch, reading, conditions, left_out, mass, trials

@@ -38,6 +38,7 @@ def test_between_sd_solves_its_equation():
     assert w @ (y - mean) ** 2 == pytest.approx(3)
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("n", [4, 8])
 @pytest.mark.parametrize("spread", [0.5, 3.0])
 def test_coverage_of_mean_and_spread(n, spread):

@@ -146,6 +146,7 @@ def test_limits_need_a_covariance_and_a_level():
     assert ellipse(np.diag([2.0, 1.0])).covariance is None
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize(
     ("shape", "relative"), [(0.4, 0.05), (0.4, 0.08), (0.7, 0.08), (0.95, 0.08)]
 )

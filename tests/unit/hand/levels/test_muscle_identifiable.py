@@ -145,6 +145,7 @@ def test_bounds_bend_to_the_safe_side_of_their_own_slope():
     assert moved_far > 0
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     "k",
     [HUMAN, np.array([0, 0, 0, 0, 6e3, 0.0])],

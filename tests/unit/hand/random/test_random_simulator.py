@@ -58,6 +58,7 @@ def test_a_rig_that_cannot_be_is_refused(wrong):
         RandomRig(**wrong)
 
 
+@pytest.mark.study
 def test_a_free_wrist_is_refused_by_name():
     # 16 lines for each of nine elements between .5 and 20 Hz: 7.4 s at the least
     recording, _ = simulate_random(seed=4, axes=3, wrist="free", trials=1, duration_s=8.0)

@@ -58,6 +58,7 @@ def test_its_size_and_place_are_told():
     assert abs(trial - reaches().n_trials / 2) < 0.06 * reaches().n_trials
 
 
+@pytest.mark.study
 def test_a_course_over_phases_says_it_too():
     recording, _ = simulate_movement(seed=4, phases=(0.3, 0.7))
     changed = with_gain(recording, lambda t: 1 + 0.15 * (t >= 0.5))

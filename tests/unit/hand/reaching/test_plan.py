@@ -35,6 +35,7 @@ def test_an_experiment_finds_what_was_planned():
     assert 0.5 * own < planned.k_percent < 2 * own
 
 
+@pytest.mark.study
 def test_a_larger_push_needs_fewer_trials_and_a_smaller_error_more():
     few = ai.plan_movement(pilot(), max_force_n=12.0, max_displacement_m=0.012)
     many = ai.plan_movement(pilot(), max_force_n=6.0, max_displacement_m=0.006)

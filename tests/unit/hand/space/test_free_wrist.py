@@ -148,6 +148,7 @@ def test_the_estimate_names_what_gives_way_and_holds_the_stiffness():
     assert slow < 0.3 * once
 
 
+@pytest.mark.study
 def test_a_wrist_that_gives_way_is_not_taken_for_a_reflex():
     quiet, _ = simulate_space(seed=74, sets=1, wrist="free", elbow="free", noise="sensor")
     found = {one.name: one for one in check_response(quiet)}

@@ -75,6 +75,7 @@ def test_an_elbow_that_was_said_to_be_held_is_held_against_the_trials(soft):
     assert not any("inner mode" in w for w in estimate(held)[0].warnings)
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("mode", [INNER_MODES[0], INNER_MODES[9], WRIST_MODES[1]])
 def test_a_mode_s_column_is_its_answer_in_time(mode):
     # a displacement that comes and goes slowly beside the sample, through the mode in frequency

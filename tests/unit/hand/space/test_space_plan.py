@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from armimpedance.hand.planning import PlannedMotion, Profile, Servo, pilot_of, precision
 from armimpedance.hand.planning.pilot import Pilot
@@ -37,6 +38,7 @@ def test_six_directions_tell_what_twenty_six_do():
     np.testing.assert_allclose(precision(motion).bound, expected, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.study
 def test_a_pilot_foretells_the_intervals_of_another_shape():
     recording, _ = simulate_space(
         [SpaceCondition()], seed=905, sets=1, disturbance="designed", amplitude_m=0.005

@@ -62,6 +62,7 @@ def holds(recording, limb):
     return bool((np.abs(measured - truth) < 3 * one.sd.ravel()).all())
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize(("order", "hz"), [(1, 50.0), (2, 20.0), (2, 50.0), (4, 30.0)])
 def test_a_low_pass_of_the_force_is_found_and_taken_off(sound, limb, order, hz):
     filtered = low_passed(sound, "force", hz, order)
@@ -125,6 +126,7 @@ def test_records_that_were_filtered_alike_are_left_alone(sound, limb, hz):
     assert not [one for one in check_response(both) if one.verdict in ("warning", "unusable")]
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("friction_N", [0.3, 1.0])
 def test_dry_friction_is_no_filter(sound, friction_N):
     """It resembles a position that is late, and is more than that."""
@@ -240,6 +242,7 @@ def test_the_statement_survives_a_folder_and_a_wrong_one_is_refused(sound, tmp_p
         file.write_text(json.dumps(content))
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_strong_reflex_is_no_late_force(seed):
     """Its force follows the motion late, as a late force does: what trials differ by decides."""

@@ -63,7 +63,8 @@ def test_a_clean_session_stays_and_says_what_it_would_have_seen():
     assert found(session(), "labels").verdict == "ok"
 
 
-@pytest.mark.parametrize("first", [16, MIDDLE, 45])
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("first", [MIDDLE, 16, 45])
 def test_a_gain_that_changes_is_found_with_its_trial_and_size(first):
     warned = found(scaled(session(), 1.1, range(first, 64)))
     assert warned.verdict == "warning"
@@ -234,10 +235,10 @@ def test_a_single_trial_that_answers_otherwise_is_named_by_its_number(gain):
     assert all(said.sentence in one.warnings for one in estimate(off))
 
 
-def test_clean_trials_are_alike():
-    for subject in "ABC":
-        said = found(session(subject), "single trials")
-        assert said.verdict == "ok"
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("subject", list("ABC"))
+def test_clean_trials_are_alike(subject):
+    assert found(session(subject), "single trials").verdict == "ok"
 
 
 def test_several_single_trials_are_listed_the_worst_first():

@@ -33,6 +33,7 @@ def mixed(shapes=("designed", "reflex_separating"), seed=3):
     )
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     "shapes", [("designed", "reflex_separating"), ("minimum_jerk", "designed")]
 )
@@ -48,12 +49,14 @@ def test_trials_of_two_courses_are_expected_each_from_its_own(shapes):
             assert one.verdict == "ok", one
 
 
-@pytest.mark.parametrize("servo", [20_000.0, 3000.0, 1000.0])
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("servo", [1000.0, 3000.0, 20_000.0])
 def test_trials_of_one_course_behind_a_soft_servo_stay_together(servo):
     recording, _ = simulate_condition(seed=4, emg=False, servo=Servo(servo))
     assert len(SharedCourse.of(modal_equation(cut_windows(recording))).groups) == 1
 
 
+@pytest.mark.study
 def test_a_hand_that_the_person_moves_is_not_split():
     recording, _ = simulate_space(seed=1, sets=4, control="force")
     shared = SharedCourse.of(modal_equation(cut_windows(recording)))

@@ -67,6 +67,7 @@ def test_courses_over_a_phase_are_those_of_the_phase():
     assert np.abs(found.K - truth).max() < 2.0
 
 
+@pytest.mark.study
 def test_the_unit_of_a_variable_changes_nothing(two_pathways):
     recording, _ = two_pathways
     volts = 3e-5 * (1 + 0.8 * np.sin(2 * np.pi * recording.extra["phase"]))
@@ -81,6 +82,7 @@ def test_the_unit_of_a_variable_changes_nothing(two_pathways):
     assert np.ptp(small.K) > 20.0
 
 
+@pytest.mark.study
 def test_a_reflex_beyond_the_search_is_named():
     early = Reflex(_swing(3.0, 0.06), delay_s=0.003)
     recording, _ = simulate_cascade(0.02, 0.8, _swing(60.0, 0.1), early, duration_s=20.0, seed=12)
@@ -115,6 +117,7 @@ def test_methods_over_realizations_ask_for_them(two_pathways):
         elbow_over_time(two_pathways[0], method="smoother", aligned=True)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("snr_db", [10.0, 30.0])
 def test_jumps_beat_realizations_and_segments_on_a_square_wave(snr_db):
     recording, truth = simulate_cascade(

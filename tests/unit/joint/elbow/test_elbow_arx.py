@@ -61,6 +61,7 @@ def test_without_noise_the_truth_is_found(truths, method):
     assert fit.details["orders"][0].orders == (2, 1, 0)
 
 
+@pytest.mark.first_cases(3)
 @pytest.mark.parametrize(
     ("method", "commanded"),
     [*((m, False) for m in METHODS), ("iv", True), ("derivative", True)],
@@ -84,6 +85,7 @@ def test_the_intervals_cover(truths, method, commanded):
     assert (np.std(z, axis=0) > (0.1 if method == "arx" else 0.6)).all()
 
 
+@pytest.mark.first_cases(3)
 @pytest.mark.parametrize("method", ["iv", "output-error", "derivative"])
 def test_within_ten_percent_at_5_db(truths, method):
     joint, torque, angle = truths
@@ -97,6 +99,7 @@ def test_within_ten_percent_at_5_db(truths, method):
     assert (np.sqrt(np.mean(np.square(errors), axis=0)) < 0.1).all()
 
 
+@pytest.mark.first_cases(1)
 def test_filtered_arx_within_ten_percent_at_15_db(truths):
     joint, torque, angle = truths
     rng = np.random.default_rng(10)
@@ -145,6 +148,7 @@ def test_the_predicted_bias_is_the_bias(truths):
     assert (off < 4 * error + 0.1 * np.abs(np.mean(told, axis=0))).all()
 
 
+@pytest.mark.first_cases(1)
 def test_trials_are_pooled(truths):
     joint, torque, angle = truths
     rng = np.random.default_rng(13)
@@ -177,6 +181,7 @@ def test_units_of_torque_and_angle_scale_through(truths):
     np.testing.assert_allclose(twice.interval(), 2 * whole.interval(), rtol=1e-5)
 
 
+@pytest.mark.first_cases(4)
 @pytest.mark.parametrize("method", METHODS)
 def test_the_same_record_gives_the_same_bits(truths, method):
     _, torque, angle = truths

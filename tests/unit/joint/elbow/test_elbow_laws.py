@@ -9,14 +9,10 @@ import pytest
 
 from armimpedance.core.errors import RecordError
 from armimpedance.joint.elbow import (
-    VARYING_METHODS,
     JointSamples,
-    from_recording,
     identify_elbow,
-    identify_varying,
 )
 from armimpedance.joint.elbow.checks import spectra_of
-from manipulandum_sim.elbow.bench import simulate_bench
 
 RATE = 1000.0
 JOINT = np.array([0.07, 0.6, 20.0])
@@ -52,30 +48,6 @@ def joint(s):
 
 def noisy(clean, snr_db, rng):
     return clean + clean.std() * 10 ** (-snr_db / 20) * rng.standard_normal(clean.shape)
-
-
-@pytest.fixture(scope="module")
-def bench():
-    """Eight seconds at 40 dB with a slow course of B and K."""
-
-    def swing(t):
-        return 1 + 0.3 * np.sin(2 * np.pi * 0.3 * t)
-
-    recording, truth = simulate_bench(
-        0.07, lambda t: 0.6 * swing(t), lambda t: 20 * swing(t), snr_db=40.0, duration_s=8.0
-    )
-    return from_recording(recording), truth
-
-
-def amplitudes(samples):
-    t = np.arange(len(samples.torque)) / RATE
-    return np.stack(
-        [
-            0.3 + 0.2 * np.sin(2 * np.pi * 0.3 * t),
-            0.25 + 0.1 * np.sin(2 * np.pi * 0.37 * t + 1),
-        ],
-        axis=1,
-    )
 
 
 # Constant joints
@@ -148,35 +120,6 @@ def test_a_white_floor_reaches_to_half_of_the_rate():
         assert channel.noise_variance == pytest.approx(RATE / 2 * channel.floor, rel=1e-12)
         assert channel.noise_variance == pytest.approx(clean.var() * 10 ** (-snr_db / 10), rel=0.05)
         assert channel.snr_db == pytest.approx(snr_db, abs=0.4)
-
-
-# Joints that vary
-
-
-@pytest.fixture(scope="module", params=list(VARYING_METHODS))
-def varying(request, bench):
-    """A method, its result on a grid of 50 ms, and the truth there."""
-    samples, truth = bench
-    options = {"amplitude": amplitudes(samples)} if request.param == "emg" else {}
-    made = identify_varying(samples, method=request.param, every_s=0.05, **options)
-    at = np.round(made.time_s * RATE).astype(int)
-    return request.param, made, {k: getattr(truth, k)[at] for k in "BK"}
-
-
-def test_the_grid_is_as_asked(varying):
-    _, made, _ = varying
-    # to the nearest sample of what is left after decimation
-    np.testing.assert_allclose(np.diff(made.time_s), 0.05, atol=0.004)
-
-
-@pytest.mark.parametrize("name", ["B", "K"])
-def test_errors_are_of_the_size_of_their_standard_errors(varying, name):
-    """Of B and of K alike; a curve of eight seconds holds some ten independent errors."""
-    _, made, truth = varying
-    low, high = made.band(name).T
-    half = (high - low) / 2
-    error = np.abs(getattr(made, name) - truth[name])
-    assert 0.05 < np.sqrt(np.mean((error / half) ** 2)) < 1.2
 
 
 def test_a_result_knows_its_parameters_by_name():

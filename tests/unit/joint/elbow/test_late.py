@@ -85,6 +85,7 @@ def held(fits, joint, of="parameters"):
     return ((limits[:, :, 0] <= joint) & (limits[:, :, 1] >= joint)).sum(axis=0)
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("joint", [SWINGS, CREEPS])
 @pytest.mark.parametrize("own", [0.0, 0.15])
 def test_clean_records_raise_no_alarm(joint, own):
@@ -96,7 +97,8 @@ def test_clean_records_raise_no_alarm(joint, own):
     assert (held(fits, joint) >= 6).all()
 
 
-@pytest.mark.parametrize("delay_s", [0.04, 0.06, 0.08])
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("delay_s", [0.06, 0.04, 0.08])
 def test_a_reflex_of_a_tenth_is_named_and_allowed_for(delay_s):
     made = records(SWINGS, 2, answer=2.0, delay_s=delay_s)
     fits = [identify_elbow(s) for s in made]
@@ -107,6 +109,7 @@ def test_a_reflex_of_a_tenth_is_named_and_allowed_for(delay_s):
     assert sum(one.ci95[0] <= 2.0 <= one.ci95[1] for one in late) >= 6
 
 
+@pytest.mark.study
 def test_what_cannot_be_parted_is_said_and_the_interval_holds_it():
     """On a joint that creeps a reflex of a quarter hides in the subject's own torque."""
     fits = [identify_elbow(s) for s in records(CREEPS, 3, answer=2.25, own=0.15)]
@@ -128,15 +131,16 @@ def test_a_clean_record_is_as_sharp_as_its_plain_fit():
         assert (np.diff(fit.allowing.interval(), axis=1) >= half).all()
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     ("answer", "answer_rate", "muscle_s"),
     [
         (5.0, 0.0, 0.01),
         (0.0, 0.5, 0.04),
-        *(
-            pytest.param(*case, marks=pytest.mark.study)
-            for case in ((5.0, 0.0, 0.02), (5.0, 0.0, 0.04), (0.0, 0.5, 0.01), (0.0, 0.5, 0.02))
-        ),
+        (5.0, 0.0, 0.02),
+        (5.0, 0.0, 0.04),
+        (0.0, 0.5, 0.01),
+        (0.0, 0.5, 0.02),
     ],
 )
 def test_a_reflex_through_a_muscle_is_parted_from_the_limb(answer, answer_rate, muscle_s):
@@ -157,7 +161,8 @@ def test_a_reflex_through_a_muscle_is_parted_from_the_limb(answer, answer_rate, 
         assert ((low <= truth) & (truth <= high)).sum() >= 3
 
 
-@pytest.mark.parametrize(("skew_s", "own", "error_s"), [(3e-3, 0.0, 1e-4), (-3e-3, 0.15, 3e-4)])
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize(("skew_s", "own", "error_s"), [(-3e-3, 0.15, 3e-4), (3e-3, 0.0, 1e-4)])
 def test_a_skew_is_found_and_taken_out(skew_s, own, error_s):
     fits = [identify_elbow(s) for s in records(SWINGS, 4, skew_s=skew_s, own=own)]
     assert all(verdicts(fit)["skew"] == "warning" for fit in fits)
@@ -166,6 +171,7 @@ def test_a_skew_is_found_and_taken_out(skew_s, own, error_s):
     assert (held(fits, SWINGS) >= 6).all()
 
 
+@pytest.mark.study
 def test_a_skew_beside_a_reflex_leaves_both_right():
     fits = [identify_elbow(s) for s in records(SWINGS, 5, skew_s=2e-3, answer=5.0)]
     assert all(verdicts(fit)["skew"] == "warning" for fit in fits)
@@ -182,9 +188,10 @@ def test_an_answer_to_the_velocity_is_told_from_one_to_the_motion():
 
 
 def test_a_stiffness_that_rises_is_given_for_small_motion():
-    fits = [identify_elbow(s) for s in on_the_bench(SWINGS, 7, COUNT, cubic=400.0)]
+    fits = [identify_elbow(s) for s in on_the_bench(SWINGS, 7, 4, cubic=400.0)]
     assert all(verdicts(fit)["amplitude"] == "warning" for fit in fits)
-    assert (held(fits, SWINGS) >= 6).all()
+    # 95 % of four: less than three, .014
+    assert (held(fits, SWINGS) >= 3).all()
     more = [fit.details["amplitude"].more_stiffness for fit in fits]
     deflection = [fit.details["amplitude"].deflection for fit in fits]
     expected = 3 * 400.0 * np.square(deflection)

@@ -1,6 +1,5 @@
 """B(t) and K(t) come back: every method, its bands and its warnings."""
 
-import functools
 import warnings
 from dataclasses import replace
 from functools import cache
@@ -21,7 +20,6 @@ from manipulandum_sim.elbow.bench import simulate_bench
 INERTIA, B0, K0 = 0.07, 0.6, 20.0
 
 
-@functools.cache
 @cache
 def _bench(frequency_hz=0.7, snr_db=40.0, seed=0, lag_s=0.0, trials=1):
     def swing(t):
@@ -37,14 +35,6 @@ def _bench(frequency_hz=0.7, snr_db=40.0, seed=0, lag_s=0.0, trials=1):
         trials=trials,
     )
     return from_recording(recording), truth
-
-
-def _with_studies(*usual):
-    """All methods; those beside the usual ones are run as studies."""
-    return [
-        name if name in usual else pytest.param(name, marks=pytest.mark.study)
-        for name in VARYING_METHODS
-    ]
 
 
 def _beginning(samples, count):
@@ -84,20 +74,30 @@ def _covered(found, truth):
     return out
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("method", VARYING_METHODS)
 def test_a_slow_course_comes_back(method):
     samples, truth = _bench(0.3)
     options = {"amplitude": _amplitude(samples, 0.3)} if method == "emg" else {}
-    found = _found(method, samples, **options)
+    found = _found(method, samples, every_s=0.05, **options)
+    # to the nearest sample of what is left after decimation
+    np.testing.assert_allclose(np.diff(found.time_s), 0.05, atol=0.004)
     assert max(_percent(found, truth)) < 10
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.05)
+    at = np.round(found.time_s * 1000).astype(int)
+    for name in "BK":
+        # of the size of their standard errors: eight seconds hold some ten independent errors
+        half = np.diff(found.band(name))[:, 0] / 2
+        error = getattr(found, name) - getattr(truth, name)[at]
+        assert 0.05 < np.sqrt(np.mean((error / half) ** 2)) < 1.2
     if method != "emg":
         # 8 s hold at least 8 points that are independent, of B and of K: .95 -+ 3 of .054
         assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
     assert found.method == method
 
 
-@pytest.mark.parametrize("method", ["smoother", pytest.param("spline", marks=pytest.mark.study)])
+@pytest.mark.study
+@pytest.mark.parametrize("method", ["smoother", "spline"])
 def test_a_fast_course_comes_back_where_windows_cannot(method):
     samples, truth = _bench(1.5)
     assert max(_percent(_found(method, samples), truth)) < 10
@@ -106,6 +106,7 @@ def test_a_fast_course_comes_back_where_windows_cannot(method):
     assert any("faster than windows" in w for w in windows.warnings)
 
 
+@pytest.mark.study
 def test_the_smoother_at_25_db_with_its_own_noise_levels():
     samples, truth = _bench(0.7, 25.0)
     found = _found("smoother", samples)
@@ -113,6 +114,7 @@ def test_the_smoother_at_25_db_with_its_own_noise_levels():
     assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
 
 
+@pytest.mark.study
 def test_bands_of_windows_take_in_what_they_miss():
     samples, truth = _bench(1.0)
     found = _found("windows", samples)
@@ -169,8 +171,8 @@ def test_a_constant_joint_is_found_constant():
     assert not _found("windows", samples).warnings
 
 
-# each method of another kind of course; the others are studies
-@pytest.mark.parametrize("method", _with_studies("smoother", "windows"))
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("method", VARYING_METHODS)
 def test_trials_are_kept_apart(method):
     samples, truth = _bench(0.7, 40.0, 3, 0.0, 2)
     found = _found(method, samples)
@@ -183,7 +185,7 @@ def test_trials_are_kept_apart(method):
 
 
 def test_the_same_samples_give_the_same_bits():
-    samples = _beginning(_bench()[0], 3000)
+    samples = _beginning(_bench()[0], 2000)
     a, b = (_found("smoother", samples) for _ in range(2))
     assert (a.K == b.K).all()
     assert (a.sd_B == b.sd_B).all()
@@ -191,7 +193,7 @@ def test_the_same_samples_give_the_same_bits():
 
 def test_units_of_the_angle_do_not_matter():
     # an angle in another unit scales I, B and K, and nothing else
-    samples, _ = _bench()
+    samples = _beginning(_bench()[0], 3000)
     factor = 10.0
     other = replace(samples, angle=samples.angle * factor)
     a, b = _found("spline", samples), _found("spline", other)
@@ -283,7 +285,7 @@ def test_amplitudes_that_are_all_error_are_refused():
 
 
 def test_the_commanded_torque_is_told():
-    samples, _ = _bench()
+    samples = _beginning(_bench()[0], 3000)
     found = _found("windows", replace(samples, torque_is="commanded"))
     assert COMMANDED in found.warnings
 
@@ -310,6 +312,6 @@ def test_bad_calls_are_told_in_one_line(options, match):
 
 
 def test_a_sign_that_is_wrong_is_told():
-    samples, _ = _bench()
+    samples = _beginning(_bench()[0], 4000)
     found = _found("windows", replace(samples, torque=-samples.torque))
     assert any("sign" in w for w in found.warnings)

@@ -50,6 +50,7 @@ def record(seed: int, own_Nm: float, K_r: float = 0.0, late_s: float = 0.0) -> J
     )
 
 
+@pytest.mark.study
 def test_a_slow_torque_of_the_subjects_own_is_named_and_not_taken_for_a_course():
     for seed in range(3):
         found = identify_varying(record(seed, OWN_Nm), method="smoother")
@@ -65,6 +66,7 @@ def test_a_slow_torque_of_the_subjects_own_is_named_and_not_taken_for_a_course()
         assert "voluntary" in varying_text(found)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     ("method", "name", "broken"),
     [("smoother", "reflex", {"K_r": 0.25 * K}), ("spline", "skew", {"late_s": 2e-3})],
@@ -80,6 +82,7 @@ def test_what_a_course_would_follow_is_named_and_taken_off(method, name, broken)
         assert (np.abs(true - (low + high) / 2) < 0.75 * (high - low)).mean() > 0.95
 
 
+@pytest.mark.study
 def test_windows_are_held_against_a_torque_of_the_subjects_own():
     found = identify_varying(record(1, OWN_Nm), method="windows")
     (check,) = (one for one in found.checks if one.name == "voluntary")

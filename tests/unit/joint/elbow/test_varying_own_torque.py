@@ -151,6 +151,7 @@ def test_the_torque_that_is_there_is_found():
     assert len(told) == 1
 
 
+@pytest.mark.study
 def test_bands_hold_where_the_subject_pushes():
     samples, truth = _rig()
     found = identify_varying(samples, method="smoother")
@@ -163,6 +164,7 @@ def test_bands_hold_where_the_subject_pushes():
     assert np.mean(shares) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 60)
 
 
+@pytest.mark.study
 def test_a_spline_settles_where_the_subject_pushes():
     samples, truth = _rig("1", repetitions=2)
     found = identify_varying(samples, method="spline")

@@ -153,6 +153,7 @@ def filmed(forearm, samples=150, **more):
     return motion
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("factor", [1.2, 0.85])
 def test_the_clock_of_a_film_is_told_from_a_stiffness_by_gravity(forearm, factor):
     motion = filmed(forearm)
@@ -170,6 +171,7 @@ def test_the_clock_of_a_film_is_told_from_a_stiffness_by_gravity(forearm, factor
     assert abs(off - 100 * (factor - 1)) < 4 * spread
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(("factor", "named"), [(1.25, {"time"}), (1.05, {"time", "inertia"})])
 def test_tables_of_limbs_speak_for_the_clock_only_where_it_is_far_off(forearm, factor, named):
     motion = filmed(forearm)
@@ -190,6 +192,7 @@ def test_damping_by_the_square_of_the_velocity_is_named_with_its_size(forearm):
     assert abs(float(size) - 0.02) < 4 * float(error)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize("up", ["x", "-x", "-z"])
 def test_a_swing_tells_which_way_is_up(forearm, up):
     motion = filmed(forearm)

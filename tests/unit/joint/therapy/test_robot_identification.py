@@ -245,6 +245,7 @@ def test_torque_that_comes_late_is_told_by_its_milliseconds(late):
     assert told["drawings or gain"].verdict == "ok"
 
 
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize(("gain", "masses"), [(1.3, 1.0), (0.9, 1.0), (1.0, 1.2)])
 def test_a_gain_or_masses_that_are_off_contradict_each_other(gain, masses):
     drawn = bench()

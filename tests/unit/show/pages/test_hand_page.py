@@ -97,6 +97,7 @@ def _with(recording, trials):
     return replace(recording, trials=trials)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -99,6 +99,7 @@ def cases():
             yield pytest.param(layout, count, marks=[] if usual else [pytest.mark.study])
 
 
+@pytest.mark.first_cases(3)
 @pytest.mark.parametrize(("layout", "count"), list(cases()))
 def test_ellipses_compared_groups_and_estimates(layout, count, make_estimate):
     estimates = list(groups(make_estimate, count, layout))
