@@ -44,7 +44,7 @@ def test_other_experiments_refuse_what_no_limb_is(tmp_path):
     assert cells == {REFUSED, WARNED, "-"}
 
 
-@pytest.mark.first_cases(5)
+@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_sound_recording_passes(command, tmp_path):
     write_recording(sound(), tmp_path / "session")

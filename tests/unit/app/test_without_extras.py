@@ -28,6 +28,13 @@ class Gone:
             raise ModuleNotFoundError(f"No module named {{name!r}}", name=name.partition(".")[0])
 sys.meta_path.insert(0, Gone())
 """
+COMMANDS = """
+import sys
+from armimpedance.__main__ import main
+for line in sys.argv[1:]:
+    if status := main(line.split()):
+        sys.exit(status)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +48,9 @@ def call(place):
     (place / "bare" / "sitecustomize.py").write_text(BLOCK)
     path = os.pathsep.join([str(place / "bare"), os.environ.get("PYTHONPATH", "")])
 
-    def run(line):
-        command = [sys.executable, "-m", "armimpedance", *line.split()]
+    def run(*lines):
+        """Each line is a command; they share a process, which a failure ends."""
+        command = [sys.executable, "-c", COMMANDS, *lines]
         env = {**os.environ, "PYTHONPATH": path}
         return subprocess.run(command, cwd=place, env=env, capture_output=True, text=True)
 
@@ -52,24 +60,19 @@ def call(place):
 @pytest.fixture(scope="module")
 def session(call, place):
     """Recordings and results of joints, which the core alone makes."""
-    for line in (
+    done = call(
         "simulate postures --grid -0.2 0.1 4 0.3 0.5 3 --sets 1 --noise none --out s",
         "estimate s --out hand.csv --figure hand.png",
         "map hand.csv --recording s --to joint --out joint.csv",
-    ):
-        done = call(line)
-        assert done.returncode == 0, f"{line}: {done.stderr}"
+        "compare hand.csv --out differences.csv --figure postures.png",
+        "fit moment-arms joint.csv --order 1 --model polynomial --out posture.json",
+    )
+    assert done.returncode == 0, done.stderr
     write_recording(simulate_passive("p5", duration_s=1.0)[0], place / "swing")
 
 
 @pytest.mark.usefixtures("session")
-def test_the_core_estimates_maps_compares_draws_and_fits(call, place):
-    for line in (
-        "compare hand.csv --out differences.csv --figure postures.png",
-        "fit moment-arms joint.csv --order 1 --model polynomial --out posture.json",
-    ):
-        done = call(line)
-        assert done.returncode == 0, f"{line}: {done.stderr}"
+def test_the_core_estimates_maps_compares_draws_and_fits(place):
     for name in ("hand.csv", "hand.png", "differences.csv", "postures.png", "posture.json"):
         assert (place / name).stat().st_size > 100
 

@@ -37,6 +37,8 @@ CORNERS_HZ: Final = (200.0, 120.0, 75.0, 45.0, 28.0, 18.0, 12.0, 8.0)
 HIGHEST: Final = 0.4
 #: A filter is told where it explains so much more than none, in squared standard errors.
 LEAST_EXPLAINED: Final = 40.0
+#: The same before the noise is known.
+AT_FIRST: Final = 20.0
 #: Other filters that explain less than the best by less than this stay possible.
 POSSIBLE: Final = 9.0
 #: A delay is taken for it where it explains less than the best by less than this.
@@ -47,6 +49,8 @@ SHARP: Final = 0.004
 AROUND: Final = 0.1
 STEP: Final = 0.05
 NEAR: Final = 1.2
+#: Part of the step between two values of a grid by which a parabola through them may be wrong.
+NO_PARABOLA: Final = 0.1
 #: A delay or a low-pass resembles dry friction or a reflex: so much more than these it explains.
 BEYOND_OTHERS: Final = 20.0
 #: Of a delay of 2 ms the trials are 1.6 times as sure as of a reflex, of a reflex .7 to 1 times.
@@ -125,13 +129,18 @@ def find_filter(recording: Recording) -> Filter | None:
     groups = _looked_at(recording, chosen[:MOST_CONDITIONS])
     if not groups or not _worth_looking(groups):
         return None
-    rough = sorted((_searched(groups, one) for one in _families()), key=lambda one: one[0])
+    models = [one for one in models_of(recording, chosen[:MOST_CONDITIONS]) if one is not None]
+    late = bool(models) and _show_a_delay(models)
+    if not models or not (late or _may_be_without_phase(groups)):
+        return None
+    grids = [(one, _on_grid(groups, one)) for one in _families()]
+    rough = sorted((_searched(groups, *each) for each in grids), key=lambda one: one[0])
     again = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
     # the noise that the best of them leaves weighs the rows of all that come near it
     near = [one for left, one in rough if left < NEAR * rough[0][0]]
-    tried = sorted((_searched(again, one, around=True) for one in near), key=lambda one: one[0])
+    tried = sorted((_searched(again, one, {}) for one in near), key=lambda one: one[0])
     found = _judged(again, tried)
-    return found if _stands_out(recording, chosen, again, found) else None
+    return found if _stands_out(again, found, late) else None
 
 
 def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
@@ -149,9 +158,13 @@ def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[Filtere
 
 def _worth_looking(groups: Sequence[FilteredRows]) -> bool:
     """Whether one of a few filters leaves clearly less than none."""
-    first = [replace(one, channel=c) for c in CHANNELS for one in FIRST_LOOK]
-    least = min(_left(groups, one) for one in first)
+    least = min(_left(groups, one) for one in _first_look())
     return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _left(groups, None)
+
+
+def _first_look() -> list[Passed]:
+    """A few filters of each channel."""
+    return [replace(one, channel=channel) for channel in CHANNELS for one in FIRST_LOOK]
 
 
 def _judged(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]]) -> Filter:
@@ -195,38 +208,83 @@ def _rows(groups: Sequence[FilteredRows]) -> int:
     return sum(rows - len(theta) for _, theta, rows in left)
 
 
-def _searched(
-    groups: Sequence[FilteredRows], family: Passed, *, around: bool = False
-) -> tuple[float, Passed]:
-    """The delay or corner of a family that leaves least: a grid, then Brent's search.
+def _on_grid(groups: Sequence[FilteredRows], family: Passed) -> dict[float, float]:
+    """Logarithm of each value of a family's grid -> what it leaves."""
+    grid = np.log(DELAYS_S if family.way == "late" else CORNERS_HZ)
+    return {float(each): _left(groups, _of(family, float(each))) for each in grid}
 
-    `around`: near the family's own value instead.
+
+def _of(family: Passed, logarithm: float) -> Passed:
+    """One of a family."""
+    return replace(family, value=float(np.exp(logarithm)))
+
+
+def _may_be_without_phase(groups: Sequence[FilteredRows]) -> bool:
+    """Whether a filter without phase may be the likeliest, and explain much.
+
+    Most limbs have a reflex, which a filter with phase resembles. Where trials show no delay such a
+    filter is rejected whatever it explains, so that a search for it would be lost.
     """
-    left: dict[float, float] = {}
+    rows, none = _rows(groups), _left(groups, None)
+    for family in (one for one in _families() if one.way == "zero-phase"):
+        grid = _on_grid(groups, family)
+        # the weights are those of noise without a filter, in which much of it may hide
+        if _can_leave(grid) * (1 + AT_FIRST / rows) > none:
+            continue
+        if _searched(groups, family, grid)[0] * (1 + AT_FIRST / rows) <= none:
+            return True
+    return False
 
-    def of(value: float) -> Passed:
-        return replace(family, value=float(np.exp(value)))
+
+def _can_leave(left: dict[float, float]) -> float:
+    """What a family leaves at least: the grid's best less twice what a parabola gains there.
+
+    Less a part of the step to the nearest value as well: the course is no parabola.
+    """
+    at = np.sort(list(left))
+    values = np.array([left[float(each)] for each in at])
+    best = int(np.argmin(values))
+    first = int(np.clip(best - 1, 0, len(at) - 3))
+    three = slice(first, first + 3)
+    if not np.isfinite(values[three]).all():
+        return -np.inf
+    curve = np.polynomial.Polynomial.fit(at[three], values[three], 2)
+    ends = at[max(best - 1, 0)], at[min(best + 1, len(at) - 1)]
+    inside = [root for root in curve.deriv().roots().real if ends[0] < root < ends[1]]
+    gain = max(values[best] - curve(each) for each in (*inside, at[best]))
+    step = np.sort(values[three])[1] - values[best]
+    return float(values[best] - 2 * gain - NO_PARABOLA * step)
+
+
+def _searched(
+    groups: Sequence[FilteredRows], family: Passed, left: dict[float, float]
+) -> tuple[float, Passed]:
+    """The delay or corner of a family that leaves least: from the best of its grid, Brent's search.
+
+    `left`: of its grid; empty: near the family's own value instead.
+    """
+    left = dict(left)
 
     def left_by(value: float) -> float:
         if value not in left:
-            left[value] = _left(groups, of(value))
+            left[value] = _left(groups, _of(family, value))
         return left[value]
 
-    if around:
+    if not left:
         low, high = np.log(family.value) - AROUND, np.log(family.value) + AROUND
     else:
-        grid = np.log(DELAYS_S if family.way == "late" else CORNERS_HZ)
-        best, step = min(map(float, grid), key=left_by), abs(float(grid[1] - grid[0]))
-        low, high = max(best - step, float(grid.min())), min(best + step, float(grid.max()))
+        grid = list(left)
+        best, step = min(grid, key=left_by), abs(grid[1] - grid[0])
+        low, high = max(best - step, min(grid)), min(best + step, max(grid))
         inside = best + SHARP * ((best == low) - (best == high))
         if inside != best and left_by(best) < left_by(inside):
             # the mildest or the strongest of all leaves least
-            return left[best], of(best)
+            return left[best], _of(family, best)
     # beyond what can be fitted infinitely much is left, and the next step is a golden section
     with np.errstate(invalid="ignore"):
         minimize_scalar(left_by, bounds=(low, high), method="bounded", options={"xatol": SHARP})
     best = min(left, key=left_by)
-    return left[best], of(best)
+    return left[best], _of(family, best)
 
 
 def _error(groups: Sequence[FilteredRows], passed: Passed, each: float) -> float:
@@ -240,23 +298,19 @@ def _error(groups: Sequence[FilteredRows], passed: Passed, each: float) -> float
     return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
 
 
-def _stands_out(
-    recording: Recording, chosen: Sequence[IntArray], groups: Sequence[FilteredRows], found: Filter
-) -> bool:
+def _stands_out(groups: Sequence[FilteredRows], found: Filter, late: bool) -> bool:
     """Whether a filter explains more than chance and other departures do.
 
-    What shifts the force shows as a delay between trials as well, whatever their noise is.
+    `late`: what shifts the force shows as a delay between trials as well, whatever their noise is.
     """
-    if found.explained < LEAST_EXPLAINED:
+    if found.explained < LEAST_EXPLAINED or not (late or found.likeliest.way == "zero-phase"):
         return False
-    if _left(groups, found.likeliest) + BEYOND_OTHERS * found.each > _left_by_others(groups):
-        return False
-    models = [one for one in models_of(recording, chosen[:MOST_CONDITIONS]) if one is not None]
-    if not models:
-        return False
+    return _left(groups, found.likeliest) + BEYOND_OTHERS * found.each <= _left_by_others(groups)
+
+
+def _show_a_delay(models: Sequence[Model]) -> bool:
+    """Whether trials, by what they differ, show a delay that is no reflex."""
     delay = pooled(models, "delay")
-    if found.likeliest.way == "zero-phase":
-        return True
     return abs(delay.size) > delay.limit and not _is_rather_a_reflex(models, delay)
 
 

@@ -43,12 +43,12 @@ class Passed:
             return signal
         if self.way == "late":
             return delayed(signal, self.value * rate_hz)
-        from scipy.signal import sosfilt, sosfilt_zi, sosfiltfilt
+        from scipy.signal import sosfilt, sosfiltfilt
 
-        sos = _low_pass(self.order, self.value, rate_hz)
+        sos, at_rest = _low_pass(self.order, self.value, rate_hz)
         if self.way == "zero-phase":
             return np.asarray(sosfiltfilt(sos, signal))
-        state = sosfilt_zi(sos).reshape(len(sos), *(1,) * (signal.ndim - 1), 2)
+        state = at_rest.reshape(len(sos), *(1,) * (signal.ndim - 1), 2)
         return np.asarray(sosfilt(sos, signal, zi=state * signal[..., :1])[0])
 
     def through(self, window: Window) -> Window:
@@ -93,8 +93,9 @@ class Passed:
 
 
 @lru_cache(maxsize=256)
-def _low_pass(order: int, corner_hz: float, rate_hz: float) -> FloatArray:
-    """Second-order sections of a Butterworth filter."""
-    from scipy.signal import butter
+def _low_pass(order: int, corner_hz: float, rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    """Second-order sections of a Butterworth filter, and their state after a long constant 1."""
+    from scipy.signal import butter, sosfilt_zi
 
-    return np.asarray(butter(order, corner_hz, fs=rate_hz, output="sos"))
+    sections = np.asarray(butter(order, corner_hz, fs=rate_hz, output="sos"))
+    return sections, np.asarray(sosfilt_zi(sections))

@@ -103,9 +103,11 @@ def emg_law(
         trials = read_recording(recording, condition=condition)
         pair = two_muscles(trials, flexor, extensor)
         marks = checked(trials, despite)
-        fits, left_out = _each_trial(trials, joint, options, progress)
-        rows, heard = list(fits), Crosstalk.of(pair)
+        heard = Crosstalk.of(pair)
+        # EMG that cannot be used is refused before anything is fitted
         levels = segment_amplitude(heard.own(pair))
+        fits, left_out = _each_trial(trials, joint, options, progress)
+        rows = list(fits)
         amplitude, sd = levels.amplitude[rows], levels.sd[rows]
         told = {} if flexor is None or extensor is None else _told(flexor, extensor)
         held = [trials.force[trials.samples_of(row), joint - 1].mean() for row in rows]

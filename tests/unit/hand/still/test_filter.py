@@ -11,7 +11,7 @@ from scipy.signal import butter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.hand.still import check_response
-from armimpedance.hand.still.doubts.filter import find_filter, in_step
+from armimpedance.hand.still.doubts.filter import CORNERS_HZ, _can_leave, find_filter, in_step
 from armimpedance.hand.still.doubts.filtered_rows import FilteredRows
 from armimpedance.hand.still.doubts.passed import Passed
 from armimpedance.hand.still.modal import expected_motion, modal_equation, weighted_equations
@@ -283,3 +283,18 @@ def test_what_a_filter_leaves_is_that_of_the_filtered_trials(sound, passed):
     np.testing.assert_allclose(theta, slow, rtol=1e-6)
     assert squares == pytest.approx(float(((r @ V) * r).sum()), rel=1e-6)
     assert count == r.size
+
+
+@pytest.mark.parametrize("at", [10.0, 44.0, 60.0, 190.0])
+@pytest.mark.parametrize("bend", [0.0, 0.3, -0.3])
+def test_what_a_grid_promises_to_leave_is_less_than_its_search_finds(at, bend):
+    """Whatever the course between the grid's values: a filter that is there is not passed over."""
+
+    def left(logarithm):
+        away = logarithm - np.log(at)
+        return 100.0 + 400.0 * away**2 * (1 + bend * away)
+
+    grid = {float(each): left(each) for each in np.log(CORNERS_HZ)}
+    assert _can_leave(grid) <= 100.0
+    assert _can_leave(dict.fromkeys(grid, 7.0)) == pytest.approx(7.0)
+    assert _can_leave(dict.fromkeys(grid, np.inf)) == -np.inf
