@@ -133,14 +133,19 @@ def find_filter(recording: Recording) -> Filter | None:
     late = bool(models) and _show_a_delay(models)
     if not models or not (late or _may_be_without_phase(groups)):
         return None
+    again, found = _likeliest(groups)
+    return found if _stands_out(again, found, late) else None
+
+
+def _likeliest(groups: Sequence[FilteredRows]) -> tuple[list[FilteredRows], Filter]:
+    """The conditions weighed by the noise that the best filter leaves, and the likeliest one."""
     grids = [(one, _on_grid(groups, one)) for one in _families()]
     rough = sorted((_searched(groups, *each) for each in grids), key=lambda one: one[0])
     again = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
     # the noise that the best of them leaves weighs the rows of all that come near it
     near = [one for left, one in rough if left < NEAR * rough[0][0]]
     tried = sorted((_searched(again, one, {}) for one in near), key=lambda one: one[0])
-    found = _judged(again, tried)
-    return found if _stands_out(again, found, late) else None
+    return again, _judged(again, tried)
 
 
 def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
