@@ -52,12 +52,13 @@ def _of_reaches(recording: Recording) -> Sequence[Finding]:
 def _fit_joint(recording: Recording) -> None:
     """Refuse a joint whose inertia no person has.
 
-    Raises NotIdentifiableError: a fit that is no joint's, of a record that is moved at will, or
-    held, and meant for its EMG, perhaps.
+    Raises NotIdentifiableError: no fit, or no joint's, of a record that is moved at will, or held,
+    and meant for its EMG, perhaps.
     """
+    samples = from_recording(recording)
     try:
-        found = estimate_joint(from_recording(recording))
-    except EstimationError as error:
+        found = estimate_joint(samples)
+    except (EstimationError, InputError) as error:
         raise NotIdentifiableError(str(error), ("I", "B", "K")) from error
     size = check_joint_size("inertia", float(found.values[0]), float(found.sd[0]))
     if size.verdict != "ok":
@@ -71,9 +72,9 @@ def _fitted(
     try:
         fit(recording)
     except (EstimationError, InputError) as error:
-        # of several joints under random torques `elbow` may still take one
-        one_of = isinstance(error, InputError) and recording.kind == "joint" and recording.axes > 1
-        verdict: Verdict = "warning" if one_of else "unusable"
+        # of several axes under random forces `elbow` may take one, and `estimate` asks no commands
+        other = isinstance(error, InputError) and verb == "random"
+        verdict: Verdict = "warning" if other else "unusable"
         return (Finding("fit", verdict, f"`{verb}` refuses it: {error}"),)
     except (ArmImpedanceError, np.linalg.LinAlgError) as error:
         return (Finding("fit", "warning", f"`{verb}` cannot fit it: {error}"),)

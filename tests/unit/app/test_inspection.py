@@ -14,6 +14,7 @@ from armimpedance.core.records import Recording, Subject
 from armimpedance.recordings import write_recording
 from armimpedance.show.verbs.results import read, read_recording
 from manipulandum_sim.body import simulate_body
+from manipulandum_sim.elbow import simulate_elbow
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.passive import simulate_passive
 
@@ -107,3 +108,12 @@ def test_what_is_missing_is_listed():
     )
     missing = inspect(recording).of_verdict("missing")
     assert any("EMG" in finding.message for finding in missing)
+
+
+@pytest.mark.parametrize("test", ["calibration", "spring"])
+def test_a_joint_that_nothing_disturbs_is_usable_for_its_emg(test):
+    recording, _ = simulate_elbow(test, repetitions=1, duration_s=4.0)
+    inspected = inspect(recording)
+    (fit,) = [check for check in inspected.checks if check.name == "fit"]
+    assert fit.verdict == "warning"
+    assert inspected.usable
