@@ -21,7 +21,7 @@ from armimpedance.hand.reaching import check_pushes, identify_movement
 from armimpedance.hand.still import check_response
 from armimpedance.joint.body import check_plates
 from armimpedance.joint.elbow import estimate_joint, from_recording
-from armimpedance.numerics.criticism import check_joint_size
+from armimpedance.numerics.criticism import refuse_joint_size
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.text import describe
 from armimpedance.show.verbs.checks import TopicChecks, findings_of
@@ -60,9 +60,7 @@ def _fit_joint(recording: Recording) -> None:
         found = estimate_joint(samples)
     except (EstimationError, InputError) as error:
         raise NotIdentifiableError(str(error), ("I", "B", "K")) from error
-    size = check_joint_size("inertia", float(found.values[0]), float(found.sd[0]))
-    if size.verdict != "ok":
-        raise EstimationError(size.sentence)
+    refuse_joint_size(float(found.values[0]), float(found.sd[0]))
 
 
 def _fitted(

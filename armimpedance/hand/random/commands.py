@@ -10,10 +10,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import AXES, command_columns, perturbation_columns
 from armimpedance.core.errors import InputError
-from armimpedance.core.estimates import ImpedanceEstimate
-from armimpedance.core.findings import warnings_of
 from armimpedance.core.records import Recording
-from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import refuse_degrees
 
 #: Less of a trial's motion than this, explained by commands, is not this trial's command.
@@ -89,7 +86,7 @@ def check_follows(trial: FloatArray, shares: FloatArray) -> None:
     )
 
 
-# What of a joint has to be told and can be wrong: whose torque, degrees, units.
+# What of a joint has to be told and can be wrong: whose torque, degrees.
 
 #: What is told of a torque that is the commanded one.
 COMMANDED: Final = (
@@ -114,12 +111,3 @@ def check_joints(recording: Recording) -> tuple[str, ...]:
             "motor's: of limb and device together)",
         )
     return (COMMANDED,) if recording.torque == "commanded" else ()
-
-
-def unlikely_units(one: ImpedanceEstimate) -> tuple[str, ...]:
-    """A warning where the inertia is that of no joint of a person: a unit that is another."""
-    if one.level != "joint":
-        return ()
-    M, sd = np.diag(one.inertia), np.diag(one.sd[0])
-    found = (check_joint_size("inertia", m, s) for m, s in zip(M, sd, strict=True))
-    return warnings_of(found)[:1]

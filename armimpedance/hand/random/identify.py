@@ -20,7 +20,6 @@ from armimpedance.hand.random.commands import (
     check_follows,
     check_joints,
     commands_of,
-    unlikely_units,
 )
 from armimpedance.hand.random.doubts import (
     doubts_of,
@@ -119,8 +118,7 @@ def identify_random(
     made = []
     for done, (keys, rows) in enumerate(groups, 1):
         fit = _of_group(recording, commands, keys, rows, band_hz)
-        if recording.kind == "hand":
-            refuse_size(fit.estimate, recording.subject.mass_kg)
+        refuse_size(fit.estimate, recording.subject.mass_kg)
         made.append(replace(fit, estimate=fit.estimate.marked(of_joints)))
         if progress is not None:
             progress(done, len(groups))
@@ -240,9 +238,8 @@ def _fit(
         band,
         response,
     )
-    told = (*commands.warnings, *unlikely_units(fit.estimate))
     warnings = (
-        *told,
+        *commands.warnings,
         *doubts_of(fit, misfit),
         *warnings_of(session),
         *fit.estimate.not_definite(),

@@ -12,5 +12,6 @@ from .gate import refuse_stops as refuse_stops
 from .joint_size import (
     check_hand_size as check_hand_size,
     check_joint_size as check_joint_size,
+    refuse_joint_size as refuse_joint_size,
     refuse_size as refuse_size,
 )

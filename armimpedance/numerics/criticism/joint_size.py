@@ -149,14 +149,39 @@ def refuse_size(one: ImpedanceEstimate, mass_kg: float | None) -> None:
     >>> hand = ai.estimate(simulate("cocontraction", seed=1, conditions=["cocontraction_20"])[0])
     >>> refuse_size(hand.estimates[0], 65.0)
     """
-    d = one.k
-    mean = float(np.trace(one.inertia)) / d
-    error = float(np.sqrt(np.diag(one.covariance)[: d * d].max()))
-    size = (
-        check_hand_size(mean, error, mass_kg)
-        if one.level == "hand"
-        else check_joint_size("inertia", mean, error)
-    )
+    own, sd = np.diag(one.inertia), np.diag(one.sd[0])
+    if one.level == "hand":
+        largest = float(np.sqrt(np.diag(one.covariance)[: one.k**2].max()))
+        _refuse(check_hand_size(float(own.mean()), largest, mass_kg))
+        return
+    for inertia, error in zip(own, sd, strict=True):
+        refuse_joint_size(float(inertia), float(error))
+
+
+def refuse_joint_size(inertia: float, sd: float) -> None:
+    """Refuse a joint whose inertia is of another unit than it says.
+
+    Parameters
+    ----------
+    inertia : float
+        kg m^2.
+    sd : float
+        Its standard error.
+
+    Raises
+    ------
+    EstimationError
+        No joint of a person has such an inertia.
+
+    Examples
+    --------
+    >>> from armimpedance.numerics.criticism import refuse_joint_size
+    >>> refuse_joint_size(0.07, 0.001)
+    """
+    _refuse(check_joint_size("inertia", inertia, sd))
+
+
+def _refuse(size: Finding) -> None:
     if size.verdict != "ok":
         raise EstimationError(size.sentence)
 

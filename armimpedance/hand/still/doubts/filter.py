@@ -50,7 +50,7 @@ AROUND: Final = 0.1
 STEP: Final = 0.05
 NEAR: Final = 1.2
 #: Part of the step between two values of a grid by which a parabola through them may be wrong.
-NO_PARABOLA: Final = 0.1
+NO_PARABOLA: Final = 0.5
 #: A delay or a low-pass resembles dry friction or a reflex: so much more than these it explains.
 BEYOND_OTHERS: Final = 20.0
 #: Of a delay of 2 ms the trials are 1.6 times as sure as of a reflex, of a reflex .7 to 1 times.
@@ -130,16 +130,20 @@ def find_filter(recording: Recording) -> Filter | None:
     if not groups or not _worth_looking(groups):
         return None
     models = [one for one in models_of(recording, chosen[:MOST_CONDITIONS]) if one is not None]
-    late = bool(models) and _show_a_delay(models)
-    if not models or not (late or _may_be_without_phase(groups)):
+    if not models:
         return None
-    again, found = _likeliest(groups)
+    late, without_phase = _show_a_delay(models), _on_grids(groups, "zero-phase")
+    if not late and not _may_explain_much(groups, without_phase):
+        return None
+    others = [*_on_grids(groups, "late"), *_on_grids(groups, "low-pass")]
+    again, found = _likeliest(groups, [*others, *without_phase])
     return found if _stands_out(again, found, late) else None
 
 
-def _likeliest(groups: Sequence[FilteredRows]) -> tuple[list[FilteredRows], Filter]:
+def _likeliest(
+    groups: Sequence[FilteredRows], grids: Sequence[_Grid]
+) -> tuple[list[FilteredRows], Filter]:
     """The conditions weighed by the noise that the best filter leaves, and the likeliest one."""
-    grids = [(one, _on_grid(groups, one)) for one in _families()]
     rough = sorted((_searched(groups, *each) for each in grids), key=lambda one: one[0])
     again = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
     # the noise that the best of them leaves weighs the rows of all that come near it
@@ -189,11 +193,10 @@ def _judged(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]
     return Filter(likeliest, _error(groups, likeliest, each), tuple(possible), explained, each)
 
 
-def _families() -> list[Passed]:
-    """One of every family that is tried."""
-    ways: list[tuple[Way, int]] = [("late", 0)]
-    ways += [("low-pass", order) for order in ORDERS] + [("zero-phase", order) for order in ORDERS]
-    return [Passed(channel, way, order, np.nan) for channel in CHANNELS for way, order in ways]
+def _families(way: Way) -> list[Passed]:
+    """One of every family of a way that is tried."""
+    orders = (0,) if way == "late" else ORDERS
+    return [Passed(channel, way, order, np.nan) for channel in CHANNELS for order in orders]
 
 
 def _left(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
@@ -213,10 +216,14 @@ def _rows(groups: Sequence[FilteredRows]) -> int:
     return sum(rows - len(theta) for _, theta, rows in left)
 
 
-def _on_grid(groups: Sequence[FilteredRows], family: Passed) -> dict[float, float]:
-    """Logarithm of each value of a family's grid -> what it leaves."""
-    grid = np.log(DELAYS_S if family.way == "late" else CORNERS_HZ)
-    return {float(each): _left(groups, _of(family, float(each))) for each in grid}
+#: A family, and what each value of its grid leaves, by the value's logarithm.
+_Grid = tuple[Passed, dict[float, float]]
+
+
+def _on_grids(groups: Sequence[FilteredRows], way: Way) -> list[_Grid]:
+    """The families of a way."""
+    at = [float(each) for each in np.log(DELAYS_S if way == "late" else CORNERS_HZ)]
+    return [(one, {v: _left(groups, _of(one, v)) for v in at}) for one in _families(way)]
 
 
 def _of(family: Passed, logarithm: float) -> Passed:
@@ -224,27 +231,23 @@ def _of(family: Passed, logarithm: float) -> Passed:
     return replace(family, value=float(np.exp(logarithm)))
 
 
-def _may_be_without_phase(groups: Sequence[FilteredRows]) -> bool:
-    """Whether a filter without phase may be the likeliest, and explain much.
+def _may_explain_much(groups: Sequence[FilteredRows], grids: Sequence[_Grid]) -> bool:
+    """Whether one of the filters without phase may explain much.
 
     Most limbs have a reflex, which a filter with phase resembles. Where trials show no delay such a
     filter is rejected whatever it explains, so that a search for it would be lost.
     """
-    rows, none = _rows(groups), _left(groups, None)
-    for family in (one for one in _families() if one.way == "zero-phase"):
-        grid = _on_grid(groups, family)
-        # the weights are those of noise without a filter, in which much of it may hide
-        if _can_leave(grid) * (1 + AT_FIRST / rows) > none:
-            continue
-        if _searched(groups, family, grid)[0] * (1 + AT_FIRST / rows) <= none:
-            return True
-    return False
+    # the weights are those of noise without a filter, in which much of it may hide
+    most = _left(groups, None) / (1 + AT_FIRST / _rows(groups))
+    near = (one for one in grids if _can_leave(one[1]) <= most)
+    return any(_searched(groups, *one)[0] <= most for one in near)
 
 
 def _can_leave(left: dict[float, float]) -> float:
-    """What a family leaves at least: the grid's best less twice what a parabola gains there.
+    """What a family may leave between the values of its grid, on the safe side.
 
-    Less a part of the step to the nearest value as well: the course is no parabola.
+    The grid's best less twice what a parabola gains there, and less a part of the step to the next
+    value: a bound where the course's curvature changes by less than a half from value to value.
     """
     at = np.sort(list(left))
     values = np.array([left[float(each)] for each in at])

@@ -15,7 +15,7 @@ from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import JointSamples, from_recording, pieces_of
 from armimpedance.joint.elbow.stationary.identify import estimate_joint, identify_elbow
-from armimpedance.numerics.criticism import SessionWords, check_inertia_over, check_joint_size
+from armimpedance.numerics.criticism import SessionWords, check_inertia_over, refuse_joint_size
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
@@ -115,9 +115,7 @@ def elbow(
         marks = checked(chosen, despite)
         tell(0, 1 + len(selections))
         whole = identify_elbow(samples, **options)
-        size = check_joint_size("inertia", whole.inertia.value, whole.inertia.sd_robust)
-        if size.verdict != "ok":
-            raise EstimationError(size.sentence)
+        refuse_joint_size(whole.inertia.value, whole.inertia.sd_robust)
         pieces = {} if _has_conditions(selections) else pieces_of(samples)
         parts = {}
         for done, (name, rows) in enumerate(selections.items(), start=1):
