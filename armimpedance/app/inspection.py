@@ -16,7 +16,7 @@ from armimpedance.core.errors import (
 )
 from armimpedance.core.findings import Finding, Verdict
 from armimpedance.core.records import Recording
-from armimpedance.hand.random import identify_random
+from armimpedance.hand.random import check_wrist, identify_random
 from armimpedance.hand.reaching import check_pushes, identify_movement
 from armimpedance.hand.still import check_response
 from armimpedance.joint.body import check_plates
@@ -37,7 +37,7 @@ def _of_response(recording: Recording) -> Sequence[Finding]:
         # which is said to be missing
         return ()
     if recording.axes > 1:
-        return _fitted("random", recording, identify_random)
+        return check_wrist(recording) or _fitted("random", recording, identify_random)
     return _fitted("elbow", recording, _fit_joint)
 
 

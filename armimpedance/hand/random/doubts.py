@@ -155,7 +155,25 @@ def of_wrist(*, free: bool) -> list[str]:
 
 
 def check_wrist(recording: Recording) -> tuple[Finding, ...]:
-    """The finding "wrist", which stops `random`: K comes out 16 to 20 % too small."""
+    """The finding "wrist", which stops `random`: K comes out 16 to 20 % too small.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a hand under a random perturbation.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty where the wrist was locked, or in the plane.
+
+    Examples
+    --------
+    >>> from armimpedance.hand.random import check_wrist
+    >>> from manipulandum_sim.random_hand import simulate_random
+    >>> check_wrist(simulate_random(seed=1, trials=1, duration_s=2.0)[0])
+    ()
+    """
     in_space = recording.kind == "hand" and recording.axes == 3
     if not in_space or not is_wrist_free(recording, np.arange(recording.n_trials)):
         return ()

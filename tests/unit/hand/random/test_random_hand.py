@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import armimpedance as ai
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.core.records import Recording
 from armimpedance.hand.random import identify_random
@@ -233,3 +234,13 @@ def test_the_free_response_agrees_with_the_model_within_its_error():
     assert np.sqrt((off**2).mean()) < 2.5
     assert fit.multiple[inside].min() > 0.5
     assert (fit.partial <= fit.multiple[..., None] + 0.05).all()
+
+
+def test_a_free_wrist_stops_the_command_and_inspect():
+    locked = linear_session(SPACE)
+    recording = replace(locked, trials=locked.trials.assign(wrist="free"))
+    with pytest.raises(InputError, match="wrist"):
+        ai.random(recording)
+    stops = [one.name for one in ai.inspect(recording).checks if one.verdict == "unusable"]
+    assert stops == ["wrist"]
+    assert ai.inspect(locked).usable
