@@ -58,8 +58,8 @@ def _children(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPar
 def _page(name: str) -> str:
     first, *others = parsers_of(name)
     text = [title(first.prog), _help(first)]
-    for verb in verbs_of(name):
-        text += [title("Options and keywords", "-"), _options(verb)]
+    verbs = verbs_of(name)
+    text += [title("Options and keywords", "-")] * bool(verbs) + list(map(_options, verbs))
     if calls := runs().get(name):
         text += [title("An example that was run", "-"), WHOSE]
         text += [code(f"$ {run['call']}\n{run['printed']}") for run in calls]
@@ -69,9 +69,14 @@ def _page(name: str) -> str:
 
 
 def verbs_of(name: str) -> list[Verb]:
-    """What a command's module says of its options, where it says it once."""
+    """What the modules of a command and its steps say of its options, where they say it once."""
     module = importlib.import_module(PLACES[name])
-    return [one for one in vars(module).values() if isinstance(one, Verb)]
+    steps = [
+        importlib.import_module(f"{PLACES[name]}.{step}") for step in vars(module).get("STEPS", ())
+    ]
+    return [
+        one for each in (module, *steps) for one in vars(each).values() if isinstance(one, Verb)
+    ]
 
 
 def _options(verb: Verb) -> str:

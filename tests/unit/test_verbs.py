@@ -22,25 +22,27 @@ from armimpedance.show.verbs.options import (
     Option,
     PlaceToRead,
     Verb,
+    Whole,
 )
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def described():
-    """Every verb whose command has a record of its options, with its function."""
-    for name, place in PLACES.items():
+    """Every verb whose command has a record of its options: command, verb and function."""
+    steps = {f"therapy {step}": f"{PLACES['therapy']}.{step}" for step in ("contribution",)}
+    for command, place in (PLACES | steps).items():
         for one in vars(importlib.import_module(place)).values():
             if isinstance(one, Verb):
-                folder = place.rsplit(".", 1)[0]
-                yield pytest.param(one, getattr(importlib.import_module(folder), name), id=name)
+                face = importlib.import_module(place[: place.index(".show") + len(".show")])
+                yield pytest.param(command, one, getattr(face, one.name), id=one.name)
 
 
 VERBS = list(described())
 BOUNDED = [
-    pytest.param(verb.values[0], verb.values[1], option, id=f"{verb.id}-{option.name}")
+    pytest.param(*verb.values, option, id=f"{verb.id}-{option.name}")
     for verb in VERBS
-    for option in verb.values[0].options
+    for option in verb.values[1].options
     if isinstance(option.kind, Number | NumberPair | OneOf | MethodName)
 ]
 
@@ -55,39 +57,46 @@ def wrong(kind: AnyWord) -> tuple:
 
 
 def test_the_verbs_that_were_moved_are_found():
-    assert {verb.id for verb in VERBS} >= {"passive", "body", "movement", "random"}
+    moved = {"passive", "body", "movement", "random", "estimate", "reflex", "compare"}
+    moved |= {"elbow", "elbow_over_time", "emg_law", "contribution"}
+    assert {verb.id for verb in VERBS} >= moved
 
 
-@pytest.mark.parametrize(("verb", "function"), VERBS)
-def test_defaults_and_keywords_are_those_of_the_function(verb, function):
+@pytest.mark.parametrize(("command", "verb", "function"), VERBS)
+def test_defaults_and_keywords_are_those_of_the_function(command, verb, function):
     keywords = inspect.signature(function).parameters
     for option in verb.options:
-        assert keywords[option.name].default == option.default, option.name
+        default = inspect.Parameter.empty if option.required else option.default
+        assert keywords[option.name].default == default, f"{command}: {option.name}"
         assert keywords[option.name].kind is inspect.Parameter.KEYWORD_ONLY
 
 
-@pytest.mark.parametrize(("verb", "function"), VERBS)
-def test_a_call_without_options_asks_for_the_defaults(verb, function):
-    asked = make_parser([verb.name]).parse_args([verb.name, "recording"])
-    assert verb.keywords(asked) == {option.name: option.default for option in verb.options}
+@pytest.mark.parametrize(("command", "verb", "function"), VERBS)
+def test_a_call_without_options_asks_for_the_defaults(command, verb, function):
+    needed = [option for option in verb.options if option.required]
+    words = [word for option in needed for word in (option.command, "there")]
+    asked = make_parser(command.split()).parse_args([*command.split(), "recording", *words])
+    given = {option.name: option.default for option in verb.options}
+    given |= {option.name: Path("there") for option in needed}
+    assert verb.keywords(asked) == given, function.__name__
 
 
-@pytest.mark.parametrize(("verb", "function"), VERBS)
-def test_the_docstring_has_a_line_for_every_keyword(verb, function):
-    assert "{options}" not in function.__doc__
+@pytest.mark.parametrize(("command", "verb", "function"), VERBS)
+def test_the_docstring_has_a_line_for_every_keyword(command, verb, function):
+    assert "{options}" not in function.__doc__, command
     for option in verb.options:
         assert f"\n{option.name} : " in function.__doc__
 
 
-@pytest.mark.parametrize(("verb", "function", "option"), BOUNDED)
+@pytest.mark.parametrize(("command", "verb", "function", "option"), BOUNDED)
 def test_bounds_hold_at_both_doors_before_anything_is_read(
-    verb, function, option, tmp_path, capsys
+    command, verb, function, option, tmp_path, capsys
 ):
     value, words = wrong(option.kind)
     with pytest.raises(InputError, match=option.name):
         function(tmp_path / "nothing", **{option.name: value})
     try:
-        status = run([verb.name, str(tmp_path / "nothing"), option.command, *words])
+        status = run([*command.split(), str(tmp_path / "nothing"), option.command, *words])
     except SystemExit as end:
         status = end.code
     assert status == 2
@@ -101,6 +110,7 @@ def test_bounds_hold_at_both_doors_before_anything_is_read(
         (Number(low=0, high=2), (0, 2), (-0.1, 2.1)),
         (NumberPair(), ((0, 1), [2.0, 3.0]), ((1, 1), (3, 2), (1,), 5, (-1, 2), "ab", (1, 2, 3))),
         (OneOf(values=(1, -1)), (1, -1), (0, True, "1", [1])),
+        (Whole(low=1, word="auto"), (1, 7, "auto"), (0, 1.0, 2.5, True, "other", "1")),
     ],
 )
 def test_what_a_kind_takes(kind, good, bad):
@@ -132,7 +142,7 @@ def test_places_that_options_name_are_read():
     assert verb.differing({}) == ()
 
 
-@pytest.mark.parametrize("name", [verb.id for verb in VERBS])
+@pytest.mark.parametrize("name", sorted({verb.values[0].split()[0] for verb in VERBS}))
 def test_help_loads_no_numpy(name):
     code = (
         "import sys; from armimpedance.app.cli.main import make_parser; "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from typing import Final
 
 from armimpedance.show.verbs.options import AnyWord, OneOf, Option
@@ -28,9 +27,9 @@ FORCE_BY: Final = Option(
 )
 
 
-def add_by(parser: argparse.ArgumentParser, more: str = "") -> None:
+def add_by(parser: argparse.ArgumentParser) -> None:
     """The argument that names the columns of the groups."""
-    replace(BY, help=f"{BY.help}{more}").add(parser)
+    BY.add(parser)
 
 
 def add_force_by(parser: argparse.ArgumentParser) -> None:

@@ -215,7 +215,7 @@ def draw_picture(
     """Draw and write what ``--figure`` asks for, if it does, and say where.
 
     `arguments`: with the options of `outputs.add_figure`.
-    `draw`: gives a figure or axes; called only where a figure is asked for.
+    `draw`: gives a figure, axes or an array of axes; called only where a figure is asked for.
     `suffix`: added to the name, where a command draws more than one picture.
     """
     if arguments.figure is None:
@@ -225,6 +225,7 @@ def draw_picture(
     path = arguments.figure.with_name(f"{arguments.figure.stem}{suffix}{arguments.figure.suffix}")
     with drawn_for(arguments.style):
         drawn = draw()
+        drawn = drawn.flat[0] if hasattr(drawn, "flat") else drawn
         figure = drawn if hasattr(drawn, "savefig") else drawn.get_figure(root=True)
         formats, stem = (path.suffix[1:],), path.with_suffix("")
         save_with_caption(figure, stem, formats, caption, baked=arguments.caption)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.show.files import ENDINGS
+from armimpedance.show.verbs.options import listed
 
 if TYPE_CHECKING:
     from armimpedance.core.findings import Finding
@@ -58,9 +59,7 @@ def add_out(
         type=OutputPath,
         required=required,
         metavar="FILE",
-        help=f"{what}: {' or '.join(endings)}"
-        if len(endings) < 3
-        else f"{what}: {listed(endings)}",
+        help=f"{what}: {listed(endings)}",
     )
     if long:
         parser.add_argument(
@@ -115,11 +114,6 @@ def check_folder(
     check_replaceable(path, mark, tuple(known))
     if path.exists() and not replace and any(path.iterdir()):
         raise InputError("exists already", file=path, expected="a new folder, or --replace")
-
-
-def listed(endings: tuple[str, ...]) -> str:
-    """The endings as a sentence holds them: ``.csv, .json or .parquet``."""
-    return ", ".join(endings[:-1]) + (" or " if len(endings) > 1 else "") + endings[-1]
 
 
 def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:

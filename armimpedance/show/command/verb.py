@@ -26,26 +26,29 @@ from armimpedance.show.verbs.options import Verb
 class Command:
     """The command of a verb that reads one recording and gives one result.
 
-    Functions are named as ``module:name``, so that ``--help`` does not import what they need.
+    Functions are named as ``module:name``, so that ``--help`` does not import what they need, or
+    stand in the module of the command and import it themselves.
 
     `verb`: its options.
-    `progress`: title of the bar.
+    `progress`: title of the bar; ``{recording}`` stands for the recording's name.
     `call`: the Python function.
     `out`: what ``--out`` holds, in words.
     `text`: gives what is printed of the result.
     `figure`: what ``--figure`` shows, in words.
     `draw`: draws it.
-    `caption`: gives the words below it.
+    `caption`: the words below it, or what gives them.
+    `rows`: counts the rows of ``--out``, where the screen says how many were written.
     """
 
     verb: Verb
     progress: str
     call: str
-    out: str
-    text: str
-    figure: str
-    draw: str
-    caption: Callable[[Any], str]
+    text: str | Callable[[Any], str]
+    draw: str | Callable[[Any], Any]
+    caption: str | Callable[[Any], str]
+    out: str = "the result"
+    figure: str = "draw the result"
+    rows: Callable[[Any], int] | None = None
 
     def configure(self, parser: argparse.ArgumentParser) -> None:
         """Arguments of the command."""
@@ -69,15 +72,20 @@ class Command:
         )
         check_long(arguments)
         keywords = self.verb.keywords(arguments)
-        with bar(self.progress) as progress:
+        with bar(self.progress.format(recording=arguments.recording.name)) as progress:
             result = _named(self.call)(arguments.recording, **keywords, progress=progress)
         write_result(result.content, arguments)
         print(_named(self.text)(result))
-        draw_picture(arguments, lambda: _named(self.draw)(result), self.caption(result))
+        if self.rows is not None and arguments.out is not None:
+            print(f"\n{self.rows(result)} rows written to {arguments.out}")
+        caption = self.caption if isinstance(self.caption, str) else self.caption(result)
+        draw_picture(arguments, lambda: _named(self.draw)(result), caption)
         return 0
 
 
-def _named(place: str) -> Any:
-    """What stands at ``module:name``, imported only now."""
+def _named(place: str | Callable[[Any], Any]) -> Any:
+    """What stands at ``module:name``, imported only now; a function itself."""
+    if callable(place):
+        return place
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)

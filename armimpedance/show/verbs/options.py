@@ -10,11 +10,11 @@ from __future__ import annotations
 import argparse
 import inspect
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sized
+from collections.abc import Callable, Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import wraps
 from math import inf, isfinite
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Final, ParamSpec, TypeVar
 
@@ -22,6 +22,11 @@ from armimpedance.core.errors import InputError
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def listed(words: Sequence[str]) -> str:
+    """Alternatives as a sentence holds them: ``.csv, .json or .parquet``."""
+    return ", ".join(words[:-1]) + (" or " if len(words) > 1 else "") + words[-1]
 
 
 @dataclass(frozen=True)
@@ -95,14 +100,19 @@ class Switch(AnyWord):
 
 @dataclass(frozen=True)
 class OneOf(AnyWord):
-    """One of a few values."""
+    """One of a few values.
+
+    `values`: all that the function takes.
+    `offered`: those that the command offers, where these are fewer.
+    """
 
     values: tuple[Any, ...] = ()
+    offered: tuple[Any, ...] = ()
 
     @property
     def argparse(self) -> dict[str, Any]:
         """What `add_argument` is told of it."""
-        return {"choices": self.values, "type": type(self.values[0])}
+        return {"choices": self.offered or self.values, "type": type(self.values[0])}
 
     @property
     def typed(self) -> str:
@@ -135,39 +145,60 @@ class Number(AnyWord):
     """A finite number.
 
     `above`, `low`, `high`: it is more than `above`, at least `low` and at most `high`.
+    `word`: one that may stand in its place, such as "auto"; "" where there is none.
     """
 
     python: str = "float"
     above: float = -inf
     low: float = -inf
     high: float = inf
+    word: str = ""
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it; where a word stands for None, all are words to it."""
-        metavar = "PERCENT" if self.unit == "%" else self.unit.upper()
-        if self.nothing:
-            return {"metavar": f"{metavar}|{self.nothing}"}
-        return {"metavar": metavar, "type": float}
+        """What `add_argument` is told of it; where a word may be given, all are words to it."""
+        words = [word for word in (self.word, self.nothing) if word]
+        metavar = "|".join([self._metavar, *words])
+        return {"metavar": metavar} if words else {"metavar": metavar, "type": self._number}
+
+    @property
+    def _metavar(self) -> str:
+        return "PERCENT" if self.unit == "%" else self.unit.upper() or "N"
+
+    @property
+    def _number(self) -> Callable[[str], float]:
+        return float
 
     @property
     def typed(self) -> str:
         """The keyword's type, as a docstring names it."""
-        words = f"{self.python} ({self.unit})" if self.unit else self.python
-        return f"{words} or None" if self.nothing else words
+        number = f"{self.python} ({self.unit})" if self.unit else self.python
+        words = [f'"{self.word}"'] * bool(self.word) + ["None"] * bool(self.nothing)
+        return listed([number, *words])
 
     @property
     def expected(self) -> str:
         """What a value must be, in words."""
+        number = f"{self._in_words} {self.unit}".rstrip()
+        return f"{number}, or {self.word}" if self.word else number
+
+    @property
+    def _in_words(self) -> str:
+        return self._limits or "a number"
+
+    @property
+    def _limits(self) -> str:
         limits = [
             *([f"more than {self.above:g}"] if self.above > -inf else []),
             *([f"at least {self.low:g}"] if self.low > -inf else []),
             *([f"at most {self.high:g}"] if self.high < inf else []),
         ]
-        return f"{' and '.join(limits) or 'a number'} {self.unit}".rstrip()
+        return " and ".join(limits)
 
     def holds(self, value: Any) -> bool:
         """Whether a keyword may have this value."""
+        if isinstance(value, str):
+            return bool(self.word) and value == self.word
         if isinstance(value, bool) or not isinstance(value, Real):
             return False
         number = float(value)
@@ -178,9 +209,28 @@ class Number(AnyWord):
         if given == self.nothing:
             return None
         try:
-            return float(given)
+            return self._number(given)
         except ValueError:
             return given
+
+
+@dataclass(frozen=True)
+class Whole(Number):
+    """A whole number."""
+
+    python: str = "int"
+
+    @property
+    def _number(self) -> Callable[[str], float]:
+        return int
+
+    @property
+    def _in_words(self) -> str:
+        return f"a whole number, {self._limits}" if self._limits else "a whole number"
+
+    def holds(self, value: Any) -> bool:
+        """Whether a keyword may have this value."""
+        return super().holds(value) and isinstance(value, str | Integral)
 
 
 @dataclass(frozen=True)
@@ -225,6 +275,7 @@ class Option:
     `many`: whether it may be given again; the keyword takes a sequence.
     `made`: makes the keyword's value of the word, or of the list of words.
     `doc`: what the keyword is, where `help` speaks of the command alone.
+    `required`: whether a call must give it; it has no default then.
     """
 
     name: str
@@ -235,6 +286,7 @@ class Option:
     many: bool = False
     made: Callable[[Any], Any] | None = None
     doc: str = ""
+    required: bool = False
 
     @property
     def command(self) -> str:
@@ -265,6 +317,7 @@ class Option:
             more |= {"action": "append", "default": [] if self.default == () else None}
         elif self.shown:
             more |= {"default": self.shown if self.made or self.kind.nothing else self.default}
+        more |= {"required": True} if self.required else {}
         parser.add_argument(self.command, **self.kind.argparse, **more)
 
     def value(self, given: Any) -> Any:
@@ -298,7 +351,7 @@ class Option:
 
     def docs(self) -> Iterator[str]:
         """Its lines in a docstring's section of parameters."""
-        missing = self.default is None and not self.kind.nothing
+        missing = self.default is None and not self.kind.nothing and not self.required
         yield f"{self.name} : {self.kind.typed}{', optional' if missing else ''}"
         text = self.doc or self.said
         text, indent = f"{text[:1].upper()}{text[1:]}.", " " * 4

@@ -21,9 +21,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armimpedance.core.errors import InputError
-from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.hand.still import METHODS
-from armimpedance.show.command.options import add_choice, add_despite
+from armimpedance.hand.comparison.show.options import COMPARE
+from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -42,15 +41,6 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("inputs", nargs="+", metavar="RECORDING|RESULTS.csv", type=Path)
-    add_by(parser, "; 'recording' keeps several recordings apart")
-    parser.add_argument("--against", metavar="GROUP", help="compare all groups with this one only")
-    parser.add_argument(
-        "--subjects",
-        metavar="COLUMN",
-        help="the column that names the subjects; 'recording' or 'subject' (the id in "
-        "recording.json) where each has a recording of their own",
-    )
-    parser.add_argument("--method", metavar="NAME", help=f"estimator: {METHODS.listed()}")
     add_out(parser, "the differences", TABLE, long=True)
     add_figure(parser, "ellipses where the hand was")
     parser.add_argument(
@@ -58,17 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         choices=("stiffness", "viscosity", "inertia"),
         help="matrix that the figure shows (default: stiffness)",
     )
-    parser.add_argument(
-        "--seed", type=int, metavar="N", help="seed of the permutations (default: 0)"
-    )
-    parser.add_argument(
-        "--permutations",
-        type=int,
-        metavar="N",
-        help="of each pair (default: 1999, more with many pairs, none with more than 200)",
-    )
-    add_force_by(parser)
-    add_despite(parser)
+    COMPARE.configure(parser)
     add_choice(parser, "inputs")
 
 
@@ -80,19 +60,9 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.show.command.screen import bar
 
     _check(arguments)
+    keywords = COMPARE.keywords(arguments)
     with bar("comparing") as progress:
-        found = compare(
-            arguments.inputs,
-            by=arguments.by or "condition",
-            against=arguments.against,
-            subjects=arguments.subjects,
-            method=arguments.method,
-            permutations=arguments.permutations,
-            seed=arguments.seed or 0,
-            force_by=arguments.force_by,
-            despite=arguments.despite,
-            progress=progress,
-        )
+        found = compare(arguments.inputs, **keywords, progress=progress)
     out = arguments.out
     write_result(found.content, arguments)
     print(found)
@@ -119,5 +89,5 @@ def _check(arguments: argparse.Namespace) -> None:
     check_long(arguments)
     if arguments.which is not None and arguments.figure is None:
         raise InputError(f"--which {arguments.which} without --figure", expected="a figure to draw")
-    if arguments.seed is not None and arguments.subjects is not None:
+    if arguments.seed and arguments.subjects is not None:
         raise InputError("--seed with --subjects: nothing is drawn", expected="one of them")

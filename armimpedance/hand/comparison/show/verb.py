@@ -24,12 +24,13 @@ from armimpedance.hand.comparison.groups import (
     groups_of_recording,
     name_of,
 )
+from armimpedance.hand.comparison.show.options import COMPARE
 from armimpedance.hand.comparison.show.table import COMPARED, comparison_content
 from armimpedance.hand.comparison.show.text import comparison_text, subjects_text
 from armimpedance.hand.comparison.subjects import SubjectsChange, compare_subjects
 from armimpedance.hand.show.estimates import ForceBy, estimates_of
 from armimpedance.hand.show.results_csv import is_results_file
-from armimpedance.hand.still import METHODS, Options, in_step
+from armimpedance.hand.still import Options, in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content, WrittenResult
 from armimpedance.show.text import TABLE_WIDTH, checks_lines, html_table
@@ -125,6 +126,7 @@ Source = Recording | Sequence[ImpedanceEstimate] | PathLike
 Subjects = dict[str, list[ComparedGroup]]
 
 
+@COMPARE.function
 def compare(
     inputs: Source | Sequence[Source] | Mapping[str, Source],
     *,
@@ -148,25 +150,7 @@ def compare(
     inputs : recording, results or path, or a sequence or mapping of them
         All recordings, or all results (`Estimates`, or the path of a RESULTS.csv). The key of a
         mapping is the recording's name; a path's name is that of its file.
-    by : str or sequence of str
-        Columns of the trial table; trials alike in all of them form a group. "recording" keeps
-        several recordings apart, "subject" is the id of who was recorded.
-    against : str, optional
-        Name of the group that comes first in every pair; without it all pairs are compared.
-    subjects : str, optional
-        The column that tells subjects apart: the result is then the mean change over subjects.
-        "recording" or "subject" where each has a recording of their own.
-    method : str, optional
-        Estimator for disturbances that return; default: that of `estimate`.
-    permutations : int, optional
-        Exchanges of trials for each pair; default: 1999, more with many pairs, none with more
-        than 200, which are tested from the covariances.
-    seed : int
-        Seed of the exchanges.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    {options}
     progress : function (done, all), optional
         Called after each group that is estimated, then after each pair.
 
@@ -194,7 +178,11 @@ def compare(
     >>> difference.pairs[0].second
     'cocontraction_30'
     """
-    _check(permutations, seed, method, subjects)
+    if permutations is not None and subjects is not None:
+        raise InputError(
+            "permutations have no effect where subjects are told apart",
+            expected="none: the spread between subjects decides",
+        )
     named = _named(inputs)
     columns, reading = as_columns(by), None
     if not any(_is_results(source) for _, source in named):
@@ -213,20 +201,6 @@ def compare(
     )
     checks = check_inertia(everybody, pairs)
     return Comparison(everybody, pairs, warnings=(*warnings, *warnings_of(checks)), checks=checks)
-
-
-def _check(permutations: int | None, seed: int, method: str | None, subjects: str | None) -> None:
-    """Refuse before any work what cannot end well."""
-    METHODS.named(method)
-    if permutations is not None and permutations < 1:
-        raise InputError(f"{permutations} permutations", expected="1 or more")
-    if permutations is not None and subjects is not None:
-        raise InputError(
-            "permutations have no effect where subjects are told apart",
-            expected="none: the spread between subjects decides",
-        )
-    if seed < 0:
-        raise InputError(f"seed {seed}", expected="0 or more")
 
 
 def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tuple[str, Source]]:

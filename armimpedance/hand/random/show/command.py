@@ -20,56 +20,33 @@ delay. Where it cannot be decided the intervals hold both.
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
-from armimpedance.hand.random.show.verb import RANDOM, random
-from armimpedance.show.command.options import add_choice
-from armimpedance.show.command.outputs import (
-    FIGURE,
-    TABLE,
-    Output,
-    add_figure,
-    add_out,
-    check_long,
-    check_outputs,
-    write_result,
-)
+from armimpedance.hand.random.show.verb import RANDOM
+from armimpedance.show.command.verb import Command
+
+if TYPE_CHECKING:
+    from armimpedance.hand.random.show.random_estimates import RandomEstimates
 
 
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the command."""
-    parser.add_argument("recording", metavar="RECORDING", type=Path)
-    add_out(parser, "the results, one row a group", TABLE, long=True)
-    add_figure(parser, "impedance over frequency with bands, coherence, and the model")
-    RANDOM.configure(parser)
-    add_choice(parser, "recording")
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Estimate, write table and figure, print a table."""
+def _draw(made: RandomEstimates) -> Any:
+    """The response of the first group."""
     from armimpedance.hand.random.show.plot import plot_response_matrix
-    from armimpedance.hand.show.text import summary_table
-    from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.screen import bar
 
-    out, figure = arguments.out, arguments.figure
-    check_outputs(
-        Output("--out", out, TABLE), Output("--figure", figure, FIGURE), reads=[arguments.recording]
-    )
-    check_long(arguments)
-    keywords = RANDOM.keywords(arguments)
-    with bar(f"fitting {arguments.recording.name}") as progress:
-        made = random(arguments.recording, **keywords, progress=progress)
-    write_result(made.content, arguments)
-    print(summary_table(made))
-    if out is not None:
-        print(f"\n{len(made)} rows written to {out}")
-    draw_picture(
-        arguments,
-        lambda: plot_response_matrix(made.fits[0]).figure,
-        "Size of each element of the impedance over frequency, without a model (points with 95 % "
-        "bands) and by M, B, K and the reflex (lines), of the first group; at the top the "
-        "coherence of each force with the motion of all axes.",
-    )
-    return 0
+    return plot_response_matrix(made.fits[0])
+
+
+_COMMAND: Final = Command(
+    RANDOM,
+    progress="fitting {recording}",
+    call="armimpedance.hand.random.show.verb:random",
+    out="the results, one row a group",
+    text="armimpedance.hand.show.text:summary_table",
+    figure="impedance over frequency with bands, coherence, and the model",
+    draw=_draw,
+    caption="Size of each element of the impedance over frequency, without a model (points with "
+    "95 % bands) and by M, B, K and the reflex (lines), of the first group; at the top the "
+    "coherence of each force with the motion of all axes.",
+    rows=len,
+)
+configure, run = _COMMAND.configure, _COMMAND.run

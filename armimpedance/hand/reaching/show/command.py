@@ -20,55 +20,22 @@ takes it from the same person's posture experiment, and says if the pushes show 
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
+from typing import Final
 
-from armimpedance.hand.reaching.show.verb import MOVEMENT, movement
-from armimpedance.show.command.options import add_choice
-from armimpedance.show.command.outputs import (
-    FIGURE,
-    TABLE,
-    Output,
-    add_figure,
-    add_out,
-    check_long,
-    check_outputs,
-    write_result,
+from armimpedance.hand.reaching.show.verb import MOVEMENT
+from armimpedance.show.command.verb import Command
+
+_COMMAND: Final = Command(
+    MOVEMENT,
+    progress="fitting {recording}",
+    call="armimpedance.hand.reaching.show.verb:movement",
+    out="the results, one row a condition and phase",
+    text="armimpedance.hand.show.text:summary_table",
+    figure="ellipses of M, B and K along the path",
+    draw="armimpedance.hand.reaching.show.plot:plot_movement",
+    caption="The undisturbed path (a), with ellipses of the hand's stiffness and their 95 % bands, "
+    "and the force of the robot on the hand (arrows); elements of K (b) and B (c) with 95 % "
+    "intervals over the way. The arm's turning stands in the hand's K and B.",
+    rows=len,
 )
-
-
-def configure(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the command."""
-    parser.add_argument("recording", metavar="RECORDING", type=Path)
-    add_out(parser, "the results, one row a condition and phase", TABLE, long=True)
-    add_figure(parser, "ellipses of M, B and K along the path")
-    MOVEMENT.configure(parser)
-    add_choice(parser, "recording")
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Estimate, write table and figure, print a table."""
-    from armimpedance.hand.reaching.show.plot import plot_movement
-    from armimpedance.hand.show.text import summary_table
-    from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.screen import bar
-
-    out, figure = arguments.out, arguments.figure
-    reads = [arguments.recording, *MOVEMENT.reads(arguments)]
-    check_outputs(Output("--out", out, TABLE), Output("--figure", figure, FIGURE), reads=reads)
-    check_long(arguments)
-    keywords = MOVEMENT.keywords(arguments)
-    with bar(f"fitting {arguments.recording.name}") as progress:
-        made = movement(arguments.recording, **keywords, progress=progress)
-    write_result(made.content, arguments)
-    print(summary_table(made))
-    if out is not None:
-        print(f"\n{len(made)} rows written to {out}")
-    draw_picture(
-        arguments,
-        lambda: plot_movement(made)[0].figure,
-        "The undisturbed path (a), with ellipses of the hand's stiffness and their 95 % bands, and "
-        "the force of the robot on the hand (arrows); elements of K (b) and B (c) with 95 % "
-        "intervals over the way. The arm's turning stands in the hand's K and B.",
-    )
-    return 0
+configure, run = _COMMAND.configure, _COMMAND.run

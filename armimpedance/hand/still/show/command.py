@@ -20,14 +20,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from armimpedance.core.conventions import group_name
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import Inputs, distinct_names, inputs_now
-from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.hand.still.methods import METHODS
-from armimpedance.show.command.options import add_choice, add_despite, add_leave_out
+from armimpedance.hand.still.show.options import ALL, ESTIMATE
+from armimpedance.show.command.options import add_choice, add_leave_out
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -45,44 +44,18 @@ if TYPE_CHECKING:
     from armimpedance.hand.show.estimates import Estimates
     from armimpedance.hand.still.show.verb import ComparedMethods
 
-#: What stands for every method, side by side.
-ALL = "all"
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recordings", nargs="+", metavar="RECORDING", type=Path)
     add_out(parser, "the results", TABLE, long=True)
     add_figure(parser, "M, K and B of every group, and beside it motion and force of one trial")
-    add_by(parser)
-    parser.add_argument(
-        "--method", metavar="NAME", help=f"{METHODS.listed()}; or all, side by side"
-    )
+    ESTIMATE.configure(parser)
     parser.add_argument(
         "--format",
         choices=("csv", "json", "parquet"),
         help="format of --out, which its ending says as well",
     )
-    parser.add_argument(
-        "--covariance",
-        choices=("cr3", "bootstrap"),
-        default="cr3",
-        help="clustered by trial: cr3 = jackknife (default), bootstrap = trials drawn with "
-        "replacement",
-    )
-    parser.add_argument("--seed", type=int, metavar="N", help="seed of the bootstrap (default: 0)")
-    parser.add_argument(
-        "--workers", type=int, default=1, metavar="N", help="processes; same result (default: 1)"
-    )
-    parser.add_argument(
-        "--band",
-        nargs=2,
-        type=float,
-        metavar=("LOW", "HIGH"),
-        help="fitted band in Hz, for stochastic perturbations only (default: 5 45)",
-    )
-    add_force_by(parser)
-    add_despite(parser)
     add_leave_out(parser)
     add_choice(parser, "recordings", leave_out=False)
 
@@ -162,7 +135,7 @@ def _check(arguments: argparse.Namespace) -> None:
         raise InputError(f"--format {wanted} without --out", expected="a file to write")
     if wanted is not None and out.suffix != f".{wanted}":
         raise InputError(f"not what --format {wanted} says", file=out, expected=f"a .{wanted}")
-    if arguments.seed is not None and arguments.covariance != "bootstrap":
+    if arguments.seed and arguments.covariance != "bootstrap":
         problem = f"--seed with --covariance {arguments.covariance}: nothing is drawn"
         raise InputError(problem, expected="--covariance bootstrap")
 
@@ -186,24 +159,14 @@ def _of_recording(
     from armimpedance.hand.still.show.verb import estimate, estimate_all
     from armimpedance.show.command.screen import bar
 
-    options: dict[str, Any] = {
-        "by": arguments.by or "condition",
-        "covariance": arguments.covariance,
-        "seed": arguments.seed or 0,
-        "workers": arguments.workers,
-        "force_by": arguments.force_by,
-        "despite": arguments.despite,
-        "leave_out": arguments.leave_out,
-    }
-    band = None if arguments.band is None else tuple(arguments.band)
+    keywords = {**ESTIMATE.keywords(arguments), "leave_out": arguments.leave_out}
     with bar(f"estimating {path.name}") as progress:
         if not together:
-            method = arguments.method
-            made = estimate(path, method=method, band_hz=band, progress=progress, **options)
-            return made, ""
-        if band is not None:
+            return estimate(path, **keywords, progress=progress), ""
+        of_all = {n: v for n, v in keywords.items() if n not in ("method", "band_hz")}
+        if keywords["band_hz"] is not None:
             raise InputError("--band with --method all", expected="no band: disturbances return")
-        compared: ComparedMethods = estimate_all(path, progress=progress, **options)
+        compared: ComparedMethods = estimate_all(path, **of_all, progress=progress)
     title = f"{path.name}\n\n" if len(arguments.recordings) > 1 else ""
     return compared.estimates, f"{title}{compared}"
 

@@ -18,12 +18,14 @@ from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.reflex import reflex_guard
 from armimpedance.hand.still.reflex_verdict import ReflexVerdict
 from armimpedance.hand.still.show.gate import checked_response
+from armimpedance.hand.still.show.options import REFLEX
 from armimpedance.hand.still.show.text import VERDICT, headline, verdict_rows
 from armimpedance.show.files import Content, WrittenResult, table_content
 from armimpedance.show.text import html_table
 from armimpedance.show.verbs.results import PathLike, position_of
 
 
+@REFLEX.function
 def reflex(
     recording: Recording | PathLike,
     *,
@@ -40,17 +42,7 @@ def reflex(
     ----------
     recording : Recording or path
         Of the hand or of joints, with disturbances that return.
-    by : str or sequence of str
-        Columns of the trial table; trials alike in all of them form a group.
-    delay_ms : float, optional
-        Delay of the reflex where it is known, for example from EMG; default: delays from 30 to
-        120 ms are scanned.
-    seed : int
-        Seed of the random signs behind p.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    {options}
     progress : function (done, all), optional
         Called after each group.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from armimpedance.hand.still.estimation import Options, estimate as estimate_gro
 from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.result import ClusteredKind
 from armimpedance.hand.still.show.gate import checked_response
+from armimpedance.hand.still.show.options import ALL, ESTIMATE
 from armimpedance.hand.still.show.text import methods_table
 from armimpedance.hand.still.side_by_side import SideBySide, side_by_side
 from armimpedance.show.verbs.checks import check_handle
@@ -101,10 +102,7 @@ class ComparedMethods(FrozenRecord):
         return "".join(f"<p>{escape(line)}</p>" for line in self._lines())
 
 
-#: The name that stands for every method, side by side.
-ALL: Final = "all"
-
-
+@ESTIMATE.function
 def estimate(
     recording: Recording | PathLike,
     *,
@@ -128,26 +126,7 @@ def estimate(
     ----------
     recording : Recording or path
         Of the hand or of joints.
-    by : str or sequence of str
-        Columns of the trial table; trials alike in all of them form a group. Without any column
-        all trials form one group.
-    method : str, optional
-        An estimator for disturbances that return, such as "weighted" (the default), "exact" or
-        "paper"; "all" gives the estimates of every method that can run (see `estimate_all`).
-    covariance : {"cr3", "replicates", "cr1", "bootstrap"}
-        How intervals follow from the spread between trials: jackknife, within each direction,
-        sandwich, or trials drawn with replacement.
-    seed : int
-        Seed of the bootstrap.
-    workers : int
-        Number of processes; the result is the same to the bit.
-    band_hz : (low, high), optional
-        Fitted band of a stochastic perturbation, Hz; default: 5 to 45.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds.
-    despite : str or collection of str
-        Names of checks of `inspect`, such as "force sign", whose STOP is overruled; every estimate
-        then says so among its warnings.
+    {options}
     leave_out : path, mapping from a trial's number to a reason, or collection of int; optional
         Trials that are left out, for example those of the list that ``armimpedance trials`` saves;
         the provenance of each estimate names those of its group.
@@ -241,6 +220,7 @@ def _noted(estimate: ImpedanceEstimate, chosen: Mapping[int, str]) -> ImpedanceE
     return replace(estimate, provenance=(*estimate.provenance, left_out_sentence(chosen)))
 
 
+@ESTIMATE.function
 def estimate_all(
     recording: Recording | PathLike,
     *,

@@ -27,20 +27,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.options import add_choice, add_despite
-from armimpedance.show.command.outputs import (
-    FIGURE,
-    TABLE,
-    Output,
-    add_figure,
-    add_out,
-    check_long,
-    check_outputs,
-    write_result,
-)
+from armimpedance.joint.elbow.show.options import ELBOW, ELBOW_OVER_TIME, EMG_LAW
+from armimpedance.show.command.options import add_choice
+from armimpedance.show.command.outputs import TABLE, add_figure, add_out
+from armimpedance.show.command.verb import Command
+from armimpedance.show.verbs.options import Option
+
+if TYPE_CHECKING:
+    from armimpedance.joint.elbow.elbow_result import ElbowFit
 
 # What `armimpedance elbow` is asked: which analysis, and which options have a meaning in it.
 
@@ -69,22 +66,12 @@ _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
 def analysis_of(arguments: argparse.Namespace) -> str:
     """Which analysis is asked for: "fit", "law" or a time-varying method's name.
 
-    Raises InputError: two of them, an unknown method, or an option that has no effect on this one.
+    Raises InputError: two of them, or an option that has no effect on this one.
     """
-    from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
-    from armimpedance.joint.elbow.stationary.methods import METHODS
-    from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
-
     course = arguments.time_varying
     if course is not None and arguments.emg_law:
         raise InputError("--time-varying with --emg-law", expected="one of them")
-    METHODS.named(arguments.method)
-    analysis = LAW if arguments.emg_law else FIT
-    if course is not None:
-        names = (*VARYING_METHODS, *CASCADE_METHODS)
-        if course not in names:
-            raise InputError(f"unknown method {course!r}", expected=f"one of {', '.join(names)}")
-        analysis = course
+    analysis = course or (LAW if arguments.emg_law else FIT)
     for option, (analyses, expected) in _MEANT_FOR.items():
         given = getattr(arguments, option[2:].replace("-", "_")) not in (None, False, "auto")
         if given and analysis not in analyses:
@@ -92,65 +79,8 @@ def analysis_of(arguments: argparse.Namespace) -> str:
     return analysis
 
 
-def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
-    """The options of this analysis as its verb takes them.
-
-    Raises InputError: a word that is no number, or none that the option allows.
-    """
-    common = {name: getattr(arguments, name) for name in ("joint", "condition", "despite")}
-    muscles = {"flexor": arguments.flexor, "extensor": arguments.extensor}
-    if analysis in (FIT, LAW):
-        at_one_point = {
-            "method": arguments.method,
-            "cutoff_hz": _cutoff(arguments.cutoff_hz),
-            "decimation": _decimation(arguments.decimation),
-            "lowest_hz": _positive(arguments.lowest_hz, "--lowest-hz"),
-        }
-        of_fit, of_law = {"imposed": arguments.imposed}, {**muscles, "imcj": arguments.imcj}
-        return {**common, **at_one_point, **(of_fit if analysis == FIT else of_law)}
-    edge = _cutoff(arguments.cutoff_hz)
-    if edge is None:
-        raise InputError("--cutoff-hz none with --time-varying", expected="Hz or auto")
-    return {
-        **common,
-        **muscles,
-        "method": analysis,
-        "window_s": arguments.window_s,
-        "over": arguments.over,
-        "aligned": arguments.aligned,
-        "cutoff_hz": None if edge == "auto" else edge,
-        "emg_cutoff_hz": _positive(arguments.emg_cutoff_hz, "--emg-cutoff-hz"),
-    }
-
-
-def _cutoff(word: str) -> float | None | Literal["auto"]:
-    """Hz, None for no filter, or to be chosen."""
-    from armimpedance.show.command.outputs import number
-
-    if word == "auto":
-        return "auto"
-    return None if word == "none" else number(word, "--cutoff-hz", "more than 0 Hz, auto or none")
-
-
-def _positive(word: str | None, option: str) -> float | None:
-    from armimpedance.show.command.outputs import number
-
-    return None if word is None else number(word, option, "more than 0 Hz")
-
-
-def _decimation(word: str) -> int | Literal["auto"]:
-    """A whole number, or to be chosen."""
-    if word == "auto":
-        return "auto"
-    if not word.isdigit() or int(word) < 1:
-        raise InputError(f"--decimation {word}", expected="1, 2, 3, ... or auto")
-    return int(word)
-
-
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the command."""
-    from armimpedance.joint.elbow.stationary.methods import METHODS
-
+    """Arguments of the command: those of its three analyses, each once."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(
         parser,
@@ -158,159 +88,73 @@ def configure(parser: argparse.ArgumentParser) -> None:
         TABLE,
         long=True,
     )
-    parser.add_argument("--method", metavar="NAME", help=f"{METHODS.listed()}; arx is the source's")
     parser.add_argument(
-        "--cutoff-hz",
-        default="auto",
-        metavar="HZ|auto|none",
-        help="edge of the zero-phase low-pass on torque and angle (default: chosen and reported)",
+        "--emg-law", action="store_true", help="B and K of each trial over the EMG amplitudes"
     )
-    parser.add_argument(
-        "--decimation",
-        default="auto",
-        metavar="N|auto",
-        help="keep every N-th sample after the filter (default: chosen and reported)",
-    )
-    parser.add_argument(
-        "--lowest-hz",
-        metavar="HZ",
-        help="leave out the motion below this: reflexes and what the subject does (default: all)",
-    )
-    parser.add_argument(
-        "--imposed",
-        choices=("position", "torque", "both"),
-        help="what the rig imposed on the joint, above what recording.json says; both: a device "
-        "of finite impedance (default: as recorded or told, else the record is asked)",
-    )
-    _configure_course_and_law(parser)
-    parser.add_argument("--joint", type=int, default=1, metavar="N", help="axis (default: 1)")
-    parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
-    add_despite(parser)
+    every: dict[str, Option] = {}
+    for option in (*ELBOW.options, *ELBOW_OVER_TIME.options, *EMG_LAW.options):
+        every.setdefault(option.command, option)
+    for option in every.values():
+        option.add(parser)
+    # Where it is not given another analysis is asked for.
+    parser.set_defaults(time_varying=None)
     add_choice(parser, "recording")
     add_figure(parser, "draw the result")
 
 
-def _configure_course_and_law(parser: argparse.ArgumentParser) -> None:
-    from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
-    from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
-
-    parser.add_argument(
-        "--time-varying",
-        nargs="?",
-        const=CASCADE_METHODS.default,
-        metavar="NAME",
-        help=f"B and K over time: {', '.join(VARYING_METHODS)} (windows are the source's); of an "
-        f"imposed angle, with a reflex: {', '.join(CASCADE_METHODS)} (default: cascade)",
-    )
-    parser.add_argument(
-        "--over",
-        metavar="VARIABLE",
-        help="cascade: courses over angle, torque, emg_MUSCLE, phase (0 to 1) or another column",
-    )
-    parser.add_argument(
-        "--aligned", action="store_true", help="cascade: trials are realizations of one course"
-    )
-    parser.add_argument("--window-s", type=float, metavar="S", help="windows, quadratic: length")
-    parser.add_argument(
-        "--emg-law", action="store_true", help="B and K of each trial over the EMG amplitudes"
-    )
-    parser.add_argument(
-        "--emg-cutoff-hz",
-        metavar="HZ",
-        help="edge of the amplitudes' low-pass, --time-varying emg: the lower, the less noisy, so "
-        "long as the muscles are slower (default: 10)",
-    )
-    parser.add_argument("--flexor", metavar="MUSCLE", help="default: the recording's first muscle")
-    parser.add_argument("--extensor", metavar="MUSCLE", help="default: the second")
-    parser.add_argument(
-        "--imcj",
-        type=Path,
-        metavar="RECORDING",
-        help="with --emg-law: isometric torques that calibrate the index of co-contraction",
-    )
-
-
 def run(arguments: argparse.Namespace) -> int:
-    """Read, fit, write, print."""
+    """Find what is asked for; check, read, fit, write, print and draw."""
     analysis = analysis_of(arguments)
-    at_one_point, law = analysis == FIT, analysis == LAW
-    check_long(arguments)
-    check_outputs(
-        Output("--out", arguments.out, TABLE),
-        Output("--figure", arguments.figure, FIGURE),
-        reads=[arguments.recording, arguments.imcj],
-    )
-    options = options_of(arguments, analysis)
-    act = _at_one_point if at_one_point else _law if law else _over_time
-    act(options, arguments)
-    return 0
+    if analysis == FIT:
+        return _fit(arguments).run(arguments)
+    return (_LAW if analysis == LAW else _COURSE).run(arguments)
 
 
-def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> None:
-    from armimpedance.joint.elbow.samples import from_recording
-    from armimpedance.joint.elbow.show.plot import plot_frequency_response
-    from armimpedance.joint.elbow.show.text import elbow_text
-    from armimpedance.joint.elbow.show.verb import elbow
-    from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.screen import bar
-    from armimpedance.show.verbs.results import read_recording
+def _fit(arguments: argparse.Namespace) -> Command:
+    """I, B and K about an operating point."""
 
-    with bar("fitting") as progress:
-        fit = elbow(arguments.recording, **options, progress=progress)
-    write_result(fit.content, arguments)
-    print(elbow_text(fit))
+    def draw(fit: ElbowFit) -> Any:
+        from armimpedance.joint.elbow.samples import from_recording
+        from armimpedance.joint.elbow.show.plot import plot_frequency_response
+        from armimpedance.show.verbs.results import read_recording
 
-    def draw() -> Any:
         trials = read_recording(arguments.recording, condition=arguments.condition)
         return plot_frequency_response(
             from_recording(trials, arguments.joint, arguments.imposed), fit
         )
 
-    draw_picture(
-        arguments,
-        draw,
-        "Compliance over frequency: gain (a) and phase (b) measured without a model, with 95 % "
-        f"intervals, and as I, B and K of method {fit.method} make them; dashed beyond the band "
-        "that motion and torque share; coherence (c).",
+    return Command(
+        ELBOW,
+        progress="fitting",
+        call="armimpedance.joint.elbow.show.verb:elbow",
+        text="armimpedance.joint.elbow.show.text:elbow_text",
+        draw=draw,
+        caption=lambda fit: (
+            "Compliance over frequency: gain (a) and phase (b) measured without a model, with "
+            f"95 % intervals, and as I, B and K of method {fit.method} make them; dashed beyond "
+            "the band that motion and torque share; coherence (c)."
+        ),
     )
 
 
-def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
-    from armimpedance.joint.elbow.show.over_time_verb import elbow_over_time
-    from armimpedance.joint.elbow.show.plot import plot_varying_both
-    from armimpedance.joint.elbow.show.text import varying_text
-    from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.screen import bar
-
-    with bar("estimating the course") as progress:
-        course = elbow_over_time(arguments.recording, **options, progress=progress)
-    written = ""
-    write_result(course.content, arguments)
-    if arguments.out is not None:
-        written = f"\n\n{len(course.time_s)} rows written to {arguments.out}"
-    print(varying_text(course) + written)
-    draw_picture(
-        arguments,
-        lambda: plot_varying_both(course),
-        f"Stiffness (a) and viscosity (b) over time by method {course.method}, first trial, with "
-        "pointwise 95 % bands.",
-    )
-
-
-def _law(options: dict[str, Any], arguments: argparse.Namespace) -> None:
-    from armimpedance.joint.elbow.show.emg_verb import emg_law
-    from armimpedance.joint.elbow.show.plot import plot_emg_law
-    from armimpedance.joint.elbow.show.text import law_text
-    from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.command.screen import bar
-
-    with bar("fitting trials") as progress:
-        law = emg_law(arguments.recording, **options, progress=progress)
-    write_result(law.content, arguments)
-    print(law_text(law))
-    draw_picture(
-        arguments,
-        lambda: plot_emg_law(law),
-        "Measured stiffness and viscosity of each trial over those that the law makes of its EMG, "
-        "with 95 % intervals.",
-    )
+_COURSE: Final = Command(
+    ELBOW_OVER_TIME,
+    progress="estimating the course",
+    call="armimpedance.joint.elbow.show.over_time_verb:elbow_over_time",
+    text="armimpedance.joint.elbow.show.text:varying_text",
+    draw="armimpedance.joint.elbow.show.plot:plot_varying_both",
+    caption=lambda course: (
+        f"Stiffness (a) and viscosity (b) over time by method {course.method}, first trial, "
+        "with pointwise 95 % bands."
+    ),
+    rows=lambda course: len(course.time_s),
+)
+_LAW: Final = Command(
+    EMG_LAW,
+    progress="fitting trials",
+    call="armimpedance.joint.elbow.show.emg_verb:emg_law",
+    text="armimpedance.joint.elbow.show.text:law_text",
+    draw="armimpedance.joint.elbow.show.plot:plot_emg_law",
+    caption="Measured stiffness and viscosity of each trial over those that the law makes of its "
+    "EMG, with 95 % intervals.",
+)

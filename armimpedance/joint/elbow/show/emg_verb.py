@@ -17,6 +17,7 @@ from armimpedance.joint.elbow.emg.imcj import ImcjCalibration, calibrate_imcj, i
 from armimpedance.joint.elbow.emg.law import fit_emg_law_of
 from armimpedance.joint.elbow.emg.law_result import EmgLaw, OperatingPoints
 from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.show.options import EMG_LAW
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import segment_amplitude
@@ -29,6 +30,7 @@ _Action = Literal["flexor", "extensor"]
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
 
+@EMG_LAW.function
 def emg_law(
     recording: Recording | PathLike,
     *,
@@ -54,15 +56,9 @@ def emg_law(
     ----------
     recording : Recording or path
         Kind "joint", trials at several levels of contraction, with EMG.
-    flexor, extensor : str, optional
-        Muscles of the law; by default the two of the recording, in their order.
-    imcj : Recording or path, optional
-        Isometric trials that calibrate the index of co-contraction, which is then told of each
-        trial.
     roles : mapping of muscle to "flexor" or "extensor", optional
         For muscles of `imcj` whose names do not say it.
-    method, cutoff_hz, decimation, lowest_hz, joint, condition, despite
-        See `elbow`.
+    {options}
     progress : callable, optional
         Called with the number of trials that are done and their total.
 

@@ -19,6 +19,7 @@ from armimpedance.joint.elbow.elbow_result import VaryingImpedance
 from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.show.emg_verb import two_muscles
+from armimpedance.joint.elbow.show.options import ELBOW_OVER_TIME
 from armimpedance.joint.elbow.varying.identify import identify_varying
 from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
 from armimpedance.numerics.signals import CUTOFF_HZ, emg_amplitude
@@ -26,6 +27,7 @@ from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 
+@ELBOW_OVER_TIME.function
 def elbow_over_time(
     recording: Recording | PathLike,
     *,
@@ -49,32 +51,9 @@ def elbow_over_time(
     ----------
     recording : Recording or path
         Kind "joint", under a random perturbation.
-    method : str
-        "smoother", "spline", "windows" (the source's), "quadratic" or "emg"; for an imposed angle,
-        with a reflex beside B and K, "cascade", "cascade-smooth", "cascade-jumps", "ensemble" or
-        "short-segments".
-    window_s : float, optional
-        Length of a window, s, of "windows" and "quadratic".
     every_s : float, optional
         Grid of the result, s.
-    cutoff_hz : float, optional
-        Highest frequency of the motion that counts, Hz; by default read from the torque's spectrum.
-    flexor, extensor : str, optional
-        Muscles whose EMG method "emg" takes; by default the two of the recording, in their order.
-    emg_cutoff_hz : float, optional
-        Edge of the amplitudes' low-pass, Hz, of method "emg" (10).
-    over : str, optional
-        The variable of which B, K and the reflex's gain are functions, of the cascade's methods:
-        "angle" or "torque" (their slow parts), "emg_<muscle>" (its amplitude), "phase" or another
-        further column of the recording; by default time.
-    aligned : bool
-        Trials are realizations of one course, for the cascade's methods.
-    joint : int
-        Axis of the recording, counted from 1.
-    condition : str, optional
-        Only the trials of this condition.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    {options}
     progress : callable, optional
         Called with the number of steps that are done and their total.
 

@@ -14,6 +14,7 @@ from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.elbow_result import ElbowFit
 from armimpedance.joint.elbow.samples import JointSamples, from_recording, pieces_of
+from armimpedance.joint.elbow.show.options import ELBOW
 from armimpedance.joint.elbow.stationary.identify import estimate_joint, identify_elbow
 from armimpedance.numerics.criticism import SessionWords, check_inertia_over, refuse_joint_size
 from armimpedance.show.verbs.checks import checked
@@ -33,6 +34,7 @@ _PIECES: Final = replace(_WORDS, part="piece")
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
 
+@ELBOW.function
 def elbow(
     recording: Recording | PathLike,
     *,
@@ -55,24 +57,7 @@ def elbow(
     ----------
     recording : Recording or path
         Kind "joint", under a random perturbation.
-    method : str, optional
-        "iv" (the default), "output-error", "derivative" or "arx" (the source's).
-    cutoff_hz : float, None or "auto"
-        Edge of the zero-phase low-pass on torque and angle, Hz; None: no filter; "auto": chosen
-        from the spectra. Only "arx" filters: for the others it ends the band.
-    decimation : int or "auto"
-        Every how many samples one is kept after the filter.
-    lowest_hz : float, optional
-        The motion below this frequency, Hz, is left out; not for "arx".
-    imposed : {"position", "torque", "both"}, optional
-        What the rig imposed on the joint, above what the recording says; "both": a device of
-        finite impedance. Where neither says and no command is recorded, the record is asked.
-    joint : int
-        Axis of the recording, counted from 1.
-    condition : str, optional
-        Only the trials of this condition.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    {options}
     progress : callable, optional
         Called with the number of fits that are done and their total.
 

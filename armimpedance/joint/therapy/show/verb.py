@@ -33,6 +33,7 @@ from armimpedance.joint.therapy.show.models_json import (
     refuse_other_robot,
     robot_of,
 )
+from armimpedance.joint.therapy.show.options import CONTRIBUTION
 from armimpedance.show.text import moves_a_robot
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording
@@ -195,6 +196,7 @@ def calibrate_arm(
     return replace(made, summary=summary)
 
 
+@CONTRIBUTION.function
 def contribution(
     recording: Recording | PathLike,
     *,
@@ -213,17 +215,7 @@ def contribution(
     ----------
     recording : Recording or path
         Of a person in the robot.
-    robot : TherapyRobot, RobotCalibration or path
-        Identified.
-    arm : PassiveArm, ArmCalibration or path
-        The same person's, measured in the same robot.
-    condition : str, optional
-        Only trials of this condition.
-    unrepeatable : bool
-        Go on where the passive repetitions of an axis did not agree; otherwise its movements are
-        left out.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    {options}
     progress : function (done, all), optional
         Called after each trial.
 

@@ -64,7 +64,7 @@ def test_a_given_delay_is_taken(session, tmp_path, capsys):
     ("arguments", "word"),
     [
         (["--delay-ms", "-5"], "ms late"),
-        (["--delay-ms", "nan"], "ms late"),
+        (["--delay-ms", "nan"], "--delay-ms"),
         (["--delay-ms", "abc"], "--delay-ms"),
         (["--by", "posture"], "posture"),
         (["--figure", "x.tiff"], "x.tiff"),

@@ -85,7 +85,7 @@ def test_progress_counts_groups_then_pairs(people):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"permutations": 0}, "0 permutations"),
+        ({"permutations": 0}, "permutations 0"),
         ({"permutations": 9, "subjects": "recording"}, "no effect"),
         ({"method": "magic"}, "one of weighted"),
         ({"seed": -1}, "seed -1"),

@@ -31,7 +31,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.show.command.options import add_choice, add_despite
+from armimpedance.joint.therapy.show.options import CONTRIBUTION
+from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -41,9 +42,9 @@ from armimpedance.show.command.outputs import (
     add_out,
     check_long,
     check_outputs,
-    listed,
     write_result,
 )
+from armimpedance.show.verbs.options import listed
 
 if TYPE_CHECKING:
     from armimpedance.joint.therapy.show.contributions import Contributions
@@ -52,33 +53,13 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument(
-        "--robot",
-        type=Path,
-        required=True,
-        metavar="ROBOT.json",
-        help="as `therapy robot` wrote it",
-    )
-    parser.add_argument(
-        "--arm",
-        type=Path,
-        required=True,
-        metavar="ARM.json",
-        help="as `therapy arm` wrote it",
-    )
+    CONTRIBUTION.configure(parser)
     add_out(parser, "one row a movement", TABLE, long=True)
     parser.add_argument(
         "--samples", type=OutputPath, metavar="FILE", help=f"one row a sample: {listed(TABLE)}"
     )
-    parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
     parser.add_argument("--live", action="store_true", help="sample by sample, and timed")
     add_figure(parser, "the movements")
-    parser.add_argument(
-        "--unrepeatable",
-        action="store_true",
-        help="go on where the passive repetitions of an axis did not agree",
-    )
-    add_despite(parser)
     add_choice(parser, "recording")
 
 
@@ -93,19 +74,12 @@ def run(arguments: argparse.Namespace) -> int:
         Output("--out", arguments.out, TABLE),
         Output("--samples", arguments.samples, TABLE),
         Output("--figure", arguments.figure, FIGURE),
-        reads=(arguments.recording, arguments.robot, arguments.arm),
+        reads=(arguments.recording, *CONTRIBUTION.reads(arguments)),
     )
     check_long(arguments)
+    keywords = CONTRIBUTION.keywords(arguments)
     with bar("movements") as progress:
-        results = contribution(
-            arguments.recording,
-            robot=arguments.robot,
-            arm=arguments.arm,
-            condition=arguments.condition,
-            unrepeatable=arguments.unrepeatable,
-            despite=arguments.despite,
-            progress=progress,
-        )
+        results = contribution(arguments.recording, **keywords, progress=progress)
     # before anything is written: what the live form refuses leaves no half result
     live = _live(results, arguments.recording) if arguments.live else ""
     _write(results, arguments)
