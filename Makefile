@@ -7,6 +7,8 @@ OUT ?= out
 BILL := .venv-bill
 PACK := .venv-package
 DOCS_VENV := .venv-site
+# What is imported is compiled then; to compile all of it first took half of an installation's time.
+INSTALL := install --quiet --disable-pip-version-check --no-compile
 
 # A test that starts a process would else compile the whole package for each.
 unexport PYTHONDONTWRITEBYTECODE
@@ -33,8 +35,8 @@ setup: $(VENV)/.ready
 $(VENV)/.ready: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "armimpedance needs Python 3.11 or newer; try: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(BIN)/python -m pip $(INSTALL) --require-hashes -r requirements.lock
+	$(BIN)/python -m pip $(INSTALL) --no-deps --no-build-isolation -e .
 	@touch $@
 
 demo: setup
@@ -82,7 +84,7 @@ site: setup $(DOCS_VENV)/.ready
 # Beside what the project needs: a theme, a reader of Markdown, and what runs notebooks.
 $(DOCS_VENV)/.ready: docs/site_requirements.lock $(VENV)/.ready
 	$(PYTHON) -m venv $(DOCS_VENV)
-	$(DOCS_VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r docs/site_requirements.lock
+	$(DOCS_VENV)/bin/python -m pip $(INSTALL) --no-deps --require-hashes -r docs/site_requirements.lock
 	$(DOCS_VENV)/bin/python docs/set_up_site.py $(VENV)
 	@touch $@
 
@@ -94,7 +96,7 @@ test-versions: $(PACK)/.ready
 
 $(PACK)/.ready: release/requirements.lock
 	$(PYTHON) -m venv $(PACK)
-	$(PACK)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r release/requirements.lock
+	$(PACK)/bin/python -m pip $(INSTALL) --require-hashes -r release/requirements.lock
 	@touch $@
 
 bill: setup $(BILL)/.ready
@@ -105,7 +107,7 @@ bill: setup $(BILL)/.ready
 # The tool that lists an environment stands outside it.
 $(BILL)/.ready: docs/bill_requirements.lock
 	$(PYTHON) -m venv $(BILL)
-	$(BILL)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r docs/bill_requirements.lock
+	$(BILL)/bin/python -m pip $(INSTALL) --require-hashes -r docs/bill_requirements.lock
 	@touch $@
 
 figures: setup

@@ -1,12 +1,17 @@
 """Two conditions whose K differs in size by 20 %: pushes to detect it with a power of 90 %.
 
     python benchmarks/adaptive_difference.py --persons 200
+    python benchmarks/adaptive_difference.py --persons 200 --bound
 
 For each simulated person of adaptive_trials.py a second condition, whose ellipse of K is 20 %
 larger, and whose noise is another one's. A fixed design spreads the designed push evenly over all
 directions and both conditions and looks once, at the end; `next` chooses, and looks after each
 group. Printed: the ratio of the pushes, how often the difference is detected at the level of 5 %,
 and the same where there is none.
+
+--bound prints what an experimenter would need who knows the limb and its noise from the beginning:
+the best shares of all lines, of both courses and of both conditions, and as few looks' costs as the
+limit of `next`, or any test, allows.
 """
 
 from __future__ import annotations
@@ -37,7 +42,7 @@ from armimpedance.hand.adaptive import (
     recording_of,
 )
 from armimpedance.hand.ellipses import ellipse
-from armimpedance.hand.planning import SHAPES, Profile, precision
+from armimpedance.hand.planning import INEFFICIENCY, SHAPES, Profile, precision
 from armimpedance.hand.still import allowing, estimate
 from armimpedance.numerics.regression import t_factor
 
@@ -74,8 +79,7 @@ def fixed_pushes(people: tuple[Person, Person]) -> int:
     """Of the designed push, evenly over directions, as many of each condition, one look."""
     variance = 0.0
     for person in people:
-        covariance = precision(planned(person, DESIGNED)).covariance
-        variance += variance_of_size(person.limb[2], covariance[8:, 8:])
+        variance += variance_of_size(person.limb[2], k_covariance(person))
     each = 8
     while True:
         limit = t_factor(each - 1) + float(stdtrit(each - 1, 0.9))
@@ -116,6 +120,60 @@ def chosen(people: tuple[Person, Person], number: int) -> tuple[int, bool, Float
         count = max(8, sum(step.remaining.values()) // 4)
 
 
+#: Pushes that a test needs on average where the difference is as foreseen, over those of one look
+#: with the same power of 90 %: the limit of `next`, looked at twelve times (a simulated Brownian
+#: motion), and the least of all tests (Wald 1945): 2 (.9 log(.9/.025) + .1 log(.1/.975)) / 3.24^2.
+LOOKED, LEAST = 0.79, 0.57
+
+
+def bound(people: tuple[Person, Person]) -> FloatArray:
+    """Variance of the best design over that of the fixed one; then the least part of its pushes.
+
+    By the limit of `next`, by any test, each with and without a first set in both conditions.
+    """
+    fixed = [variance_of_size(one.limb[2], k_covariance(one)) for one in people]
+    best = [least_variance(one) for one in people]
+    # a part w of the pushes in one condition: v1 / w + v2 / (1 - w) is least for w ~ sqrt(v1)
+    part = (np.sqrt(best[0]) + np.sqrt(best[1])) ** 2 / (2 * sum(fixed))
+    begun = 2 * len(lines()) / fixed_pushes(people)
+    needs = np.array([LOOKED * part, LEAST * part])
+    # a push of the first sets is worth `part` of a chosen one
+    return np.concatenate([[part], needs, np.maximum(begun, needs + (1 - part) * begun)])
+
+
+def k_covariance(person: Person) -> FloatArray:
+    """Covariance of K (4, 4) by one push of the fixed design."""
+    return precision(planned(person, DESIGNED)).covariance[8:, 8:]
+
+
+def lines(count: int = 8) -> FloatArray:
+    """Unit vectors of lines that are equally apart, (count, 2)."""
+    angle = np.arange(count) * np.pi / count
+    return np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def least_variance(person: Person) -> float:
+    """Variance of the logarithm of K's size by one push, of the best shares of lines and courses.
+
+    Shares grow with what their pushes tell, until all that are used tell the same (Fedorov).
+    """
+    told = []
+    for name in ("designed", "reflex_separating"):
+        motion = planned(person, Profile(SHAPES.named(name), AMPLITUDE_M, DURATION_S))
+        G = np.einsum("la,anp->lnp", lines(24), motion.rows())
+        told.append(G.transpose(0, 2, 1) @ motion.weight @ G)
+    information = np.concatenate(told)
+    slope = np.zeros(12)
+    xx, xy, yy = ellipse(person.limb[2]).gradient[0] / ellipse(person.limb[2]).size
+    slope[8:] = INEFFICIENCY[2] * np.array([xx, xy / 2, xy / 2, yy])
+    share = np.full(len(information), 1 / len(information))
+    for _ in range(600):
+        weighed = np.linalg.solve(np.tensordot(share, information, axes=1), slope)
+        gain = np.sqrt(np.einsum("p,kpq,q->k", weighed, information, weighed))
+        share = share * gain / (share @ gain)
+    return float(slope @ weighed)
+
+
 def of_person(number: int, part: float) -> tuple[int, int, bool, float]:
     """Pushes of the fixed design and of the chosen one, whether it detects, what holds."""
     people = two_conditions(number, part)
@@ -126,7 +184,16 @@ def main() -> None:
     """Print ratio and power, and false alarms where there is no difference."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--persons", type=int, default=200)
+    parser.add_argument("--bound", action="store_true", help="what who knows all would need")
     asked = parser.parse_args()
+    if asked.bound:
+        found = np.array([bound(two_conditions(n, PART)) for n in range(asked.persons)])
+        names = ("variance", "looked at", "any test", "looked at, begun", "any test, begun")
+        for name, mean, low, high in zip(
+            names, found.mean(axis=0), found.min(axis=0), found.max(axis=0), strict=True
+        ):
+            print(f"{name:18s} mean {mean:.2f}, {low:.2f} to {high:.2f}")
+        return
     for part in (PART, 0.0):
         numbers = tqdm(range(asked.persons), disable=None)
         found = np.array([of_person(n, part) for n in numbers], dtype=float)

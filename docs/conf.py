@@ -5,6 +5,7 @@ Nothing of a page is fetched from elsewhere: mathematics is MathML, search runs 
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -15,6 +16,8 @@ import armimpedance
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE / "_site"))
+# Pages are kept until they are written; to look through them for garbage took a tenth of the time.
+gc.set_threshold(200_000, 20, 100)
 # Tutorials call `armimpedance` as a reader would; one thread each, for two run side by side.
 os.environ["PATH"] = f"{Path(armimpedance.__file__).parents[1] / '.venv/bin'}:{os.environ['PATH']}"
 os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "80"}

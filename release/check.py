@@ -83,7 +83,8 @@ def installed(wheel: Path, place: Path, python: str, *, newest: bool) -> Path:
     else:
         run(python, "-m", "venv", str(place))
     made = place / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-    install = (str(made), "-m", "pip", "install", "--quiet", "--disable-pip-version-check")
+    quietly = ("--quiet", "--disable-pip-version-check", "--no-compile")
+    install = (str(made), "-m", "pip", "install", *quietly)
     # constraints know no hashes of a wheel that was built just now
     lock = place / "constraints.txt"
     exact = re.findall(r"^\S+==\S+", (ROOT / "requirements.lock").read_text(), re.MULTILINE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -47,44 +48,79 @@ def use_of(room: str, name: str) -> Use | None:
 @cache
 def _uses(place: str, whole: bool) -> dict[tuple[str, str], Use]:
     found: dict[tuple[str, str], Use] = {}
-    for file in sorted((ROOT / place).rglob("*.py")):
-        text = file.read_text()
-        if "armimpedance." not in text:
-            continue
-        lines, tree = text.splitlines(), ast.parse(text)
-        own = ".".join(file.relative_to(ROOT / place).parts) if place == "armimpedance" else ""
-        imported = {k: local for k, local in _imported(tree) if not own.startswith(f"{k[0]}.")}
-        for title, node, last in _pieces(tree, place, whole) if imported else ():
-            parts = (part for part in ast.walk(node) if isinstance(part, ast.Name))
-            names = {part.id for part in parts if part.lineno <= last}
-            source = dedent("\n".join(lines[node.lineno - 1 : last]))
-            use = Use(PLACES[place], f"{file.relative_to(ROOT)}{title}", source)
-            for key in (key for key, local in imported.items() if local in names):
+    for file in _files(place):
+        for title, first, last in file.pieces(place, whole):
+            names = file.names_in(first, last)
+            if not names:
+                continue
+            source = dedent("\n".join(file.lines[first - 1 : last]))
+            use = Use(PLACES[place], f"{file.path}{title}", source)
+            for key in (key for key, local in file.imported.items() if local in names):
                 known = found.get(key)
                 if known is None or len(source) < len(known.source):
                     found[key] = use
     return found
 
 
-def _imported(tree: ast.Module) -> Iterator[tuple[tuple[str, str], str]]:
+@dataclass(frozen=True)
+class File:
+    """What one walk through a file finds.
+
+    `imported`: (room, name) of what comes from us -> its name in the file.
+    `used`: (line, name) of every use of one of these names, in the order of the lines.
+    `shown`: functions and single statements.
+    """
+
+    path: Path
+    lines: list[str]
+    imported: dict[tuple[str, str], str]
+    used: list[tuple[int, str]]
+    shown: list[ast.stmt]
+
+    def names_in(self, first: int, last: int) -> set[str]:
+        """The imported names that stand in these lines."""
+        begin, end = bisect_left(self.used, (first, "")), bisect_left(self.used, (last + 1, ""))
+        return {name for _, name in self.used[begin:end]}
+
+    def pieces(self, place: str, whole: bool) -> Iterator[tuple[str, int, int]]:
+        """What may be shown, each with its first and last line.
+
+        Whole functions, of tests the tests; or single statements and the heads of functions.
+        """
+        for node in self.shown:
+            if isinstance(node, ast.FunctionDef):
+                last = (node.end_lineno or 0) if whole else node.body[0].lineno - 1
+                test = place == "tests" and node.name.startswith("test_")
+                if (place != "tests" or test) and last - node.lineno < MOST_LINES:
+                    yield f"::{node.name}", node.lineno, last
+            elif not whole:
+                yield "", node.lineno, node.end_lineno or node.lineno
+
+
+@cache
+def _files(place: str) -> list[File]:
+    """The files of a place that import something of ours from another room."""
+    read = (_read(path, place) for path in sorted((ROOT / place).rglob("*.py")))
+    return [file for file in read if file is not None]
+
+
+def _read(path: Path, place: str) -> File | None:
+    text = path.read_text()
+    if "armimpedance." not in text:
+        return None
+    nodes = list(ast.walk(ast.parse(text)))
+    own = ".".join(path.relative_to(ROOT / place).parts) if place == "armimpedance" else ""
+    imported = {k: local for k, local in _imported(nodes) if not own.startswith(f"{k[0]}.")}
+    names = set(imported.values())
+    used = [(n.lineno, n.id) for n in nodes if isinstance(n, ast.Name) and n.id in names]
+    shown = [node for node in nodes if isinstance(node, (ast.FunctionDef, *SINGLE))]
+    return File(path.relative_to(ROOT), text.splitlines(), imported, sorted(used), shown)
+
+
+def _imported(nodes: list[ast.AST]) -> Iterator[tuple[tuple[str, str], str]]:
     """((Room, name), name in the file) of what is imported from us, inside of functions too."""
-    for node in ast.walk(tree):
+    for node in nodes:
         parts = (node.module or "").split(".") if isinstance(node, ast.ImportFrom) else []
         if isinstance(node, ast.ImportFrom) and parts[:1] == ["armimpedance"] and parts[1:]:
             rooms = (".".join(parts[1:k]) for k in range(2, len(parts) + 1))
             yield from (((r, p.name), p.asname or p.name) for r in rooms for p in node.names)
-
-
-def _pieces(tree: ast.Module, place: str, whole: bool) -> Iterator[tuple[str, ast.stmt, int]]:
-    """What may be shown of a file, each with its last line.
-
-    Whole functions, of tests the tests; or single statements and the heads of functions.
-    """
-    for node in ast.walk(tree):
-        if isinstance(node, SINGLE) and not whole:
-            yield "", node, node.end_lineno or node.lineno
-        elif isinstance(node, ast.FunctionDef):
-            last = (node.end_lineno or 0) if whole else node.body[0].lineno - 1
-            test = place == "tests" and node.name.startswith("test_")
-            if (place != "tests" or test) and last - node.lineno < MOST_LINES:
-                yield f"::{node.name}", node, last

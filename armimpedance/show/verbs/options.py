@@ -184,7 +184,7 @@ class Number(AnyWord):
 
     @property
     def _in_words(self) -> str:
-        return self._limits or "a number"
+        return self._limits or ("a number of" if self.unit else "a number")
 
     @property
     def _limits(self) -> str:

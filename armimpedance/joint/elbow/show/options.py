@@ -55,7 +55,7 @@ _AT_ONE_POINT: Final = (
     ),
     Option(
         "decimation",
-        Whole(low=1, high=10**9, word="auto"),
+        Whole(low=1, word="auto"),
         "keep every N-th sample after the filter (default: chosen and reported)",
         "auto",
         doc="every how many samples one is kept after the filter",
