@@ -390,7 +390,13 @@ def _factor(one: ImpedanceEstimate, other: ImpedanceEstimate) -> tuple[float, fl
     # with the handle: it is behind the same sensor
     first, second = (np.asarray(each.inertia_with_handle).ravel() for each in (one, other))
     mean = (first + second) / 2
-    weight = np.linalg.inv(one.covariance[:size, :size] + other.covariance[:size, :size])
-    # M_2 - M_1 (k^2,) = M (k^2,) k, weighted by its covariance
-    known = float(mean @ weight @ mean)
-    return float(mean @ weight @ (second - first)) / known, known**-0.5
+    covariance = one.covariance[:size, :size] + other.covariance[:size, :size]
+    # The spread of a few trials is itself uncertain, and weights that follow it promise too much:
+    # they follow the noise's own covariance, where it is known.
+    expected = covariance
+    if one.bound is not None and other.bound is not None:
+        expected = one.bound[:size, :size] + other.bound[:size, :size]
+    # M_2 - M_1 (k^2,) = M (k^2,) k
+    weight = np.linalg.solve(expected, mean)
+    weight = weight / (weight @ mean)
+    return float(weight @ (second - first)), float(np.sqrt(weight @ covariance @ weight))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.special import stdtr
 
 from armimpedance.hand.comparison.compare import compare
-from armimpedance.hand.comparison.groups import check_inertia, groups_of_estimates
+from armimpedance.hand.comparison.groups import UNLIKELY, check_inertia, groups_of_estimates
 from armimpedance.hand.still.estimation import estimate
+from armimpedance.numerics.regression import t_factor
 
 
 def groups(limb, gain, seed=0):
@@ -41,6 +44,35 @@ def test_one_inertia_is_no_finding(limb):
     found = [checked(limb, 1.0, seed) for seed in range(20)]
     assert sum(one.verdict == "warning" for one in found) <= 1
     assert all(one.smallest for one in found)
+
+
+def test_few_trials_raise_no_more_alarms_than_many(estimated):
+    """The level holds where each covariance comes from sixteen trials, and with it its errors."""
+    rng, n, dof = np.random.default_rng(0), 1000, 15
+    base = replace(estimated(), position=np.zeros(2), dof=float(dof))
+    base = replace(base, bound=base.covariance)
+    L, alarms = np.linalg.cholesky(base.covariance), 0
+    pair = SimpleNamespace(first="one", second="other")
+    for _ in range(n):
+        found = []
+        for name in ("one", "other"):
+            x = base.parameters + L @ rng.standard_normal(12)
+            spread = L @ rng.standard_normal((12, dof))
+            M, B, K = x.reshape(3, 2, 2)
+            made = replace(
+                base,
+                inertia=M,
+                inertia_with_handle=M,
+                viscosity=B,
+                stiffness=K,
+                covariance=spread @ spread.T / dof,
+                keys={"condition": name},
+            )
+            found.append(made)
+        (finding,) = check_inertia(groups_of_estimates(found, ("condition",)), [pair])
+        alarms += finding.verdict == "warning"
+    level = 2 * stdtr(2 * dof, -UNLIKELY * t_factor(2 * dof))
+    assert alarms / n <= level + 3.5 * np.sqrt(level / n)
 
 
 def test_another_posture_is_not_held_against_it(limb):
