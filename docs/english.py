@@ -23,10 +23,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 #: Word -> how often it stands still. Who rewrites a sentence lowers the number.
 MOST = {
-    "told": 4,
+    "told": 3,
     "tells": 0,
     "said": 0,
-    "given": 15,
+    "given": 8,
     "found": 2,
     "known": 32,
     "held": 20,
@@ -37,7 +37,7 @@ MOST = {
     "stands": 4,
 }
 #: What is called with a message.
-MESSAGES = re.compile(r"(Error|Finding|add_argument|warn)$")
+MESSAGES = re.compile(r"(Error|Finding|add_argument|Option|warn)$")
 
 
 def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -24,7 +24,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME",
-        help="draw figures whose name contains this; may be given again",
+        help="draw figures whose name contains this; may be repeated",
     )
     parser.add_argument("--seed", type=int, help="seed of the simulated subjects")
     add_look(parser)

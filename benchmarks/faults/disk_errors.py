@@ -55,7 +55,7 @@ def main() -> int:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--errors", type=int, default=400, help="in all (default: 400)")
-    parser.add_argument("--case", action="append", help="this one only; may be given again")
+    parser.add_argument("--case", action="append", help="this one only; may be repeated")
     parser.add_argument("--tmpfs", action="store_true", help="real small disks; needs root")
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"))  # noqa: S108
     asked = parser.parse_args()

@@ -55,7 +55,7 @@ def main() -> int:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=1000, help="in all (default: 1000)")
-    parser.add_argument("--case", action="append", help="this one only; may be given again")
+    parser.add_argument("--case", action="append", help="this one only; may be repeated")
     parser.add_argument("--folder", type=Path, default=Path("/dev/shm"))  # noqa: S108
     asked = parser.parse_args()
     chosen = [case for case in CASES if not asked.case or case.name in asked.case]

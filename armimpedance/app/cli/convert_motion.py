@@ -30,7 +30,7 @@ def add_skeleton(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="LABEL=NAME",
-        help="what the skeleton calls a marker, as RSHO=acromion_right; may be given again",
+        help="what the skeleton calls a marker, as RSHO=acromion_right; may be repeated",
     )
 
 

@@ -50,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
             action="append",
             default=[],
             metavar="TEXT",
-            help=f"{what}; may be given again",
+            help=f"{what}; may be repeated",
         )
     said.add_argument("--licence", metavar="NAME", help="such as CC0-1.0, or an address")
     said.add_argument("--identifier", metavar="DOI")

@@ -11,8 +11,7 @@ from armimpedance.show.verbs.options import AnyWord, OneOf, Option
 BY: Final = Option(
     "by",
     AnyWord("COLUMN", "str or sequence of str"),
-    "trials alike in this column of trials.csv form a group; may be given again (default: "
-    "condition)",
+    "trials alike in this column of trials.csv form a group; may be repeated (default: condition)",
     "condition",
     many=True,
     doc="columns of the trial table; trials alike in all of them form a group",

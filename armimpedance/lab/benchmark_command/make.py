@@ -38,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="append",
         choices=TASKS.names,
         metavar="NAME",
-        help=f"only this one; may be given again: {TASKS.listed()}",
+        help=f"only this one; may be repeated: {TASKS.listed()}",
     )
     count = parser.add_mutually_exclusive_group()
     count.add_argument("--records", type=int, default=RECORDS, help=f"of each half ({RECORDS})")

@@ -27,7 +27,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="CHANNEL=MUSCLE",
-        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
+        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be repeated",
     )
     _add_mapping(parser)
     parser.add_argument(
@@ -80,14 +80,14 @@ def _add_kinarm(kinarm: argparse._ArgumentGroup) -> None:
         default=[],
         type=int,
         metavar="N",
-        help="trials of this trial protocol only; may be given again",
+        help="trials of this trial protocol only; may be repeated",
     )
     kinarm.add_argument(
         "--event",
         action="append",
         default=[],
         metavar="LABEL",
-        help="trials in which this event occurred only; may be given again",
+        help="trials in which this event occurred only; may be repeated",
     )
     kinarm.add_argument(
         "--without-errors", action="store_true", help="no trials that the task marked as errors"
@@ -103,7 +103,7 @@ def _add_capture(capture: argparse._ArgumentGroup) -> None:
         action="append",
         default=[],
         metavar="COORDINATE=COLUMN",
-        help=".mot, .sto: the column of an angle, -COLUMN turns its sign; may be given again",
+        help=".mot, .sto: the column of an angle, -COLUMN turns its sign; may be repeated",
     )
     capture.add_argument(
         "--forces",

@@ -272,7 +272,7 @@ class Option:
     `help`: what it is, as the command's help says it; ``{default}`` stands for the default.
     `default`: of the keyword.
     `flag`: the command's option, where it is not the keyword with dashes.
-    `many`: whether it may be given again; the keyword takes a sequence.
+    `many`: whether it may be repeated; the keyword takes a sequence.
     `made`: makes the keyword's value of the word, or of the list of words.
     `doc`: what the keyword is, where `help` speaks of the command alone.
     `required`: whether a call must give it; it has no default then.
@@ -363,7 +363,7 @@ DESPITE: Final = Option(
     "despite",
     AnyWord("CHECK", "str or collection of str"),
     "go on although this check of `inspect` says STOP, such as 'force sign'; results are marked; "
-    "may be given again",
+    "may be repeated",
     (),
     many=True,
     doc="names of checks of `inspect` whose STOP is overruled; the notes say so",

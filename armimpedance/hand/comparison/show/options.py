@@ -30,7 +30,7 @@ COMPARE: Final = Verb(
             AnyWord("COLUMN"),
             "the column that names the subjects; 'recording' or 'subject' (the id in "
             "recording.json) where each has a recording of their own",
-            doc="the column that tells subjects apart: the result is then the mean change over "
+            doc="the column that distinguishes subjects: the result is then the mean change over "
             'subjects. "recording" or "subject" where each has a recording of their own',
         ),
         Option(

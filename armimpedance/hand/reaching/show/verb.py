@@ -52,7 +52,7 @@ MOVEMENT: Final = Verb(
         Option(
             "phases",
             AnyWord(python="sequence of str"),
-            "only this one; may be given again",
+            "only this one; may be repeated",
             flag="--phase",
             many=True,
             doc="only these phases (default: all)",

@@ -69,7 +69,7 @@ REFLEX: Final = Verb(
             "delay_ms",
             Number(unit="ms"),
             "delay of the reflex, for example from EMG",
-            doc="delay of the reflex where it is known, for example from EMG; default: delays from "
+            doc="delay of the reflex, for example from EMG; default: delays from "
             "30 to 120 ms are scanned",
         ),
         Option("seed", Whole(low=0), "seed of the random signs behind p (default: {default})", 0),

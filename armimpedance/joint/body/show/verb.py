@@ -109,7 +109,7 @@ BODY: Final = Verb(
         Option(
             "passive_joints",
             AnyWord("NAME=REST_RAD", "mapping of names to float"),
-            "a relaxed joint: its k, h and f are fitted too; may be given again",
+            "a relaxed joint: its k, h and f are fitted too; may be repeated",
             flag="--passive-joint",
             many=True,
             made=_rest_angles,

@@ -37,7 +37,6 @@ def emg_law(
     flexor: str | None = None,
     extensor: str | None = None,
     imcj: Recording | PathLike | None = None,
-    roles: Mapping[str, _Action] | None = None,
     method: str | None = None,
     cutoff_hz: float | None | Literal["auto"] = "auto",
     decimation: int | Literal["auto"] = "auto",
@@ -45,6 +44,7 @@ def emg_law(
     joint: int = 1,
     condition: str | None = None,
     despite: str | Collection[str] = (),
+    roles: Mapping[str, _Action] | None = None,
     progress: Progress | None = None,
 ) -> EmgLaw:
     """Fit viscosity and stiffness of one joint as linear laws of the EMG of its muscles.
@@ -56,9 +56,9 @@ def emg_law(
     ----------
     recording : Recording or path
         Kind "joint", trials at several levels of contraction, with EMG.
+    {options}
     roles : mapping of muscle to "flexor" or "extensor", optional
         For muscles of `imcj` whose names do not say it.
-    {options}
     progress : callable, optional
         Called with the number of trials that are done and their total.
 

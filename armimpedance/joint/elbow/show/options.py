@@ -90,7 +90,7 @@ ELBOW: Final = Verb(
             "imposed",
             OneOf(values=("position", "torque", "both")),
             "what the rig imposed on the joint, above what recording.json says; both: a device "
-            "of finite impedance (default: as recorded or told, else the record is asked)",
+            "of finite impedance (default: what the recording says, else the record is asked)",
             doc='what the rig imposed on the joint, above what the recording says; "both": a '
             "device of finite impedance. Where neither says and no command is recorded, the record "
             "is asked",
@@ -162,8 +162,8 @@ EMG_LAW: Final = Verb(
             "imcj",
             PlaceToRead(),
             "with --emg-law: isometric torques that calibrate the index of co-contraction",
-            doc="isometric trials that calibrate the index of co-contraction, which is then told "
-            "of each trial",
+            doc="isometric trials that calibrate the index of co-contraction, which is then "
+            "reported for each trial",
         ),
         *_OF_EVERY_ANALYSIS,
     ),

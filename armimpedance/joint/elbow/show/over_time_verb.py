@@ -33,7 +33,6 @@ def elbow_over_time(
     *,
     method: str = "smoother",
     window_s: float | None = None,
-    every_s: float | None = None,
     cutoff_hz: float | None = None,
     flexor: str | None = None,
     extensor: str | None = None,
@@ -43,6 +42,7 @@ def elbow_over_time(
     joint: int = 1,
     condition: str | None = None,
     despite: str | Collection[str] = (),
+    every_s: float | None = None,
     progress: Progress | None = None,
 ) -> VaryingImpedance:
     """Estimate viscosity and stiffness of one joint over time, its inertia constant.
@@ -51,9 +51,9 @@ def elbow_over_time(
     ----------
     recording : Recording or path
         Kind "joint", under a random perturbation.
+    {options}
     every_s : float, optional
         Grid of the result, s.
-    {options}
     progress : callable, optional
         Called with the number of steps that are done and their total.
 

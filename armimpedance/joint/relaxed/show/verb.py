@@ -88,7 +88,7 @@ PASSIVE: Final = Verb(
         Option(
             "joints",
             AnyWord(python="sequence of str"),
-            "an angle of the skeleton (default: its only elbow); may be given again",
+            "an angle of the skeleton (default: its only elbow); may be repeated",
             flag="--joint",
             many=True,
             doc="angles of the skeleton; by default its only elbow. Of a recording of angle and "
@@ -104,16 +104,15 @@ PASSIVE: Final = Verb(
         Option(
             "friction",
             Switch(to=False),
-            "the joint is known to have f = 0",
+            "the joint has no dry friction: f = 0",
             True,
             flag="--without-friction",
-            doc="whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry "
-            "friction",
+            doc="whether ``f sign(qd)`` is fitted; False where the joint has no dry friction",
         ),
         Option(
             "mass_sd_percent",
             Number(unit="%", low=0),
-            "how well the limb's mass is known, to which k, h, f are proportional; 0: weighed "
+            "standard error of the limb's mass, to which k, h, f are proportional; 0: weighed "
             "(default: the subject's mass_sd_kg, else what tables differ by, 7.5)",
             doc="standard error of the limb's mass, which moves k, h and f in proportion: 0 where "
             "it was weighed. By default that of the recording's subject (``mass_sd_kg``), else "
