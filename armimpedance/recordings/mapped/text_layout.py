@@ -45,6 +45,12 @@ _IN_BRACKETS: Final = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
 _AFTER_SLASH: Final = re.compile(r"^(.*?)(?:\s*/\s*|\s+in\s+)(\S+)\s*$")
 
 
+#: A cell such as ``0.12 m``.
+_NUMBER_WITH_UNIT: Final = re.compile(
+    r"(?:^|[,;\t])\s*\"?([-+]?\d+(?:[.,]\d+)? ?[A-Za-z°%/]+)\"?\s*(?:$|[,;\t])"
+)
+
+
 @dataclass(frozen=True)
 class TextLayout:
     """How a table of text is written.
@@ -95,6 +101,10 @@ def text_layout(file: Path) -> TextLayout:
     marks = ".," if "," in there else "."
     tries = [t for d in delimiters for mark in marks if (t := _try(lines, d, mark)) is not None]
     if not tries:
+        with_unit = next(filter(None, map(_NUMBER_WITH_UNIT.search, lines)), None)
+        if with_unit is not None:
+            problem = f"{with_unit.group(1)!r} is no number: a unit stands behind it"
+            raise InputError(problem, file=file, expected="numbers alone, units in the header")
         expected = "a table with at least half of its cells numbers, below its header"
         raise InputError("no rows of numbers in its beginning", file=file, expected=expected)
     best = max(tries, key=lambda t: t.score)

@@ -181,3 +181,11 @@ def test_a_heap_without_end_in_a_file_of_matlab_is_refused(tmp_path: Path) -> No
     path.write_bytes(bytes(data))
     with pytest.raises(InputError, match="heap"):
         propose_mapping(path)
+
+
+@pytest.mark.parametrize("cells", ["0.000 s,0.01 m,1.5 N", '"0,5 mm";"3,2 N"', "3.2mm\t-4 N"])
+def test_a_unit_behind_each_number_is_named(cells: str, tmp_path: Path) -> None:
+    file = tmp_path / "trial.csv"
+    file.write_text("a,b,c\n" + f"{cells}\n" * 5)
+    with pytest.raises(InputError, match="unit.*header"):
+        propose_mapping(file)
