@@ -71,7 +71,7 @@ def analysis_of(arguments: argparse.Namespace) -> str:
     course = arguments.time_varying
     if course is not None and arguments.emg_law:
         raise InputError("--time-varying with --emg-law", expected="one of them")
-    analysis = course or (LAW if arguments.emg_law else FIT)
+    analysis = (LAW if arguments.emg_law else FIT) if course is None else course
     for option, (analyses, expected) in _MEANT_FOR.items():
         given = getattr(arguments, option[2:].replace("-", "_")) not in (None, False, "auto")
         if given and analysis not in analyses:

@@ -184,6 +184,7 @@ def test_raw_samples_are_refused_for_arx_before_the_fit(bench_folder, refusal):
     [
         (["--method", "nonsense"], "iv, arx, derivative, output-error"),
         (["--time-varying", "nonsense"], "windows"),
+        (["--time-varying", ""], "windows"),
         (["--cutoff-hz", "500"], "between 0 and 500 Hz"),
         (["--cutoff-hz", "700"], "between 0 and 500 Hz"),
         (["--cutoff-hz", "-1"], "--cutoff-hz -1"),
