@@ -28,7 +28,7 @@ from typing import Final
 
 import numpy as np
 from adaptive_trials import AMPLITUDE_M, DURATION_S, RATE_HZ, Person, holds, planned, pushed
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 from tqdm import tqdm
 
 from armimpedance.core.arrays import FloatArray
@@ -120,13 +120,29 @@ def chosen(people: tuple[Person, Person], number: int) -> tuple[int, bool, Float
         count = max(8, sum(step.remaining.values()) // 4)
 
 
-#: Pushes that a test needs on average where the difference is as foreseen, over those of one look
-#: with the same power of 90 %: the limit of `next`, looked at twelve times (a simulated Brownian
-#: motion), and the least of all tests (Wald 1945): 2 (.9 log(.9/.025) + .1 log(.1/.975)) / 3.24^2.
-LOOKED, LEAST = 0.79, 0.57
+#: Standard errors of a difference that one look detects at the level of 5 % with a power of 90 %.
+ONE_LOOK: Final = 1.9600 + 1.2816
+#: Pushes that a test with this power needs on average where the difference is as foreseen, over
+#: those of one look: the least of all tests (Wald 1945).
+LEAST: Final = 2 * (0.9 * np.log(0.9 / 0.025) + 0.1 * np.log(0.1 / 0.975)) / ONE_LOOK**2
 
 
-def bound(people: tuple[Person, Person]) -> FloatArray:
+def looked_at(looks: int = 12, draws: int = 100_000) -> float:
+    """The same of the limit of `next`, of simulated sessions with so many looks."""
+    rng, t = np.random.default_rng(7), np.arange(1, looks + 1) / looks
+    # a Brownian motion leaves +- this before time 1 with 5 %: four times the tail of its end
+    limit = float(ndtri(1 - 0.05 / 4))
+    # B(t) (draws, looks) without a difference, of one B(t) + drift t
+    without = np.cumsum(rng.normal(0, looks**-0.5, (draws, looks)), axis=1)
+    for drift in np.arange(ONE_LOOK, 2 * ONE_LOOK, 0.01):
+        detected = np.abs(without + drift * t) >= limit
+        if detected.any(axis=1).mean() >= 0.9:
+            break
+    ended = np.where(detected.any(axis=1), detected.argmax(axis=1), looks - 1)
+    return float(t[ended].mean() * (drift / ONE_LOOK) ** 2)
+
+
+def bound(people: tuple[Person, Person], looked: float) -> FloatArray:
     """Variance of the best design over that of the fixed one; then the least part of its pushes.
 
     By the limit of `next`, by any test, each with and without a first set in both conditions.
@@ -136,7 +152,7 @@ def bound(people: tuple[Person, Person]) -> FloatArray:
     # a part w of the pushes in one condition: v1 / w + v2 / (1 - w) is least for w ~ sqrt(v1)
     part = (np.sqrt(best[0]) + np.sqrt(best[1])) ** 2 / (2 * sum(fixed))
     begun = 2 * len(lines()) / fixed_pushes(people)
-    needs = np.array([LOOKED * part, LEAST * part])
+    needs = np.array([looked * part, LEAST * part])
     # a push of the first sets is worth `part` of a chosen one
     return np.concatenate([[part], needs, np.maximum(begun, needs + (1 - part) * begun)])
 
@@ -187,7 +203,9 @@ def main() -> None:
     parser.add_argument("--bound", action="store_true", help="what who knows all would need")
     asked = parser.parse_args()
     if asked.bound:
-        found = np.array([bound(two_conditions(n, PART)) for n in range(asked.persons)])
+        looked = looked_at()
+        found = np.array([bound(two_conditions(n, PART), looked) for n in range(asked.persons)])
+        print(f"pushes over those of one look: looked at {looked:.3f}, any test {LEAST:.3f}")
         names = ("variance", "looked at", "any test", "looked at, begun", "any test, begun")
         for name, mean, low, high in zip(
             names, found.mean(axis=0), found.min(axis=0), found.max(axis=0), strict=True

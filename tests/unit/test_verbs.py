@@ -106,11 +106,11 @@ def test_bounds_hold_at_both_doors_before_anything_is_read(
 @pytest.mark.parametrize(
     ("kind", "good", "bad"),
     [
-        (Number(above=0), (1, 0.5), (0, -1, True, "1", float("inf"), float("nan"), [1])),
+        (Number(above=0), (1, 0.5), (0, -1, True, "1", float("inf"), float("nan"), [1], 10**400)),
         (Number(low=0, high=2), (0, 2), (-0.1, 2.1)),
         (NumberPair(), ((0, 1), [2.0, 3.0]), ((1, 1), (3, 2), (1,), 5, (-1, 2), "ab", (1, 2, 3))),
         (OneOf(values=(1, -1)), (1, -1), (0, True, "1", [1])),
-        (Whole(low=1, word="auto"), (1, 7, "auto"), (0, 1.0, 2.5, True, "other", "1")),
+        (Whole(low=1, word="auto"), (1, 10**400, "auto"), (0, 1.0, 2.5, True, "other", "1")),
     ],
 )
 def test_what_a_kind_takes(kind, good, bad):

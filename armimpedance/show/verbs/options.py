@@ -13,9 +13,10 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass
 from functools import wraps
-from math import inf, isfinite
+from math import inf
 from numbers import Integral, Real
 from pathlib import Path
+from sys import float_info
 from typing import Any, Final, ParamSpec, TypeVar
 
 from armimpedance.core.errors import InputError
@@ -199,10 +200,19 @@ class Number(AnyWord):
         """Whether a keyword may have this value."""
         if isinstance(value, str):
             return bool(self.word) and value == self.word
-        if isinstance(value, bool) or not isinstance(value, Real):
+        if isinstance(value, bool) or not isinstance(value, self._kind):
             return False
-        number = float(value)
-        return isfinite(number) and number > self.above and self.low <= number <= self.high
+        # compared as they are: a whole number may be longer than any float
+        finite = abs(value) <= self._largest
+        return bool(finite and value > self.above and self.low <= value <= self.high)
+
+    @property
+    def _kind(self) -> type:
+        return Real
+
+    @property
+    def _largest(self) -> float:
+        return float_info.max
 
     def of(self, given: Any) -> Any:
         """The keyword's value, of what argparse gives; what is no number stays a word."""
@@ -228,9 +238,13 @@ class Whole(Number):
     def _in_words(self) -> str:
         return f"a whole number, {self._limits}" if self._limits else "a whole number"
 
-    def holds(self, value: Any) -> bool:
-        """Whether a keyword may have this value."""
-        return super().holds(value) and isinstance(value, str | Integral)
+    @property
+    def _kind(self) -> type:
+        return Integral
+
+    @property
+    def _largest(self) -> float:
+        return inf
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ COMPARE: Final = Verb(
         Option("seed", Whole(low=0), "seed of the permutations (default: {default})", 0),
         Option(
             "permutations",
-            Whole(low=1),
+            Whole(low=1, high=10**6),
             "of each pair (default: 1999, more with many pairs, none with more than 200)",
             doc="exchanges of trials for each pair; default: 1999, more with many pairs, none with "
             "more than 200, which are tested from the covariances",

@@ -130,6 +130,7 @@ def test_recordings_against_one_another(people, tmp_path, capsys):
         (["--against", "asleep"], "relaxed; tense"),
         (["--method", "magic"], "one of weighted"),
         (["--permutations", "0"], "at least 1"),
+        (["--permutations", "1" + "0" * 400], "at most 1e+06"),
         (["--seed", "-1"], "at least 0"),
         (["--figure", "f.bmp"], ".png"),
         (["--out", "no/such/d.csv"], "existing folder"),
