@@ -200,15 +200,12 @@ class Number(AnyWord):
         """Whether a keyword may have this value."""
         if isinstance(value, str):
             return bool(self.word) and value == self.word
-        if isinstance(value, bool) or not isinstance(value, self._kind):
+        if isinstance(value, bool) or not isinstance(value, Real):
             return False
         # compared as they are: a whole number may be longer than any float
-        finite = abs(value) <= self._largest
-        return bool(finite and value > self.above and self.low <= value <= self.high)
-
-    @property
-    def _kind(self) -> type:
-        return Real
+        number: Any = value
+        finite = abs(number) <= self._largest
+        return bool(finite and number > self.above and self.low <= number <= self.high)
 
     @property
     def _largest(self) -> float:
@@ -238,9 +235,9 @@ class Whole(Number):
     def _in_words(self) -> str:
         return f"a whole number, {self._limits}" if self._limits else "a whole number"
 
-    @property
-    def _kind(self) -> type:
-        return Integral
+    def holds(self, value: Any) -> bool:
+        """Whether a keyword may have this value."""
+        return super().holds(value) and isinstance(value, str | Integral)
 
     @property
     def _largest(self) -> float:
