@@ -34,8 +34,17 @@ def described():
     for command, place in (PLACES | steps).items():
         for one in vars(importlib.import_module(place)).values():
             if isinstance(one, Verb):
-                face = importlib.import_module(place[: place.index(".show") + len(".show")])
-                yield pytest.param(command, one, getattr(face, one.name), id=one.name)
+                yield pytest.param(command, one, function_of(one), id=one.name)
+
+
+def function_of(verb):
+    """The Python function: its face is that of the room that describes it."""
+    (face,) = (
+        face
+        for name, face in sys.modules.items()
+        if name.endswith(".show") and verb.name in getattr(face, "__all__", ())
+    )
+    return getattr(face, verb.name)
 
 
 VERBS = list(described())
@@ -45,6 +54,15 @@ BOUNDED = [
     for option in verb.values[1].options
     if isinstance(option.kind, Number | NumberPair | OneOf | MethodName)
 ]
+
+
+#: Commands that need no recording.
+ALONE = ("plan",)
+
+
+def asking(command):
+    """A call of the command without options."""
+    return [*command.split(), *([] if command in ALONE else ["recording"])]
 
 
 def wrong(kind: AnyWord) -> tuple:
@@ -58,6 +76,7 @@ def wrong(kind: AnyWord) -> tuple:
 
 def test_the_verbs_that_were_moved_are_found():
     moved = {"passive", "body", "movement", "random", "estimate", "reflex", "compare"}
+    moved |= {"next_trials", "plan"}
     moved |= {"elbow", "elbow_over_time", "emg_law", "contribution"}
     assert {verb.id for verb in VERBS} >= moved
 
@@ -75,7 +94,7 @@ def test_defaults_and_keywords_are_those_of_the_function(command, verb, function
 def test_a_call_without_options_asks_for_the_defaults(command, verb, function):
     needed = [option for option in verb.options if option.required]
     words = [word for option in needed for word in (option.command, "there")]
-    asked = make_parser(command.split()).parse_args([*command.split(), "recording", *words])
+    asked = make_parser(command.split()).parse_args([*asking(command), *words])
     given = {option.name: option.default for option in verb.options}
     given |= {option.name: Path("there") for option in needed}
     assert verb.keywords(asked) == given, function.__name__
@@ -93,10 +112,11 @@ def test_bounds_hold_at_both_doors_before_anything_is_read(
     command, verb, function, option, tmp_path, capsys
 ):
     value, words = wrong(option.kind)
+    read = [] if command in ALONE else [tmp_path / "nothing"]
     with pytest.raises(InputError, match=option.name):
-        function(tmp_path / "nothing", **{option.name: value})
+        function(*read, **{option.name: value})
     try:
-        status = run([*command.split(), str(tmp_path / "nothing"), option.command, *words])
+        status = run([*command.split(), *map(str, read), option.command, *words])
     except SystemExit as end:
         status = end.code
     assert status == 2
@@ -142,7 +162,7 @@ def test_places_that_options_name_are_read():
     assert verb.differing({}) == ()
 
 
-@pytest.mark.parametrize("name", sorted({verb.values[0].split()[0] for verb in VERBS}))
+@pytest.mark.parametrize("name", PLACES)
 def test_help_loads_no_numpy(name):
     code = (
         "import sys; from armimpedance.app.cli.main import make_parser; "

@@ -25,7 +25,9 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from armimpedance.hand.planning.show import PLAN
 
 if TYPE_CHECKING:
     from armimpedance.hand.planning import Servo
@@ -33,57 +35,18 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.hand.show import add_force_by
     from armimpedance.muscles.live import add_live
-    from armimpedance.show.command.options import add_despite
 
-    arm = parser.add_argument_group("arm and noise")
-    source = arm.add_mutually_exclusive_group()
-    source.add_argument("--pilot", type=Path, metavar="RECORDING", help="arm and noise from it")
-    source.add_argument("--results", type=Path, metavar="RESULTS", help="arm from a row of it")
-    arm.add_argument(
-        "--condition",
-        metavar="NAME",
-        help="a condition of the pilot or the results (default: the first)",
-    )
-    arm.add_argument("--noise", help="nominal (default) or sensor; a pilot brings its own")
-    add_force_by(parser)
-    add_despite(parser)
-    _add_wish(parser)
-    _add_disturbance(parser)
-    _add_robot(parser)
-    _add_movement(parser)
-    add_live(parser)
-
-
-def _add_wish(parser: argparse.ArgumentParser) -> None:
-    wish = parser.add_argument_group("wish")
-    wish.add_argument(
-        "--k-percent",
-        type=float,
-        metavar="X",
-        help="K within X %% (default without another wish: 10)",
-    )
-    wish.add_argument(
-        "--orientation-deg",
-        type=float,
-        metavar="Y",
-        help="half the interval of the orientation of K's ellipse",
-    )
-    wish.add_argument("--max-trials", type=int, default=1000, metavar="N", help="default: 1000")
-    wish.add_argument(
-        "--conditions",
-        type=int,
-        default=1,
-        metavar="N",
-        help="conditions of as many trials in a session (default: 1)",
-    )
-    wish.add_argument(
+    PLAN.configure(parser)
+    parser.add_argument(
         "--trials",
         type=int,
         default=40,
         help="trials that the table's intervals are for (default: 40)",
     )
+    _add_robot(parser)
+    _add_movement(parser)
+    add_live(parser)
 
 
 def _add_movement(parser: argparse.ArgumentParser) -> None:
@@ -118,27 +81,6 @@ def _of_movement(args: argparse.Namespace) -> int:
     made = plan_movement(args.movement, force_by=args.force_by, despite=args.despite, **chosen)
     print(movement_plan_text(made))
     return 0
-
-
-def _add_disturbance(parser: argparse.ArgumentParser) -> None:
-    from armimpedance.hand.planning import SHAPES
-
-    shape = parser.add_argument_group("disturbance")
-    shape.add_argument(
-        "--shape", default="all", metavar="NAME", help=f"all (default), {SHAPES.listed()}"
-    )
-    shape.add_argument("--duration-s", type=float, metavar="T", help="default: 0.15, 0.2 and 0.3")
-    shape.add_argument("--amplitude-mm", type=float, metavar="A", help="default: at most 5")
-    shape.add_argument(
-        "--max-acceleration", type=float, default=5.3, metavar="A", help="m/s^2 (default: 5.3)"
-    )
-    shape.add_argument("--design", action="store_true", help="optimise a disturbance")
-    shape.add_argument(
-        "--separate-reflex", action="store_true", help="design for K and a reflex apart"
-    )
-    shape.add_argument(
-        "--reflex-delay-ms", type=float, default=55.0, metavar="MS", help="default: 55"
-    )
 
 
 def _add_robot(parser: argparse.ArgumentParser) -> None:
@@ -178,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     if args.trials < 8:
         raise InputError(f"--trials {args.trials}", expected="8 or more: one set")
     with bar("planning") as progress:
-        made = plan(**_options(args), servo=_servo(args), progress=progress)
+        made = plan(**PLAN.keywords(args), servo=_servo(args), progress=progress)
     if args.out_profile is not None and made.profile is not None:
         made.write_profile(args.out_profile)
     print(plan_text(made, args.trials))
@@ -196,28 +138,6 @@ def run(args: argparse.Namespace) -> int:
     if made.obstacle:
         raise InputError(f"cannot be met: {made.obstacle}")
     return 0
-
-
-def _options(args: argparse.Namespace) -> dict[str, Any]:
-    """The keywords of the verb."""
-    same = [
-        *("k_percent", "orientation_deg", "max_trials", "conditions"),
-        *("pilot", "results", "condition", "noise"),
-        *(
-            "force_by",
-            "despite",
-            "shape",
-            "duration_s",
-            "max_acceleration",
-            "design",
-            "separate_reflex",
-        ),
-    ]
-    return {
-        **{name: getattr(args, name) for name in same},
-        "amplitude_m": None if args.amplitude_mm is None else args.amplitude_mm / 1e3,
-        "reflex_delay_s": args.reflex_delay_ms / 1e3,
-    }
 
 
 def _servo(args: argparse.Namespace) -> Servo:

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from math import inf
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.errors import needed
 from armimpedance.core.method_table import RecordTable
-from armimpedance.show.files.content import Content, guarded
+
+if TYPE_CHECKING:
+    from armimpedance.show.files.content import Content
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,8 @@ class Ending:
 
 def _csv(content: Content, path: Path) -> None:
     """Write the table; a text that a spreadsheet would run as a formula is guarded."""
+    from armimpedance.show.files.content import guarded
+
     shown = _csv_cells(content.digits)
     with open(path, "w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream, lineterminator="\n")
@@ -52,6 +56,8 @@ def _csv(content: Content, path: Path) -> None:
 
 def _csv_cells(digits: int | None) -> Callable[[Iterable[Any]], list[Any]]:
     """How the cells of a row are written; one of None stays empty."""
+    from armimpedance.show.files.content import guarded
+
     # names and units stand in every row: each is looked at once
     text = lru_cache(maxsize=4096)(guarded)
 

@@ -68,6 +68,10 @@ class AnyWord:
         """The keyword's value, of what argparse gives."""
         return given
 
+    def given(self, value: Any) -> Any:
+        """A keyword's value as argparse gives it."""
+        return value
+
 
 @dataclass(frozen=True)
 class PlaceToRead(AnyWord):
@@ -145,7 +149,8 @@ class MethodName(OneOf):
 class Number(AnyWord):
     """A finite number.
 
-    `above`, `low`, `high`: it is more than `above`, at least `low` and at most `high`.
+    `above`, `low`, `high`, `below`: it is more than `above`, at least `low`, at most `high` and
+    less than `below`.
     `word`: one that may stand in its place, such as "auto"; "" where there is none.
     """
 
@@ -153,6 +158,7 @@ class Number(AnyWord):
     above: float = -inf
     low: float = -inf
     high: float = inf
+    below: float = inf
     word: str = ""
 
     @property
@@ -193,6 +199,7 @@ class Number(AnyWord):
             *([f"more than {self.above:g}"] if self.above > -inf else []),
             *([f"at least {self.low:g}"] if self.low > -inf else []),
             *([f"at most {self.high:g}"] if self.high < inf else []),
+            *([f"less than {self.below:g}"] if self.below < inf else []),
         ]
         return " and ".join(limits)
 
@@ -205,7 +212,8 @@ class Number(AnyWord):
         # compared as they are: a whole number may be longer than any float
         number: Any = value
         finite = abs(number) <= self._largest
-        return bool(finite and number > self.above and self.low <= number <= self.high)
+        within = self.above < number < self.below and self.low <= number <= self.high
+        return bool(finite and within)
 
     @property
     def _largest(self) -> float:
@@ -242,6 +250,48 @@ class Whole(Number):
     @property
     def _largest(self) -> float:
         return inf
+
+
+@dataclass(frozen=True)
+class Milli(Number):
+    """A number that the command takes in thousandths of its unit: mm where the keyword is in m."""
+
+    @property
+    def _metavar(self) -> str:
+        return f"m{self.unit}".upper()
+
+    @property
+    def expected(self) -> str:
+        """What a value must be, in words."""
+        return f"{super().expected} (m{self.unit} at the command)"
+
+    def given(self, value: Any) -> Any:
+        """A keyword's value as argparse gives it."""
+        return round(1e3 * value, 9)
+
+    def of(self, given: Any) -> Any:
+        """The keyword's value, of what argparse gives."""
+        return super().of(given) / 1e3
+
+
+@dataclass(frozen=True)
+class Names(AnyWord):
+    """Several words behind one option.
+
+    `count`: how many; 0: one or more.
+    """
+
+    python: str = "sequence of str"
+    count: int = 0
+
+    @property
+    def argparse(self) -> dict[str, Any]:
+        """What `add_argument` is told of it."""
+        return {"metavar": self.metavar, "nargs": self.count or "+"}
+
+    def of(self, given: Any) -> tuple[str, ...]:
+        """The keyword's value, of what argparse gives."""
+        return tuple(given)
 
 
 @dataclass(frozen=True)
@@ -287,6 +337,7 @@ class Option:
     `made`: makes the keyword's value of the word, or of the list of words.
     `doc`: what the keyword is, where `help` speaks of the command alone.
     `required`: whether a call must give it; it has no default then.
+    `group`: the title under which the command's help lists it.
     """
 
     name: str
@@ -298,6 +349,7 @@ class Option:
     made: Callable[[Any], Any] | None = None
     doc: str = ""
     required: bool = False
+    group: str = ""
 
     @property
     def command(self) -> str:
@@ -314,7 +366,8 @@ class Option:
         """The default in words; "" where there is none."""
         if self.many or self.default is None or isinstance(self.default, bool):
             return ""
-        return f"{self.default:g}" if isinstance(self.default, float) else str(self.default)
+        given = self.kind.given(self.default)
+        return f"{given:g}" if isinstance(given, float) else str(given)
 
     @property
     def said(self) -> str:
@@ -327,7 +380,8 @@ class Option:
         if self.many:
             more |= {"action": "append", "default": [] if self.default == () else None}
         elif self.shown:
-            more |= {"default": self.shown if self.made or self.kind.nothing else self.default}
+            given = self.kind.given(self.default)
+            more |= {"default": self.shown if self.made or self.kind.nothing else given}
         more |= {"required": True} if self.required else {}
         parser.add_argument(self.command, **self.kind.argparse, **more)
 
@@ -397,9 +451,11 @@ class Verb:
     options: tuple[Option, ...]
 
     def configure(self, parser: argparse._ActionsContainer) -> None:
-        """Add all options to the command."""
+        """Add all options to the command, each under its title."""
+        titles = dict.fromkeys(option.group for option in self.options)
+        under = {title: parser.add_argument_group(title) if title else parser for title in titles}
         for option in self.options:
-            option.add(parser)
+            option.add(under[option.group])
 
     def keywords(self, arguments: argparse.Namespace) -> dict[str, Any]:
         """The function's keywords, of a call of the command.

@@ -21,17 +21,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from armimpedance.hand.adaptive.show.options import NEXT
+
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.show.command.options import add_despite
     from armimpedance.show.command.outputs import OutputPath, add_replace
 
     parser.add_argument(
         "recording", metavar="RECORDING", type=Path, nargs="?", help="what was measured so far"
     )
-    _add_wish(parser)
-    _add_robot(parser)
+    NEXT.configure(parser)
+    parser.add_argument(
+        "--servo", type=float, metavar="N_PER_M", help="the robot's stiffness (default: ideal)"
+    )
     out = parser.add_argument_group("output")
     out.add_argument("--out", type=OutputPath, metavar="CSV", help="the next pushes, one a row")
     out.add_argument(
@@ -54,53 +57,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="KG",
         help="with --lines: mass between force sensor and hand (0)",
     )
-    add_despite(parser)
-
-
-def _add_wish(parser: argparse.ArgumentParser) -> None:
-    wish = parser.add_argument_group("wish")
-    for name, metavar, text in (
-        ("--k-percent", "X", "K within X %% in each condition (default without another wish: 10)"),
-        ("--orientation-deg", "Y", "half the interval of the orientation of K's ellipse"),
-        ("--joint-percent", "X", "the joints' K within X %%"),
-        ("--reflex-percent", "X", "an answer 55 ms late within X %% of K"),
-        ("--difference-percent", "X", "tell two conditions apart whose K differs in size by X %%"),
-    ):
-        wish.add_argument(name, type=float, metavar=metavar, help=text)
-    wish.add_argument("--between", nargs=2, metavar="NAME", help="the two conditions")
-    wish.add_argument("--power", type=float, default=0.9, help="of telling them apart (0.9)")
-    wish.add_argument("--conditions", nargs="+", metavar="NAME", help="default: the recording's")
-    wish.add_argument("--count", type=int, default=8, help="pushes to choose now (8)")
-    wish.add_argument("--max-trials", type=int, default=1000, metavar="N", help="(1000)")
-    wish.add_argument("--seed", type=int, default=0, help="of the order (0)")
-
-
-def _add_robot(parser: argparse.ArgumentParser) -> None:
-    robot = parser.add_argument_group("robot and person")
-    robot.add_argument("--shapes", nargs="+", metavar="NAME", help="courses that it can run")
-    robot.add_argument("--amplitude-mm", type=float, default=5.0, metavar="A", help="at most (5)")
-    robot.add_argument(
-        "--max-duration-s", type=float, default=0.3, metavar="T", help="of a push (0.3)"
-    )
-    robot.add_argument(
-        "--max-acceleration", type=float, default=5.3, metavar="A", help="m/s^2 (5.3)"
-    )
-    robot.add_argument("--servo", type=float, metavar="N_PER_M", help="stiffness (default: ideal)")
-    robot.add_argument(
-        "--most-alike", type=int, default=2, metavar="N", help="pushes alike in a row (2)"
-    )
-    robot.add_argument(
-        "--rest-every", type=int, default=40, metavar="N", help="pushes between rests (40)"
-    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Choose, write the table, print; or answer a robot line by line."""
     from armimpedance.core.errors import InputError
-    from armimpedance.show.command.outputs import Output, check_outputs, check_seed
+    from armimpedance.show.command.outputs import Output, check_outputs
 
     check_outputs(Output("--out", args.out, (".csv",)), reads=[args.recording])
-    check_seed(args.seed)
     if args.recording is None and not args.conditions:
         raise InputError("no RECORDING and no --conditions", expected="one of them")
     if args.out_recording is not None and not args.lines:
@@ -149,14 +113,5 @@ def _keywords(args: argparse.Namespace) -> dict[str, Any]:
     """The keywords of the verb."""
     from armimpedance.hand.planning import Servo
 
-    same = (
-        *("k_percent", "orientation_deg", "joint_percent", "reflex_percent"),
-        *("difference_percent", "power", "conditions", "count", "max_trials", "shapes"),
-        *("max_duration_s", "max_acceleration", "most_alike", "rest_every", "despite", "seed"),
-    )
-    return {
-        **{name: getattr(args, name) for name in same},
-        "between": None if args.between is None else tuple(args.between),
-        "amplitude_m": args.amplitude_mm / 1e3,
-        "servo": None if args.servo is None else Servo(args.servo),
-    }
+    servo = None if args.servo is None else Servo(args.servo)
+    return {**NEXT.keywords(args), "servo": servo}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from math import radians
-from typing import Final
 
 from armimpedance.core.records import Recording
 from armimpedance.hand.adaptive.next_trials import (
@@ -14,16 +13,16 @@ from armimpedance.hand.adaptive.next_trials import (
     next_trials as chosen_trials,
 )
 from armimpedance.hand.adaptive.order import Comfort
+from armimpedance.hand.adaptive.show.options import NEXT
 from armimpedance.hand.adaptive.target import POWER, Aim
 from armimpedance.hand.planning import COMPARED, Limits, Profile, Servo
+from armimpedance.hand.show.wish import DEFAULT_K_PERCENT
 from armimpedance.hand.still import in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
-#: K within so many per cent, where no wish is given.
-DEFAULT_K_PERCENT: Final = 10.0
 
-
+@NEXT.function
 def next_trials(
     recording: Recording | PathLike | None,
     *,
@@ -59,47 +58,15 @@ def next_trials(
     ----------
     recording : Recording, path or None
         What was measured so far; None: nothing yet, the first set is chosen.
-    k_percent : float, optional
-        The 95 % interval of each diagonal element of K, in each condition, is to be at most +- this
-        many per cent of it. Default: 10, where no other wish is given.
-    orientation_deg : float, optional
-        Half the interval of the orientation of K's ellipse.
-    joint_percent : float, optional
-        As `k_percent`, of the joints' stiffness.
-    reflex_percent : float, optional
-        Half the interval of an answer to what was 55 ms earlier, in per cent of K.
-    difference_percent : float, optional
-        Two conditions whose ellipses of K differ in size by this are to be told apart.
-    between : (str, str), optional
-        The two conditions.
-    power : float
-        The probability that they are told apart.
-    conditions : str or sequence of str, optional
-        Conditions of the experiment. Default: those of the recording.
-    count : int
-        Pushes to choose now.
-    max_trials : int
-        More than these are not counted.
-    shapes : sequence of str, optional
-        Courses that the robot can run, by their names. Default: those that `plan` compares.
+    {options}
     course : Profile, optional
         The only course, such as that of the pushes before: a session of one course is estimated
         best.
-    amplitude_m, max_duration_s, max_acceleration : float
-        The robot's limits.
     servo : Servo, optional
         Default: the hand moves as commanded.
-    most_alike : int
-        At most so many pushes along the same way after each other.
-    rest_every : int
-        After so many pushes there is a rest of a minute.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled.
     checks : bool
         False leaves out the checks, which take seconds: for a robot that waits. `estimate` makes
         them at the end.
-    seed : int
-        Of the order; with the same recording it gives the same pushes.
 
     Returns
     -------

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from math import radians
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
@@ -17,16 +17,16 @@ from armimpedance.hand.planning.noise_level import noise_named
 from armimpedance.hand.planning.pilot import pilot_of
 from armimpedance.hand.planning.plan import Plan, make_plan, proposed_profiles
 from armimpedance.hand.planning.setting import PlannedArm, Servo, Setting
+from armimpedance.hand.planning.show.options import PLAN
 from armimpedance.hand.show.estimates import read_results
 from armimpedance.hand.show.quantities import condition_of
+from armimpedance.hand.show.wish import DEFAULT_K_PERCENT
 from armimpedance.hand.still import in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording
 
-#: K within so many per cent, where no wish is given.
-DEFAULT_K_PERCENT: Final = 10.0
 
-
+@PLAN.function
 def plan(
     *,
     k_percent: float | None = None,
@@ -56,43 +56,7 @@ def plan(
 
     Parameters
     ----------
-    k_percent : float, optional
-        The 95 % interval of each diagonal element of K is to be at most +- this many per cent of
-        the element. Default: 10, where no other wish is given.
-    orientation_deg : float, optional
-        Half the 95 % interval of the orientation of the stiffness ellipse.
-    max_trials : int
-        A plan that needs more does not meet the wish.
-    conditions : int
-        Conditions of as many trials that a session has: together they exclude more departures,
-        such as a reflex, and their intervals become narrower.
-    pilot : Recording or path, optional
-        Disturbances of the hand that return; its own disturbance is put first.
-    results : path, optional
-        A RESULTS.csv, instead of a pilot.
-    condition : str, optional
-        A condition of the pilot or of the results; default: the first.
-    noise : {"nominal", "sensor"}, optional
-        Default: "nominal"; a pilot brings its own.
-    force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds, of a pilot.
-    despite : str or collection of str
-        Names of checks of `inspect` whose STOP is overruled for the pilot; the plan says so.
-    shape : str
-        A shape by its name, such as "minimum_jerk" or "designed", or "all".
-    duration_s : float, optional
-        Default: 0.15, 0.2 and 0.3; of a design 0.3.
-    amplitude_m : float, optional
-        Default: 0.005, less where the acceleration asks for it. With a shape that is named, this
-        amplitude is kept or refused.
-    max_acceleration : float
-        Largest commanded acceleration, m/s^2.
-    design : bool
-        Design a disturbance for this arm, noise, servo and these limits.
-    separate_reflex : bool
-        Design it for K and a reflex apart.
-    reflex_delay_s : float
-        Delay of the reflex that is asked about.
+    {options}
     servo : Servo, optional
         Default: the hand moves as commanded.
     progress : function (done, all), optional

@@ -56,7 +56,7 @@ def test_a_pilot_may_be_a_record_and_results_a_path(tmp_path):
         ({"pilot": "a", "results": "b"}, "a pilot and results"),
         ({"pilot": "a", "noise": "sensor"}, "brings its own"),
         ({"pilot": "nowhere"}, "nowhere: no such file"),
-        ({"shape": "square"}, "unknown shape 'square'"),
+        ({"shape": "square"}, "shape 'square'"),
     ],
 )
 def test_what_has_no_effect_or_is_not_there_is_refused(options, says):
