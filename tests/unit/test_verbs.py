@@ -13,17 +13,18 @@ import pytest
 
 from armimpedance.app.cli.main import PLACES, make_parser, run
 from armimpedance.core.errors import InputError
-from armimpedance.show.verbs.options import (
+from armimpedance.show.verbs.kinds import (
     AnyWord,
     MethodName,
+    Milli,
     Number,
     NumberPair,
     OneOf,
-    Option,
     PlaceToRead,
-    Verb,
+    Switch,
     Whole,
 )
+from armimpedance.show.verbs.options import Option, Verb
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -39,12 +40,14 @@ def described():
 
 def function_of(verb):
     """The Python function: its face is that of the room that describes it."""
-    (face,) = (
-        face
+    faces = {
+        id(face): face
         for name, face in sys.modules.items()
-        if name.endswith(".show") and verb.name in getattr(face, "__all__", ())
-    )
-    return getattr(face, verb.name)
+        if name.endswith((".show", "armimpedance")) and verb.name in getattr(face, "__all__", ())
+    }
+    functions = {getattr(face, verb.name) for face in faces.values()}
+    assert len(functions) == 1, verb.name
+    return functions.pop()
 
 
 VERBS = list(described())
@@ -56,13 +59,23 @@ BOUNDED = [
 ]
 
 
-#: Commands that need no recording.
+#: Commands that need no recording, and those that need more.
 ALONE = ("plan",)
+_MAPPED = ["--recording", "session", "--out", "mapped.csv", "--to"]
+NEEDED = {
+    "write_report": ["--out", "page.html"],
+    "to_joint": [*_MAPPED, "joint"],
+    "to_muscle": [*_MAPPED, "muscle", "--arm", "planar6"],
+}
 
 
-def asking(command):
+def asking(command, verb):
     """A call of the command without options."""
-    return [*command.split(), *([] if command in ALONE else ["recording"])]
+    return [
+        *command.split(),
+        *([] if command in ALONE else ["recording"]),
+        *NEEDED.get(verb.name, []),
+    ]
 
 
 def wrong(kind: AnyWord) -> tuple:
@@ -76,7 +89,7 @@ def wrong(kind: AnyWord) -> tuple:
 
 def test_the_verbs_that_were_moved_are_found():
     moved = {"passive", "body", "movement", "random", "estimate", "reflex", "compare"}
-    moved |= {"next_trials", "plan"}
+    moved |= {"next_trials", "plan", "write_report", "to_joint", "to_muscle"}
     moved |= {"elbow", "elbow_over_time", "emg_law", "contribution"}
     assert {verb.id for verb in VERBS} >= moved
 
@@ -94,7 +107,7 @@ def test_defaults_and_keywords_are_those_of_the_function(command, verb, function
 def test_a_call_without_options_asks_for_the_defaults(command, verb, function):
     needed = [option for option in verb.options if option.required]
     words = [word for option in needed for word in (option.command, "there")]
-    asked = make_parser(command.split()).parse_args([*asking(command), *words])
+    asked = make_parser(command.split()).parse_args([*asking(command, verb), *words])
     given = {option.name: option.default for option in verb.options}
     given |= {option.name: Path("there") for option in needed}
     assert verb.keywords(asked) == given, function.__name__
@@ -113,10 +126,11 @@ def test_bounds_hold_at_both_doors_before_anything_is_read(
 ):
     value, words = wrong(option.kind)
     read = [] if command in ALONE else [tmp_path / "nothing"]
+    needed = NEEDED.get(verb.name, [])
     with pytest.raises(InputError, match=option.name):
         function(*read, **{option.name: value})
     try:
-        status = run([*command.split(), *map(str, read), option.command, *words])
+        status = run([*command.split(), *map(str, read), *needed, option.command, *words])
     except SystemExit as end:
         status = end.code
     assert status == 2
@@ -148,6 +162,34 @@ def test_a_word_stands_for_none_and_the_default_for_what_is_not_given():
         option.value("0")
     with pytest.raises(InputError, match="cutoff_hz 0.*None"):
         option.check(0)
+
+
+def test_words_of_a_call_leave_out_defaults_and_folders():
+    verb = Verb(
+        "look",
+        (
+            Option("other", PlaceToRead(), "beside"),
+            Option("n", Number(), "how many", 2.0),
+            Option("by", AnyWord(), "columns", "condition", many=True),
+            Option("fast", Switch(), "soon", False),
+            Option("slow", Switch(to=False), "later", True, flag="--no-slow"),
+            Option("length_m", Milli(unit="m"), "of it", 0.005, flag="--length-mm"),
+        ),
+    )
+    parser = argparse.ArgumentParser()
+    verb.configure(parser)
+    assert verb.words(parser.parse_args([])) == []
+    columns = ["--by", "a", "--by", "b"]
+    given = parser.parse_args(
+        ["--other", "a/there", "--n", "3", *columns, "--fast", "--length-mm", "7"]
+    )
+    said = ["--other", "there", "--n", "3.0", *columns, "--fast", "--length-mm", "7.0"]
+    assert verb.words(given) == said
+    assert verb.keywords(given)["length_m"] == 0.007
+    assert verb.keywords(parser.parse_args([]))["length_m"] == 0.005
+    with pytest.raises(InputError, match="--other"):
+        verb.refuse(given, Verb("stay", ()), "it elsewhere")
+    verb.refuse(given, verb, "it elsewhere")
 
 
 def test_places_that_options_name_are_read():

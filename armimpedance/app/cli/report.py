@@ -22,34 +22,16 @@ import argparse
 import shlex
 from pathlib import Path
 
-from armimpedance.hand.show import add_by, add_force_by
-from armimpedance.show.command.options import PAGE, add_choice, add_despite, add_leave_out
+from armimpedance.app.report.options import REPORT
+from armimpedance.show.command.options import PAGE, add_choice
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.show.pages import TOPICS
-
     parser.add_argument("sources", nargs="+", metavar="SESSION|RESULTS", type=Path)
     add_out(parser, "the page", PAGE, required=True)
-    parser.add_argument("--topic", choices=TOPICS.names, help="default: what the source is")
-    add_by(parser)
-    parser.add_argument(
-        "--method", metavar="NAME", help="an estimator of the topic; all: side by side (hand)"
-    )
-    parser.add_argument(
-        "--covariance",
-        choices=("cr3", "bootstrap"),
-        default="cr3",
-        help="of the hand: how intervals follow from the spread between trials (default: cr3)",
-    )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="default: 0")
-    parser.add_argument("--robot", type=Path, metavar="ROBOT.json", help="of a therapy session")
-    parser.add_argument("--arm", type=Path, metavar="ARM.json", help="of a therapy session")
-    add_force_by(parser)
-    add_despite(parser)
-    add_leave_out(parser)
+    REPORT.configure(parser)
     add_choice(parser, "sources", leave_out=False)
 
 
@@ -58,22 +40,13 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.app.report.write import write_report
     from armimpedance.show.command.screen import bar
 
-    given = [*arguments.sources, arguments.leave_out, arguments.robot, arguments.arm]
+    given = [*arguments.sources, *REPORT.reads(arguments)]
     check_outputs(Output("--out", arguments.out, PAGE), reads=given)
     with bar("analysing") as progress:
         page = write_report(
             arguments.sources,
             arguments.out,
-            topic=arguments.topic,
-            by=arguments.by or "condition",
-            method=arguments.method,
-            covariance=arguments.covariance,
-            seed=arguments.seed,
-            force_by=arguments.force_by,
-            despite=arguments.despite,
-            leave_out=arguments.leave_out,
-            robot=arguments.robot,
-            arm=arguments.arm,
+            **REPORT.keywords(arguments),
             command=_command(arguments),
             progress=progress,
         )
@@ -86,19 +59,9 @@ def _command(arguments: argparse.Namespace) -> str:
     """The command line with the names of the files alone: a page may go to other people."""
     words = ["armimpedance", "report", *(path.name for path in arguments.sources)]
     words += ["--out", arguments.out.name]
-    options = ("topic", "method", "force_by", "leave_out", "mapping", "robot", "arm")
-    for name in options:
-        value = getattr(arguments, name)
-        if value is not None:
-            words += [f"--{name.replace('_', '-')}", Path(value).name]
+    words += REPORT.words(arguments)
+    if arguments.mapping is not None:
+        words += ["--mapping", arguments.mapping.name]
     if arguments.where is not None:
         words += ["--where", arguments.where]
-    for column in arguments.by or ():
-        words += ["--by", column]
-    for check in arguments.despite:
-        words += ["--despite", check]
-    if arguments.covariance != "cr3":
-        words += ["--covariance", arguments.covariance]
-    if arguments.seed:
-        words += ["--seed", str(arguments.seed)]
     return shlex.join(words)

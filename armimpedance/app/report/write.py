@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from armimpedance.app.inspection import inspect
+from armimpedance.app.report.options import REPORT
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.inputs import unchanged
 from armimpedance.core.json_text import read_json
@@ -142,6 +143,7 @@ def _quality(recording: AnyRecording) -> Sequence[Section]:
 PathLike = str | os.PathLike[str]
 
 
+@REPORT.function
 def write_report(
     source: AnyRecording | PathLike | Sequence[PathLike],
     path: PathLike,
@@ -170,18 +172,7 @@ def write_report(
         A recording, a RESULTS.csv, a FIT.json or a MODEL.json; several are compared.
     path : path
         The file to write; its name ends in .html.
-    topic : str, optional
-        A name of `TOPICS`; default: what the source is.
-    by : str or sequence of str
-        Columns of the trial table whose groups are reported.
-    method : str, optional
-        An estimator of the topic; "all" sets every method of the hand side by side.
-    covariance, seed, force_by, despite
-        See `estimate`.
-    leave_out : path, optional
-        A list of trials that are left out, as ``armimpedance trials`` saves it.
-    robot, arm : path, optional
-        ROBOT.json and ARM.json of a therapy session.
+    {options}
     command : str
         A command line that stands on the page.
     progress : function (done, all), optional

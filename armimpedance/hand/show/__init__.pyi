@@ -12,7 +12,7 @@ from .estimates import (
 )
 from .intervals_plot import plot_intervals as plot_intervals
 from .labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
-from .options import add_by as add_by, add_force_by as add_force_by
+from .options import BY as BY, FORCE_BY as FORCE_BY
 from .quantities import (
     Cells as Cells,
     ellipse_cells as ellipse_cells,

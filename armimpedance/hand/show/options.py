@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from typing import Final
 
-from armimpedance.show.verbs.options import AnyWord, OneOf, Option
+from armimpedance.show.verbs.kinds import AnyWord, OneOf
+from armimpedance.show.verbs.options import Option
 
 #: The columns of the groups.
 BY: Final = Option(
@@ -24,13 +24,3 @@ FORCE_BY: Final = Option(
     "Kinarm exams: whose force on the other the sensor's columns hold",
     doc="whose force on the other a Kinarm's sensor holds",
 )
-
-
-def add_by(parser: argparse.ArgumentParser) -> None:
-    """The argument that names the columns of the groups."""
-    BY.add(parser)
-
-
-def add_force_by(parser: argparse.ArgumentParser) -> None:
-    """The argument that settles the sign of a Kinarm exam's force sensor."""
-    FORCE_BY.add(parser)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from armimpedance.show.verbs.options import Number, Option, Whole
+from armimpedance.show.verbs.kinds import Number, Whole
+from armimpedance.show.verbs.options import Option
 
 #: Titles of the command's help.
 WISH: Final = "wish"

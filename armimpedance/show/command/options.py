@@ -6,7 +6,6 @@ import argparse
 import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, NoReturn
@@ -15,7 +14,7 @@ from armimpedance.core.errors import LONGEST_MESSAGE, InputError, shortened, sho
 from armimpedance.core.method_table import MethodTable
 from armimpedance.show.command.failures import WRONG_INPUT
 from armimpedance.show.verbs.chosen import ChosenPath
-from armimpedance.show.verbs.options import DESPITE
+from armimpedance.show.verbs.options import LEAVE_OUT
 
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
@@ -123,7 +122,7 @@ def add_choice(parser: argparse.ArgumentParser, *recordings: str, leave_out: boo
     _add_where(parser)
     _add_mapping(parser)
     if leave_out:
-        add_leave_out(parser)
+        LEAVE_OUT.add(parser)
     parser.set_defaults(chosen=(recordings, leave_out))
 
 
@@ -138,15 +137,6 @@ def choose(arguments: argparse.Namespace) -> None:
             setattr(arguments, name, ChosenPath.of(given, *chosen))
         elif given is not None:
             setattr(arguments, name, [ChosenPath.of(path, *chosen) for path in given])
-
-
-def add_leave_out(
-    parser: argparse._ActionsContainer, what: str = "leave out the trials of this list"
-) -> None:
-    """The option ``--leave-out FILE``: a CSV with the columns trial and why."""
-    parser.add_argument(
-        "--leave-out", type=Path, metavar="FILE.csv", help=f"{what}, as `trials` saves it"
-    )
 
 
 def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -232,14 +222,6 @@ def draw_picture(
     print(f"figure written to {path}")
 
 
-# The option that goes on where a check says STOP.
-
-
-def add_despite(parser: argparse._ActionsContainer) -> None:
-    """The option ``--despite CHECK``; `arguments.despite` is a list of names."""
-    DESPITE.add(parser)
-
-
 # What a page may be called.
 
 PAGE: Final = (".html",)
@@ -272,17 +254,24 @@ def _did_you_mean(message: str) -> str:
         return message
     kind, word, listed = found.groups()
     choices = [choice.strip("' ") for choice in listed.split(",")]
-    near = get_close_matches(word, choices, n=2, cutoff=0.7)
+    near = _close(word, choices, most=2, alike=0.7)
     if near:
         return f"no {kind.lower()} {word!r}: did you mean {' or '.join(near)}?"
     return message if len(choices) <= _FEW else f"no {kind.lower()} {word!r}"
+
+
+def _close(word: str, choices: Sequence[str], most: int, alike: float) -> list[str]:
+    """The choices that are most like a word."""
+    from difflib import get_close_matches  # only where something is misspelt
+
+    return get_close_matches(word, choices, n=most, cutoff=alike)
 
 
 def nearest_options(parser: argparse.ArgumentParser, prog: str, words: Sequence[str]) -> str:
     """The options of a subcommand that are nearest to words it does not know; "" for none."""
     if parser.prog == prog:
         known = [name for action in parser._actions for name in action.option_strings]
-        near = [get_close_matches(word.partition("=")[0], known, n=1) for word in words]
+        near = [_close(word.partition("=")[0], known, most=1, alike=0.6) for word in words]
         return " or ".join(dict.fromkeys(name for found in near for name in found))
     for action in parser._actions:
         choices: Any = action.choices if isinstance(action.choices, dict) else {}
@@ -330,13 +319,17 @@ def add_commands(
     `places`: the package whose modules bear these names, or name -> module. Each module has
     `configure`, `run` and a docstring, which is the subcommand's help.
     `metavar`: name of the subcommands in the help.
-    `argv`: the words of the call; modules that it does not ask for are not imported.
+    `argv`: the words of the call; modules that it does not ask for are not imported. Where the
+    first word is a subcommand no other is added.
     `listed`: whether the help lists them; else the overview does.
     """
     plain = argparse.RawDescriptionHelpFormatter
     commands: Any = add_parsers(parser, metavar, listed=listed)
     chosen = next((word for word in argv or () if word in lines), None)
+    alone = chosen is not None and argv is not None and argv[0] == chosen
     for name, line in lines.items():
+        if alone and name != chosen:
+            continue
         if argv is not None and name != chosen:
             commands.add_parser(name, **({"help": line} if listed else {}))
             continue

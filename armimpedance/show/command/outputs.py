@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.show.files import ENDINGS
-from armimpedance.show.verbs.options import listed
+from armimpedance.show.verbs.kinds import listed
 
 if TYPE_CHECKING:
     from armimpedance.core.findings import Finding

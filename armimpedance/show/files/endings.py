@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -45,6 +44,8 @@ class Ending:
 
 def _csv(content: Content, path: Path) -> None:
     """Write the table; a text that a spreadsheet would run as a formula is guarded."""
+    import csv
+
     from armimpedance.show.files.content import guarded
 
     shown = _csv_cells(content.digits)

@@ -12,7 +12,8 @@ from armimpedance.hand.show.wish import (
     WISH,
     max_acceleration,
 )
-from armimpedance.show.verbs.options import DESPITE, Milli, Names, Number, Option, Verb, Whole
+from armimpedance.show.verbs.kinds import Milli, Number, SeveralWords, Whole
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 _ROBOT: Final = "robot and person"
 
@@ -42,7 +43,9 @@ NEXT: Final = Verb(
             group=WISH,
             doc="two conditions whose ellipses of K differ in size by this are to be told apart",
         ),
-        Option("between", Names(python="(str, str)", count=2), "the two conditions", group=WISH),
+        Option(
+            "between", SeveralWords(python="(str, str)", count=2), "the two conditions", group=WISH
+        ),
         Option(
             "power",
             Number(low=0.5, below=1),
@@ -52,7 +55,7 @@ NEXT: Final = Verb(
         ),
         Option(
             "conditions",
-            Names(python="str or sequence of str"),
+            SeveralWords(python="str or sequence of str"),
             "conditions of the experiment (default: the recording's)",
             group=WISH,
         ),
@@ -68,7 +71,7 @@ NEXT: Final = Verb(
         ),
         Option(
             "shapes",
-            Names(),
+            SeveralWords(),
             "courses that the robot can run (default: those that `plan` compares)",
             group=_ROBOT,
             doc="courses that the robot can run, by their names. Default: those that `plan` "

@@ -7,7 +7,8 @@ from typing import Final
 
 from armimpedance.hand.show.options import BY, FORCE_BY
 from armimpedance.hand.still import METHODS
-from armimpedance.show.verbs.options import DESPITE, AnyWord, MethodName, Option, Verb, Whole
+from armimpedance.show.verbs.kinds import AnyWord, MethodName, Whole
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 COMPARE: Final = Verb(
     "compare",

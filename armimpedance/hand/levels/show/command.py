@@ -31,6 +31,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from armimpedance.hand.levels.show.options import TO_JOINT, TO_MUSCLE
+
 if TYPE_CHECKING:
     from armimpedance.hand.show.estimates import Estimates
 
@@ -54,34 +56,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", choices=("joint", "muscle"), required=True)
     add_out(parser, "the mapped results", TABLE, long=True, required=True)
     add_figure(parser, "K of the joints with and without the force term; ranges of the muscles")
-    parser.add_argument(
-        "--no-force-term", action="store_true", help="leave Gamma(F) out, as the source does"
-    )
-    parser.add_argument(
-        "--elbow",
-        choices=("held", "free"),
-        help="in three axes: whether the upper arm was kept from turning about its own axis "
-        "(default: the recording's column `elbow`, else free)",
-    )
-    parser.add_argument(
-        "--swivel-deg",
-        type=float,
-        metavar="DEG",
-        help="in three axes, without measured angles: the elbow's turn about the line from "
-        "shoulder to hand, 0 at its lowest, positive to the right",
-    )
+    TO_JOINT.configure(parser)
     parser.add_argument("--arm", metavar="ARM", help="planar6, arm26 or a TABLE.csv (to muscle)")
-    parser.add_argument(
-        "--no-curvature",
-        action="store_true",
-        help="leave the curvature term out, as the source does (to muscle)",
-    )
-    parser.add_argument(
-        "--share",
-        choices=("effort", "emg"),
-        help="tensions of least effort (default), or nearest to the measured activation (to "
-        "muscle)",
-    )
+    TO_MUSCLE.configure_beside(parser, TO_JOINT)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -105,16 +82,12 @@ def _to_joints(args: argparse.Namespace) -> int:
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.outputs import write_result
 
-    force_term = not args.no_force_term
+    given = TO_JOINT.keywords(args)
+    force_term = given["force_term"]
 
     def mapped(with_force: bool) -> Estimates:
-        return to_joint(
-            args.results,
-            recording=args.recording,
-            force_term=with_force,
-            elbow=args.elbow,
-            swivel_deg=args.swivel_deg,
-        )
+        chosen = {**given, "force_term": with_force}
+        return to_joint(args.results, recording=args.recording, **chosen)
 
     joint = mapped(force_term)
     write_result(joint.content, args)
@@ -140,9 +113,7 @@ def _to_muscles(args: argparse.Namespace) -> int:
         args.results,
         arm=args.arm,
         recording=args.recording,
-        force_term=not args.no_force_term,
-        curvature=not args.no_curvature,
-        share=args.share or "effort",
+        **TO_MUSCLE.keywords(args),
     )
     write_result(muscles.content, args)
     print(muscle_text(muscles))
@@ -156,14 +127,9 @@ def _check(args: argparse.Namespace) -> None:
 
     if args.to == "muscle" and args.arm is None:
         raise InputError("--to muscle", expected="--arm planar6, arm26 or a TABLE.csv")
-    given = {
-        "--arm": args.arm is not None,
-        "--no-curvature": args.no_curvature,
-        "--share": args.share is not None,
-    }
-    for name, is_given in given.items():
-        if args.to == "joint" and is_given:
-            raise InputError(name, expected="it with --to muscle only")
-    for name, value in (("--elbow", args.elbow), ("--swivel-deg", args.swivel_deg)):
-        if args.to == "muscle" and value is not None:
-            raise InputError(name, expected="it with --to joint only")
+    if args.to == "joint" and args.arm is not None:
+        raise InputError("--arm", expected="it with --to muscle only")
+    if args.to == "joint":
+        TO_MUSCLE.refuse(args, TO_JOINT, "it with --to muscle only")
+    else:
+        TO_JOINT.refuse(args, TO_MUSCLE, "it with --to joint only")

@@ -29,6 +29,7 @@ from armimpedance.hand.levels.posture import (
     spatial_posture_for,
 )
 from armimpedance.hand.levels.show.muscle_estimates import MuscleEstimates
+from armimpedance.hand.levels.show.options import TO_JOINT, TO_MUSCLE
 from armimpedance.hand.show.estimates import Estimates, GivenEstimates, estimates_of
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.limb.arm import HELD, LOCKED_WRIST, MuscularArm, arm_named
@@ -45,6 +46,7 @@ _UPRIGHT: Final = (
 )
 
 
+@TO_JOINT.function
 def to_joint(
     estimates: Results,
     *,
@@ -66,14 +68,7 @@ def to_joint(
     recording : Recording, Subject or path, optional
         Whose arm it is, and how gravity acts: lengths or height say the posture and J. Default:
         the subject and the gravity that the estimates carry.
-    force_term : bool
-        False leaves Gamma out, what the mean hand force adds, as the source does.
-    elbow : {"held", "free"}, optional
-        In three axes: whether the upper arm was kept from turning about its own axis. Default:
-        what the recording's column `elbow` says, else free.
-    swivel_deg : float, optional
-        In three axes, where joint angles were not measured: the elbow's turn about the line from
-        shoulder to hand, 0 with the elbow lowest, positive where it moves to the right.
+    {options}
 
     Returns
     -------
@@ -161,6 +156,7 @@ def to_hand(
     return Estimates(tuple(_each(estimates, mapped)), who.subject, who.gravity_m_s2)
 
 
+@TO_MUSCLE.function
 def to_muscle(
     estimates: Results,
     *,
@@ -185,12 +181,7 @@ def to_muscle(
     recording : Recording, Subject or path, optional
         Whose arm it is, where rows of the hand are to be mapped, and how gravity acts. Default:
         what the estimates carry of both.
-    force_term : bool
-        False leaves the term of the hand's force out on the way to the joints.
-    curvature : bool
-        False leaves the term of the tensions out, as the source does.
-    share : {"effort", "emg"}
-        Tensions of least effort, or nearest to the measured activation.
+    {options}
 
     Returns
     -------
@@ -213,8 +204,6 @@ def to_muscle(
     >>> [c.name for c in muscles["cocontraction_10"].stiffness.combinations]
     ['ss', 'se', 'ee']
     """
-    if share not in ("effort", "emg"):
-        raise InputError(f"share {share!r}", expected="effort or emg")
     if not force_term and all(row.level == "joint" for row in _rows(estimates)):
         raise InputError("no force term in rows of the joints", expected="rows of the hand")
     muscular = arm_named(arm)

@@ -14,19 +14,17 @@ from armimpedance.hand.show.wish import (
     WISH,
     max_acceleration,
 )
-from armimpedance.show.verbs.options import (
-    DESPITE,
+from armimpedance.show.verbs.kinds import (
     AnyWord,
     MethodName,
     Milli,
     Number,
     OneOf,
-    Option,
     PlaceToRead,
     Switch,
-    Verb,
     Whole,
 )
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 #: The name that stands for all shapes that are compared.
 ALL: Final = "all"

@@ -7,7 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from armimpedance.hand.show.options import BY, FORCE_BY
-from armimpedance.show.verbs.options import DESPITE, NumberPair, Option, Verb
+from armimpedance.show.verbs.kinds import NumberPair
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 if TYPE_CHECKING:
     from armimpedance.core.progress import Progress

@@ -7,17 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.show.options import FORCE_BY
-from armimpedance.show.verbs.options import (
-    DESPITE,
-    AnyWord,
-    MethodName,
-    Number,
-    OneOf,
-    Option,
-    PlaceToRead,
-    Switch,
-    Verb,
-)
+from armimpedance.show.verbs.kinds import AnyWord, MethodName, Number, OneOf, PlaceToRead, Switch
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 if TYPE_CHECKING:
     from armimpedance.core.conventions import Level

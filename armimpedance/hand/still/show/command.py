@@ -26,7 +26,7 @@ from armimpedance.core.conventions import group_name
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import Inputs, distinct_names, inputs_now
 from armimpedance.hand.still.show.options import ALL, ESTIMATE
-from armimpedance.show.command.options import add_choice, add_leave_out
+from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import (
     FIGURE,
     TABLE,
@@ -38,6 +38,7 @@ from armimpedance.show.command.outputs import (
     check_outputs,
     write_result,
 )
+from armimpedance.show.verbs.options import LEAVE_OUT
 
 if TYPE_CHECKING:
     from armimpedance.core.findings import Finding
@@ -56,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         choices=("csv", "json", "parquet"),
         help="format of --out, which its ending says as well",
     )
-    add_leave_out(parser)
+    LEAVE_OUT.add(parser)
     add_choice(parser, "recordings", leave_out=False)
 
 

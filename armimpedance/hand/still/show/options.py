@@ -6,19 +6,20 @@ from typing import Final
 
 from armimpedance.hand.show.options import BY, FORCE_BY
 from armimpedance.hand.still.methods import METHODS
-from armimpedance.show.verbs.options import (
-    DESPITE,
-    MethodName,
-    Number,
-    NumberPair,
-    OneOf,
-    Option,
-    Verb,
-    Whole,
-)
+from armimpedance.show.verbs.kinds import MethodName, Number, NumberPair, OneOf, Whole
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 #: The name that stands for every method, side by side.
 ALL: Final = "all"
+
+COVARIANCE: Final = Option(
+    "covariance",
+    OneOf(values=("cr3", "replicates", "cr1", "bootstrap"), offered=("cr3", "bootstrap")),
+    "clustered by trial: cr3 = jackknife (default), bootstrap = trials drawn with replacement",
+    "cr3",
+    doc="how intervals follow from the spread between trials: jackknife, within each "
+    "direction, sandwich, or trials drawn with replacement",
+)
 
 ESTIMATE: Final = Verb(
     "estimate",
@@ -32,15 +33,7 @@ ESTIMATE: Final = Verb(
             '"exact" or "paper"; "all" gives the estimates of every method that can run (see '
             "`estimate_all`)",
         ),
-        Option(
-            "covariance",
-            OneOf(values=("cr3", "replicates", "cr1", "bootstrap"), offered=("cr3", "bootstrap")),
-            "clustered by trial: cr3 = jackknife (default), bootstrap = trials drawn with "
-            "replacement",
-            "cr3",
-            doc="how intervals follow from the spread between trials: jackknife, within each "
-            "direction, sandwich, or trials drawn with replacement",
-        ),
+        COVARIANCE,
         Option("seed", Whole(low=0), "seed of the bootstrap (default: {default})", 0),
         Option(
             "workers",

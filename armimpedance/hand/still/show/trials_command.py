@@ -13,19 +13,21 @@ trial and why.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
-from armimpedance.hand.show.options import add_force_by
-from armimpedance.show.command.options import PAGE, add_choice, add_leave_out
+from armimpedance.hand.show.options import FORCE_BY
+from armimpedance.show.command.options import PAGE, add_choice
 from armimpedance.show.command.outputs import Output, add_out, check_outputs
+from armimpedance.show.verbs.options import LEAVE_OUT
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="SESSION", type=Path)
     add_out(parser, "the page", PAGE, required=True)
-    add_leave_out(parser, "start from this list")
-    add_force_by(parser)
+    replace(LEAVE_OUT, help="start from this list, as `trials` saves it").add(parser)
+    FORCE_BY.add(parser)
     add_choice(parser, "recording", leave_out=False)
 
 

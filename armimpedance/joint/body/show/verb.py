@@ -7,16 +7,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from armimpedance.core.errors import InputError
 from armimpedance.joint.body.methods import METHODS
-from armimpedance.show.verbs.options import (
-    LONGEST_GAP,
-    AnyWord,
-    MethodName,
-    Number,
-    OneOf,
-    Option,
-    Switch,
-    Verb,
-)
+from armimpedance.show.verbs.kinds import AnyWord, MethodName, Number, OneOf, Switch
+from armimpedance.show.verbs.options import LONGEST_GAP, Option, Verb
 
 if TYPE_CHECKING:
     from armimpedance.core.motion import MarkerRecording, MotionRecording

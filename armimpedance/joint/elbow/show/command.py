@@ -34,7 +34,6 @@ from armimpedance.joint.elbow.show.options import ELBOW, ELBOW_OVER_TIME, EMG_LA
 from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import TABLE, add_figure, add_out
 from armimpedance.show.command.verb import Command
-from armimpedance.show.verbs.options import Option
 
 if TYPE_CHECKING:
     from armimpedance.joint.elbow.elbow_result import ElbowFit
@@ -91,11 +90,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--emg-law", action="store_true", help="B and K of each trial over the EMG amplitudes"
     )
-    every: dict[str, Option] = {}
-    for option in (*ELBOW.options, *ELBOW_OVER_TIME.options, *EMG_LAW.options):
-        every.setdefault(option.command, option)
-    for option in every.values():
-        option.add(parser)
+    ELBOW.configure(parser)
+    ELBOW_OVER_TIME.configure_beside(parser, ELBOW)
+    EMG_LAW.configure_beside(parser, ELBOW, ELBOW_OVER_TIME)
     # Where it is not given another analysis is asked for.
     parser.set_defaults(time_varying=None)
     add_choice(parser, "recording")

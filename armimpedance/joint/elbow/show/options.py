@@ -8,18 +8,16 @@ from typing import Any, Final
 from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
 from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
-from armimpedance.show.verbs.options import (
-    DESPITE,
+from armimpedance.show.verbs.kinds import (
     AnyWord,
     MethodName,
     Number,
     OneOf,
-    Option,
     PlaceToRead,
     Switch,
-    Verb,
     Whole,
 )
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 
 @dataclass(frozen=True)

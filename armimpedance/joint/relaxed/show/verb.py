@@ -7,18 +7,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from armimpedance.core.errors import InputError
 from armimpedance.joint.relaxed.methods import METHODS
-from armimpedance.show.verbs.options import (
-    DESPITE,
-    LONGEST_GAP,
-    AnyWord,
-    MethodName,
-    Number,
-    OneOf,
-    Option,
-    PlaceToRead,
-    Switch,
-    Verb,
-)
+from armimpedance.show.verbs.kinds import AnyWord, MethodName, Number, OneOf, PlaceToRead, Switch
+from armimpedance.show.verbs.options import DESPITE, LONGEST_GAP, Option, Verb
 
 if TYPE_CHECKING:
     from armimpedance.core.motion import MarkerRecording, MotionRecording

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from armimpedance.show.verbs.options import DESPITE, AnyWord, Option, PlaceToRead, Switch, Verb
+from armimpedance.show.verbs.kinds import AnyWord, PlaceToRead, Switch
+from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
 CONTRIBUTION: Final = Verb(
     "contribution",

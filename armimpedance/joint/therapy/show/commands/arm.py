@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.core.errors import InputError
-from armimpedance.show.command.options import add_choice, add_despite
+from armimpedance.show.command.options import add_choice
 from armimpedance.show.command.outputs import (
     FIGURE,
     FIT,
@@ -35,6 +35,7 @@ from armimpedance.show.command.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.show.verbs.options import DESPITE
 
 _OF_A_PERSON: Final = "a person: a mock-up was weighed and has no ARM.json"
 _PASSIVE: Final = "passive"
@@ -56,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     _configure_person(parser)
     add_figure(parser, "passive torques and their model")
-    add_despite(parser)
+    DESPITE.add(parser)
     add_choice(parser, "recording")
 
 

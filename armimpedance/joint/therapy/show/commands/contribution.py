@@ -44,7 +44,7 @@ from armimpedance.show.command.outputs import (
     check_outputs,
     write_result,
 )
-from armimpedance.show.verbs.options import listed
+from armimpedance.show.verbs.kinds import listed
 
 if TYPE_CHECKING:
     from armimpedance.joint.therapy.show.contributions import Contributions

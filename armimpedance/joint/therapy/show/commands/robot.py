@@ -22,7 +22,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.show.command.options import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,
     FIT,
@@ -31,6 +30,7 @@ from armimpedance.show.command.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.show.verbs.options import DESPITE
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--validate", type=Path, metavar="RECORDING", help="of other movements: predict its torques"
     )
     add_figure(parser, "friction and spring")
-    add_despite(parser)
+    DESPITE.add(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
