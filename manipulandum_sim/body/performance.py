@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from typing import Final
+
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
@@ -21,6 +24,9 @@ from manipulandum_sim.body.restless import (
 from manipulandum_sim.body.segments import SIDES
 from manipulandum_sim.body.subject import BodySubject
 
+#: So often a person begins a motion in which they would fall.
+_BEGINNINGS: Final = 4
+
 
 def body_motion(
     name: str, subject: BodySubject, rng: np.random.Generator, rate_hz: float = 100.0
@@ -36,15 +42,28 @@ def body_motion(
         Generator of amplitudes, tempo and restlessness.
     rate_hz : float
 
+    A performance in which the person would fall (one of 200 of all joints moved at random) is
+    given up, and they begin again.
+
     Raises
     ------
     InputError
-        There is no such motion, or so tall a step that a foot is out of reach.
+        There is no such motion, or it is out of reach however often they begin.
     """
     known = MOTIONS | ON_A_STAND
     if name not in known:
         raise InputError(f"no motion {name!r}", expected=f"one of {', '.join(known)}")
-    compose, seconds = known[name]
+    for _ in range(_BEGINNINGS - 1):
+        with suppress(InputError):
+            return _performed(name, subject, rng, rate_hz)
+    return _performed(name, subject, rng, rate_hz)
+
+
+def _performed(
+    name: str, subject: BodySubject, rng: np.random.Generator, rate_hz: float
+) -> BodyMotion:
+    """The motion as it comes out this time."""
+    compose, seconds = (MOTIONS | ON_A_STAND)[name]
     draft = Draft(subject, seconds, rate_hz, rng)
     compose(draft)
     if name in MOTIONS:

@@ -45,6 +45,11 @@ class AnyWord:
         return self.python
 
     @property
+    def units(self) -> str:
+        """Its unit at the command and as a keyword."""
+        return self.unit
+
+    @property
     def expected(self) -> str:
         """What a value must be, in words."""
         return self.typed
@@ -252,6 +257,11 @@ class Milli(Number):
     @property
     def _metavar(self) -> str:
         return f"m{self.unit}".upper()
+
+    @property
+    def units(self) -> str:
+        """Its unit at the command and as a keyword."""
+        return f"m{self.unit}, keyword {self.unit}"
 
     @property
     def expected(self) -> str:

@@ -243,4 +243,4 @@ class Verb:
         """The rows of the table of options in the documentation, the heads first."""
         yield ("option", "keyword", "unit", "default", "what it is")
         for one in self.options:
-            yield f"``{one.command}``", f"``{one.name}``", one.kind.unit, one.shown, one.said
+            yield f"``{one.command}``", f"``{one.name}``", one.kind.units, one.shown, one.said

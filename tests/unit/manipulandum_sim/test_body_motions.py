@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from armimpedance.core.errors import InputError
+from manipulandum_sim.body import performance
 from manipulandum_sim.body.draft import Draft, bump, step
 from manipulandum_sim.body.motions import MOTIONS
 from manipulandum_sim.body.performance import body_motion
@@ -197,3 +198,25 @@ def test_another_seed_is_another_performance():
 def test_an_unknown_motion_is_refused():
     with pytest.raises(InputError, match="no motion 'hop'"):
         body_motion("hop", SUBJECT, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(("falls", "succeeds"), [(1, True), (100, False)])
+def test_who_would_fall_begins_again(falls, succeeds, monkeypatch):
+    stood = performance.realise
+    left = iter(range(falls))
+
+    def realise(plan, subject):
+        if next(left, None) is not None:
+            raise InputError("right foot out of reach")
+        return stood(plan, subject)
+
+    monkeypatch.setattr(performance, "realise", realise)
+    rng = np.random.default_rng(1)
+    if succeeds:
+        first = body_motion("squat", SUBJECT, np.random.default_rng(1))
+        monkeypatch.undo()
+        at_once = body_motion("squat", SUBJECT, rng)
+        assert not np.array_equal(first.q[:100], at_once.q[:100])
+    else:
+        with pytest.raises(InputError, match="out of reach"):
+            body_motion("squat", SUBJECT, rng)
