@@ -16,6 +16,7 @@ from armimpedance.core.errors import (
 )
 from armimpedance.core.findings import Finding, Verdict
 from armimpedance.core.records import Recording
+from armimpedance.core.workers import single_threaded
 from armimpedance.hand.random import check_wrist, identify_random
 from armimpedance.hand.reaching import check_pushes, identify_movement
 from armimpedance.hand.still import check_response
@@ -83,6 +84,7 @@ def _fitted(
 OF_ALL_TOPICS: Final = TopicChecks(_of_response, _of_reaches, check_plates)
 
 
+@single_threaded
 def inspect(
     recording: AnyRecording | PathLike,
     *,

@@ -16,17 +16,21 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, wait as wait_for
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import wraps
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from multiprocessing.util import Finalize
 from queue import Empty, SimpleQueue
 from types import FrameType
-from typing import Any, Final
+from typing import Any, Final, ParamSpec, TypeVar
 
 from armimpedance.core.errors import WorkerError
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 #: So long a process that is asked to end may tidy up, s.
 _PATIENCE_S: Final = 2.0
@@ -58,9 +62,8 @@ class Crew:
     """Processes beside this one, which take pieces of work from one row and end with the block.
 
     Each starts with the first piece that is there for it, as a new interpreter ("spawn") on every
-    system: a fork of a process whose libraries have threads may hang. On the number of threads the
-    last bits of a matrix product depend: with more than one process, the matrix libraries should
-    have one each (OMP_NUM_THREADS=1), as the command line sets it.
+    system: a fork of a process whose libraries have threads may hang. Linear algebra has one thread
+    in each.
 
     `others`: how many.
     """
@@ -288,7 +291,8 @@ def _worked(sent: bytes) -> tuple[bool, Any]:
     """Whether a piece was done, and its result or error."""
     try:
         work, given = pickle.loads(sent)  # noqa: S301 - of our own process
-        return True, work(*given)
+        with one_thread():
+            return True, work(*given)
     except _AskedToEnd:
         raise
     except BaseException as error:
@@ -313,3 +317,29 @@ def _end_with_parent() -> None:
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(_ALONE_S)
     os._exit(1)
+
+
+# One thread for linear algebra. Matrices here are small: the threads of a library for large ones
+# wait for each other, which takes two to five times the processor time, and on their number the
+# last bits of results depend. The command line asks for one before the libraries are loaded; in
+# Python they are loaded already.
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """For a `with` block whose linear algebra has one thread; takes 2 ms."""
+    import scipy.linalg  # noqa: F401 - a library is limited only where it is loaded
+    from threadpoolctl import threadpool_limits
+
+    limits: AbstractContextManager[Any] = threadpool_limits(1, user_api="blas")
+    return limits
+
+
+def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a function whose linear algebra has one thread."""
+
+    @wraps(function)
+    def limited(*args: P.args, **keywords: P.kwargs) -> R:
+        with one_thread():
+            return function(*args, **keywords)
+
+    return limited

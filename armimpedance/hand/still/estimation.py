@@ -45,8 +45,7 @@ def in_order(
     pieces : iterable of tuples of arguments
         Taken as needed, a few ahead.
     workers : int
-        1 works in this process. With more, the matrix libraries should have one thread each
-        (OMP_NUM_THREADS=1), as the command line sets it.
+        1 works in this process.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.core.workers import single_threaded
 from armimpedance.hand.levels import Whose, arm_of_whose, moving_joints
 from armimpedance.hand.show import estimates_of, read_results
 from armimpedance.limb.arm import FREE_WRIST, LOCKED_WRIST, MuscularArm, SpatialArm
@@ -45,6 +46,7 @@ _NOT_ALLOWED: Final = (
 )
 
 
+@single_threaded
 def fit_posture(
     rows: Rows,
     *,
@@ -108,6 +110,7 @@ def fit_posture(
     return cast(PostureModel, fit_model("moment-arms", rows, **options))
 
 
+@single_threaded
 def fit_activation(
     rows: Rows,
     *,
@@ -188,6 +191,7 @@ def fit_activation(
     return cast(ActivationModel, fit_model("activation", rows, **options))
 
 
+@single_threaded
 def fit_muscles(
     rows: Rows,
     *,

@@ -229,9 +229,12 @@ class Verb:
 
         @wraps(function)
         def checked(*args: P.args, **given: P.kwargs) -> R:
+            from armimpedance.core.workers import one_thread
+
             for name in known.keys() & given.keys():
                 known[name].check(given[name])
-            return function(*args, **given)
+            with one_thread():
+                return function(*args, **given)
 
         names = [name for name in inspect.signature(function).parameters if name in known]
         lines = [line for name in names for line in known[name].docs()]

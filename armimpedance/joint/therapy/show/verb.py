@@ -13,6 +13,7 @@ import numpy as np
 
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.core.workers import single_threaded
 from armimpedance.joint.therapy.arm.calibrate import identify_arm
 from armimpedance.joint.therapy.arm.mockup import MockupCheck, check_mockup as check_pipes, pipes
 from armimpedance.joint.therapy.arm.movements import movement_torques
@@ -39,6 +40,7 @@ from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, of_condition, read_recording
 
 
+@single_threaded
 def calibrate_robot(
     recording: Recording | PathLike,
     drawings: TherapyRobot | PathLike,
@@ -104,6 +106,7 @@ def calibrate_robot(
     return replace(calibration, validation=told)
 
 
+@single_threaded
 def calibrate_arm(
     recording: Recording | PathLike,
     robot: Robot,
