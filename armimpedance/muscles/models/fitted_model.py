@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from html import escape
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import FloatArray, FrozenRecord, from_plain, to_plain
 from armimpedance.core.errors import InputError
 from armimpedance.numerics.regression import FitSummary
-
-if TYPE_CHECKING:
-    import pandas as pd
+from armimpedance.show.files import FittedResult
 
 # How well a model of joint impedance fits, element by element, and what that is worth.
 #
@@ -126,7 +124,7 @@ def element_quality(
 Model = TypeVar("Model", bound="FittedModel")
 
 
-class FittedModel(FrozenRecord):
+class FittedModel(FittedResult, FrozenRecord):
     """A model of joint stiffness and viscosity with what its fit is worth.
 
     Attributes
@@ -158,9 +156,12 @@ class FittedModel(FrozenRecord):
         summary = replace(self.summary, warnings=(*self.summary.warnings, warning))
         return cast(Model, replace(cast(Any, self), summary=summary))
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
+    @property
+    def document(self) -> dict[str, Any]:
+        """MODEL.json, which `read_model` reads."""
+        from armimpedance.muscles.models.model_json import model_document
+
+        return model_document(self)
 
     def to_dict(self) -> dict[str, Any]:
         """What MODEL.json says of the fit: its summary and the quality of each element."""

@@ -29,8 +29,13 @@ def write_model(model: FittedModel, path: str | Path) -> None:
     path : path
         MODEL.json.
     """
+    write_json(model_document(model), path)
+
+
+def model_document(model: FittedModel) -> dict[str, Any]:
+    """What MODEL.json holds."""
     plain = finite(model.as_plain())
-    content = {
+    return {
         "format": FORMAT,
         "version": VERSION,
         "kind": kind_of(model).name,
@@ -38,7 +43,6 @@ def write_model(model: FittedModel, path: str | Path) -> None:
         "model": plain,
         CHECKSUM: checksum(plain),
     }
-    write_json(content, path)
 
 
 def read_model(path: str | Path) -> FittedModel:

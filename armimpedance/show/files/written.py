@@ -89,19 +89,26 @@ class FittedResult(WrittenResult):
     #: What the numbers are, by their names; ``{}`` in a name stands for a muscle or a segment.
     MEANINGS: ClassVar[Mapping[str, Meaning]] = {}
 
-    @property
-    def summary(self) -> FitSummary:
-        """Method, size, condition and parameters: what FIT.json holds of every fit."""
-        raise NotImplementedError
+    if TYPE_CHECKING:
+        # a field of some, worked out by others
+
+        @property
+        def summary(self) -> FitSummary:
+            """Method, size, condition and parameters: what FIT.json holds of every fit."""
 
     def to_dict(self) -> dict[str, Any]:
         """What FIT.json holds."""
         return self.summary.to_dict()
 
     @property
+    def document(self) -> dict[str, Any]:
+        """What a .json of it holds."""
+        return self.to_dict()
+
+    @property
     def content(self) -> Content:
-        """FIT.json as it is, a row a parameter in every other format."""
-        return fit_content(self.summary, self.to_dict(), self.MEANINGS)
+        """The .json as it is, a row a parameter in every other format."""
+        return fit_content(self.summary, self.document, self.MEANINGS)
 
     def to_frame(self) -> pd.DataFrame:
         """One row a parameter: value, standard error, 95 % limits, unit."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.findings import Finding
 from armimpedance.joint.therapy.arm.axis_stiffness import AxisFit
 from armimpedance.joint.therapy.arm.doubts import viscosity_sd
@@ -18,9 +19,7 @@ from armimpedance.joint.therapy.arm.passive_arm import Elastic, PassiveArm
 from armimpedance.joint.therapy.arm.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
 from armimpedance.joint.therapy.robot.therapy_robot import Loads
 from armimpedance.numerics.regression import FitSummary, NamedParameter, t_factor
-
-if TYPE_CHECKING:
-    import pandas as pd
+from armimpedance.show.files import FittedResult
 
 #: Largest half-width of a 95 % interval of an identified k_s: N m/rad, or a share of k_s where that
 #: is more (nobody asks for 12 N m/rad to a fortieth); and of q_0, rad.
@@ -214,7 +213,7 @@ class AxisCalibration:
 
 
 @dataclass(frozen=True, repr=False)
-class ArmCalibration:
+class ArmCalibration(FittedResult):
     """The passive arm and how far to trust it.
 
     Attributes
@@ -229,6 +228,11 @@ class ArmCalibration:
         The passive movements with the stiffness that was found: what is left is `user`.
     """
 
+    MEANINGS = {
+        "k_s": Meaning("stiffness of the relaxed joint"),
+        "q_0": Meaning("rest angle of the relaxed joint"),
+    }
+
     arm: PassiveArm
     summary: FitSummary
     axes: tuple[AxisCalibration, ...]
@@ -238,10 +242,6 @@ class ArmCalibration:
     def warnings(self) -> tuple[str, ...]:
         """What a reader must know of any axis."""
         return self.summary.warnings
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
 
     def to_dict(self) -> dict[str, Any]:
         """What ARM.json says of the calibration, beside the arm itself."""

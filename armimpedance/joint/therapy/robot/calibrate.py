@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from html import escape
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.records import Recording
@@ -26,9 +27,7 @@ from armimpedance.joint.therapy.robot.therapy_robot import (
     parameter_count,
 )
 from armimpedance.numerics.regression import Fit, FitSummary, NamedParameter, t_factor
-
-if TYPE_CHECKING:
-    import pandas as pd
+from armimpedance.show.files import FittedResult
 
 # What a reader of a robot's calibration must know.
 
@@ -112,7 +111,7 @@ _SHORT = {"coulomb": "tau_c", "viscous": "k_v", "cable_stiffness": "k_c"}
 
 
 @dataclass(frozen=True, repr=False)
-class RobotCalibration:
+class RobotCalibration(FittedResult):
     """A robot whose loads were identified, and what a report shows of it.
 
     Attributes
@@ -131,6 +130,14 @@ class RobotCalibration:
         Predictions of other movements, one an axis; empty where none were given.
     """
 
+    MEANINGS = {
+        "tau_c": Meaning("Coulomb friction"),
+        "k_v": Meaning("viscous friction"),
+        "k_c": Meaning("stiffness of the cables"),
+        "q_c": Meaning("angle at which the cables are slack"),
+        "c_{}": Meaning("coefficient of the counterbalance spring over the angle"),
+    }
+
     robot: TherapyRobot
     summary: FitSummary
     axes: tuple[AxisSweeps, ...]
@@ -141,10 +148,6 @@ class RobotCalibration:
     def parameters_of(self, axis: int) -> tuple[NamedParameter, ...]:
         """The parameters of one axis, counted from 0."""
         return tuple(p for p in self.summary.parameters if p.joint == axis + 1)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
 
     def to_dict(self) -> dict[str, Any]:
         """What ROBOT.json says of the identification, beside the robot itself."""

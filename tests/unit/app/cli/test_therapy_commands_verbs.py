@@ -184,3 +184,17 @@ def test_errors_name_the_file_at_fault(bench, robot, arm, tmp_path):
     assert str(bench.folder / "session") in str(refused.value)
     with pytest.raises(InputError, match="another"):
         contribution(bench.session, robot=robot, arm=replace(arm.arm, robot="another"))
+
+
+@pytest.mark.parametrize("which", ["robot", "arm"])
+def test_a_calibration_has_every_form_of_a_fit(which, robot, arm, tmp_path):
+    made = {"robot": robot, "arm": arm}[which]
+    for ending in ("csv", "json", "xlsx", "mat"):
+        made.write(tmp_path / f"fit.{ending}")
+    frame = pd.read_csv(tmp_path / "fit.csv")
+    values = [p.value for p in made.summary.parameters]
+    np.testing.assert_allclose(frame["value"], values)
+    np.testing.assert_allclose(made.to_xarray()["value"], values)
+    long = made.to_long()
+    np.testing.assert_allclose(long["value"], values)
+    assert list(long["unit"]) == [p.unit for p in made.summary.parameters]

@@ -6,9 +6,11 @@ import copy
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from armimpedance.core.errors import InputError, RecordError
+from armimpedance.muscles.models import read_model
 from armimpedance.muscles.models.posture.fit import fit_posture_model
 from armimpedance.muscles.models.posture.model import PostureModel
 from armimpedance.muscles.models.posture.models import POSTURE_MODELS
@@ -187,3 +189,11 @@ def test_progress_ends_when_all_is_done(name):
     assert len(set(total)) == 1
     assert (np.diff(done) > 0).all()
     assert done[-1] == total[0]
+
+
+def test_a_model_has_every_form_of_a_fit(model, tmp_path):
+    for ending in ("csv", "xlsx", "mat", "json"):
+        model.write(tmp_path / f"model.{ending}")
+    values = [p.value for p in model.summary.parameters]
+    np.testing.assert_allclose(pd.read_csv(tmp_path / "model.csv")["value"], values)
+    assert repr(read_model(tmp_path / "model.json")) == repr(model)
