@@ -20,7 +20,7 @@ K_PERCENT: Final = Option(
     f"{DEFAULT_K_PERCENT:g})",
     group=WISH,
     doc="the 95 % interval of each diagonal element of K, in each condition, is to be at most +- "
-    f"this many per cent of it; default: {DEFAULT_K_PERCENT:g}, where no other wish is given",
+    f"this many per cent of it; default: {DEFAULT_K_PERCENT:g}, without another wish",
 )
 ORIENTATION_DEG: Final = Option(
     "orientation_deg",

@@ -37,16 +37,16 @@ def next_trials(
     count: int = 8,
     max_trials: int = 1000,
     shapes: Sequence[str] | None = None,
-    course: Profile | None = None,
     amplitude_m: float = 0.005,
     max_duration_s: float = 0.3,
     max_acceleration: float = 5.3,
-    servo: Servo | None = None,
     most_alike: int = 2,
     rest_every: int = 40,
     despite: str | Collection[str] = (),
-    checks: bool = True,
     seed: int = 0,
+    course: Profile | None = None,
+    servo: Servo | None = None,
+    checks: bool = True,
 ) -> NextTrials:
     """Choose the next pushes of an experiment, and say how many it still needs.
 
