@@ -127,6 +127,9 @@ Model = TypeVar("Model", bound="FittedModel")
 class FittedModel(FittedResult, FrozenRecord):
     """A model of joint stiffness and viscosity with what its fit is worth.
 
+    `write` gives its parameters as a table, or FIT.json; MODEL.json, from which it predicts again,
+    is `write_model`'s.
+
     Attributes
     ----------
     dof : float
@@ -155,13 +158,6 @@ class FittedModel(FittedResult, FrozenRecord):
         """The same model with one warning more."""
         summary = replace(self.summary, warnings=(*self.summary.warnings, warning))
         return cast(Model, replace(cast(Any, self), summary=summary))
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """MODEL.json, which `read_model` reads."""
-        from armimpedance.muscles.models.model_json import model_document
-
-        return model_document(self)
 
     def to_dict(self) -> dict[str, Any]:
         """What MODEL.json says of the fit: its summary and the quality of each element."""

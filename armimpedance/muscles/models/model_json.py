@@ -29,13 +29,8 @@ def write_model(model: FittedModel, path: str | Path) -> None:
     path : path
         MODEL.json.
     """
-    write_json(model_document(model), path)
-
-
-def model_document(model: FittedModel) -> dict[str, Any]:
-    """What MODEL.json holds."""
     plain = finite(model.as_plain())
-    return {
+    content = {
         "format": FORMAT,
         "version": VERSION,
         "kind": kind_of(model).name,
@@ -43,6 +38,7 @@ def model_document(model: FittedModel) -> dict[str, Any]:
         "model": plain,
         CHECKSUM: checksum(plain),
     }
+    write_json(content, path)
 
 
 def read_model(path: str | Path) -> FittedModel:

@@ -101,14 +101,9 @@ class FittedResult(WrittenResult):
         return self.summary.to_dict()
 
     @property
-    def document(self) -> dict[str, Any]:
-        """What a .json of it holds."""
-        return self.to_dict()
-
-    @property
     def content(self) -> Content:
-        """The .json as it is, a row a parameter in every other format."""
-        return fit_content(self.summary, self.document, self.MEANINGS)
+        """FIT.json as it is, a row a parameter in every other format."""
+        return fit_content(self.summary, self.to_dict(), self.MEANINGS)
 
     def to_frame(self) -> pd.DataFrame:
         """One row a parameter: value, standard error, 95 % limits, unit."""
