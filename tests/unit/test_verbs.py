@@ -174,6 +174,8 @@ def test_words_of_a_call_leave_out_defaults_and_folders():
             Option("fast", Switch(), "soon", False),
             Option("slow", Switch(to=False), "later", True, flag="--no-slow"),
             Option("length_m", Milli(unit="m"), "of it", 0.005, flag="--length-mm"),
+            Option("angle_deg", Number(unit="deg"), "of it"),
+            Option("late_s", Milli(unit="s"), "so much", flag="--late-ms"),
         ),
     )
     parser = argparse.ArgumentParser()
@@ -190,6 +192,9 @@ def test_words_of_a_call_leave_out_defaults_and_folders():
     with pytest.raises(InputError, match="--other"):
         verb.refuse(given, Verb("stay", ()), "it elsewhere")
     verb.refuse(given, verb, "it elsewhere")
+    # 0 is a number that was asked for, although it equals False
+    nothing = parser.parse_args(["--angle-deg", "0", "--late-ms", "0"])
+    assert verb.words(nothing) == ["--angle-deg", "0.0", "--late-ms", "0.0"]
 
 
 def test_places_that_options_name_are_read():

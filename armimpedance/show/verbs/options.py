@@ -115,7 +115,9 @@ class Option:
 
     def words(self, given: Any) -> Iterator[str]:
         """The words of a call that gave it; of a file its name alone."""
-        if given in (None, False, [], self.kind.given(self.default)):
+        unsaid = None if self.default is None else self.kind.given(self.default)
+        # 0 equals False and is a number that was asked for
+        if given is None or given is False or given == [] or given == unsaid:
             return
         for one in given if self.many else [given]:
             yield self.command
