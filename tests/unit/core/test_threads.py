@@ -19,13 +19,16 @@ def threads():
 def test_a_block_and_a_function_have_one_and_give_it_back():
     with threadpool_limits(2, user_api="blas"):
         before = threads()
+        assert set(before) == {2}
         with one_thread():
             assert set(threads()) == {1}
         assert set(single_threaded(threads)()) == {1}
         assert threads() == before
 
 
-def test_workers_have_one():
+def test_workers_have_one(monkeypatch):
+    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        monkeypatch.setenv(variable, "2")
     with crew(2) as others:
         pieces = [others.share(threads) for _ in range(2)]
         assert all(set(found) == {1} for found in others.finish(pieces))
