@@ -7,7 +7,7 @@ from typing import Final
 from armimpedance.show.verbs.kinds import Number, Whole
 from armimpedance.show.verbs.options import Option
 
-#: Titles of the command's help.
+#: Its title in the commands' help.
 WISH: Final = "wish"
 
 #: K within so many per cent, where no wish is given.
