@@ -23,6 +23,11 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+def _is_given(value: Any) -> bool:
+    """Whether a call gave an option of this value; 0 equals False, and is given."""
+    return value is not None and value is not False and value != []
+
+
 @dataclass(frozen=True)
 class Option:
     """One option: of a command, and a keyword of a Python function.
@@ -116,8 +121,7 @@ class Option:
     def words(self, given: Any) -> Iterator[str]:
         """The words of a call that gave it; of a file its name alone."""
         unsaid = None if self.default is None else self.kind.given(self.default)
-        # 0 equals False and is a number that was asked for
-        if given is None or given is False or given == [] or given == unsaid:
+        if not _is_given(given) or given == unsaid:
             return
         for one in given if self.many else [given]:
             yield self.command
@@ -176,10 +180,15 @@ class Verb:
             option.add(under[option.group])
 
     def configure_beside(self, parser: argparse._ActionsContainer, *others: Verb) -> None:
-        """Add the options to a command that has those of other verbs already."""
+        """Add the options to a command that has those of other verbs already.
+
+        The command does not state their defaults, so that `refuse` knows which were given.
+        """
         known = {option.command for other in others for option in other.options}
         own = tuple(option for option in self.options if option.command not in known)
         Verb(self.name, own).configure(parser)
+        stated = [option.dest for option in own if option.shown]
+        parser.set_defaults(**dict.fromkeys(stated))
 
     def keywords(self, arguments: argparse.Namespace) -> dict[str, Any]:
         """The function's keywords, of a call of the command.
@@ -192,12 +201,12 @@ class Verb:
     def refuse(self, arguments: argparse.Namespace, asked: Verb, expected: str) -> None:
         """Refuse options of this verb that have no meaning in the one that is asked for.
 
-        Raises InputError: one of them differs from its default; `expected` says where it belongs.
+        Raises InputError: one of them was given; `expected` says where it belongs.
         """
         known = {option.command for option in asked.options}
         for option in self.options:
             given = vars(arguments)[option.dest]
-            if option.command not in known and any(option.words(given)):
+            if option.command not in known and _is_given(given):
                 raise InputError(option.command, expected=expected)
 
     def words(self, arguments: argparse.Namespace) -> list[str]:

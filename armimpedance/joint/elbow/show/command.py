@@ -93,8 +93,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
     ELBOW.configure(parser)
     ELBOW_OVER_TIME.configure_beside(parser, ELBOW)
     EMG_LAW.configure_beside(parser, ELBOW, ELBOW_OVER_TIME)
-    # Where it is not given another analysis is asked for.
-    parser.set_defaults(time_varying=None)
     add_choice(parser, "recording")
     add_figure(parser, "draw the result")
 

@@ -153,6 +153,10 @@ def test_wrong_calls_are_one_line(folder, tmp_path, capsys):
     assert "with --to muscle only" in refused(
         capsys, folder, "--to", "joint", *out, "--no-curvature"
     )
+    assert "--share" in refused(capsys, folder, "--to", "joint", *out, "--share", "effort")
+    assert "--swivel-deg" in refused(
+        capsys, folder, *muscle, "--arm", "planar6", "--swivel-deg", "0"
+    )
     assert "with --to muscle only" in refused(
         capsys, folder, "--to", "joint", *out, "--arm", "arm26"
     )
