@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from armimpedance.core.shown import fixed
 from armimpedance.muscles.models import ElementQuality
 from armimpedance.show.plots import DrawnRow
-from armimpedance.show.text import fixed
 
 
 def number(value: float) -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache, partial
+from functools import cache, partial, wraps
 from types import MappingProxyType, NoneType, UnionType
 from typing import (
     Annotated,
@@ -238,6 +239,39 @@ class _Dim:
 
 #: Element types of the array annotations.
 _DTYPES: Final = {FloatArray: np.float64, BoolArray: np.bool_, IntArray: np.int64}
+
+# What is asked of one frozen record again and again is worked out once.
+
+Kept = TypeVar("Kept")
+Answer = TypeVar("Answer")
+
+
+def once_per_record(function: Callable[[Kept], Answer]) -> Callable[[Kept], Answer]:
+    """The same function, which keeps its answer as long as the record lives.
+
+    Parameters
+    ----------
+    function : callable
+        Of one record that nobody can change; it always gives the same answer for it.
+
+    Returns
+    -------
+    callable
+    """
+    kept: dict[int, tuple[weakref.ref[Any], Answer]] = {}
+
+    @wraps(function)
+    def asked(record: Kept) -> Answer:
+        number = id(record)
+        known = kept.get(number)
+        if known is not None and known[0]() is record:
+            return known[1]
+        answer = function(record)
+        kept[number] = (weakref.ref(record, lambda _gone: kept.pop(number, None)), answer)
+        return answer
+
+    return asked
+
 
 # Frozen records as lists, numbers and texts, and back: what a JSON file can hold.
 #

@@ -16,6 +16,7 @@ import numpy as np
 from armimpedance.core.arrays import LEAST_DOF, FloatArray, FrozenRecord, frozen_array
 from armimpedance.core.conventions import MATRICES, UNITS, Level, group_name, parameter_names
 from armimpedance.core.errors import RecordError
+from armimpedance.core.shown import html_table
 
 #: Elements of K that a short text shows.
 _MOST_SHOWN: Final = 9
@@ -269,10 +270,6 @@ class ImpedanceEstimate(FrozenRecord):
         return "\n".join([self._head(), *rows, *warned])
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th>{name}</th><td>{value}</td><td>{ci}</td></tr>"
-            for name, value, ci in self._stiffness_rows()
-        )
+        table = html_table([("", "value", "95 %"), *self._stiffness_rows()])
         warned = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.warnings)
-        head = "<tr><th></th><th>value</th><th>95 %</th></tr>"
-        return f"<p>{escape(self._head())}</p><table>{head}{rows}</table><ul>{warned}</ul>"
+        return f"<p>{escape(self._head())}</p>{table}<ul>{warned}</ul>"

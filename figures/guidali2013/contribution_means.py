@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.shown import fixed
 from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
-from armimpedance.show.text import fixed
 from armimpedance_figures.guidali2013.groups import (
     GROUPS,
     conditions_of,

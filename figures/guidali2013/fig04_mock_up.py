@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.shown import with_half_width
 from armimpedance.joint.therapy import MovementTorques
 from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.show.text import with_half_width
 from armimpedance_figures.guidali2013.printed import MOCKUP_GRAVITY_NM, MOCKUP_INERTIA_KGM2
 from armimpedance_figures.guidali2013.study import SUBJECTS, MockUp, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from armimpedance.core.shown import fixed
 from armimpedance.joint.therapy import AxisValidation
 from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
-from armimpedance.show.text import fixed
 from armimpedance_figures.guidali2013.printed import (
     TABLE_2_IMPOSSIBLE,
     TABLE_2_R2,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from armimpedance.core.shown import fixed, with_half_width
 from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
-from armimpedance.show.text import fixed, with_half_width
 from armimpedance_figures.guidali2013.printed import TABLE_3
 from armimpedance_figures.guidali2013.study import SUBJECTS, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script

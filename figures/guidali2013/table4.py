@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
+from armimpedance.core.shown import with_half_width
 from armimpedance.joint.therapy import AxisCalibration
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
-from armimpedance.show.text import with_half_width
 from armimpedance_figures.guidali2013.groups import mean_and_sd
 from armimpedance_figures.guidali2013.printed import TABLE_4, TABLE_4_MEANS, recomputed_means
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
+from armimpedance.core.shown import fixed, with_half_width
 from armimpedance.joint.relaxed import PassiveFit
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.plots import DrawnRow, TableBlock, plot_table
-from armimpedance.show.text import fixed, with_half_width
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_elbow.printed import TABLES_II_III, PrintedElbow

@@ -12,6 +12,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.json_text import read_json
 from armimpedance.core.program import software
+from armimpedance.core.shown import PARAMETER_HEADS, parameter_row
 from armimpedance.show.pages import (
     Asked,
     Page,
@@ -23,7 +24,7 @@ from armimpedance.show.pages import (
     reviewed,
     told_by,
 )
-from armimpedance.show.text import counted, with_half_width
+from armimpedance.show.text import counted
 
 
 def page_of(asked: Asked) -> Page:
@@ -41,8 +42,8 @@ def page_of(asked: Asked) -> Page:
         expected = "what a command wrote to --out"
         raise InputError("not a FIT.json", file=asked.source, expected=expected) from error
     told = told_by(warnings, checks)
-    heads = ("parameter", "value", "95 %", "unit", "well identified")
-    table = Table("Fitted parameters, ± half the 95 % interval", heads, tuple(rows), "parameters")
+    caption = "Fitted parameters, ± half the 95 % interval"
+    table = Table(caption, PARAMETER_HEADS, tuple(rows), "parameters")
     return page_from(
         asked,
         told,
@@ -54,7 +55,7 @@ def page_of(asked: Asked) -> Page:
         reviewer=reviewed(told),
         methods=methods_of([f"Fitted with {software()}, method {method}"], findings=told),
         options=[("method", method)],
-        data={"parameters": pd.DataFrame(rows, columns=list(heads))},
+        data={"parameters": pd.DataFrame(rows, columns=list(PARAMETER_HEADS))},
     )
 
 
@@ -62,13 +63,8 @@ def _row(one: Mapping[str, Any]) -> tuple[str, ...]:
     joint = f" of joint {one['joint']}" if one.get("joint") is not None else ""
     low, high = (np.nan if limit is None else float(limit) for limit in one["ci95"])
     value = np.nan if one["value"] is None else float(one["value"])
-    return (
-        f"{one['name']}{joint}",
-        with_half_width(value, (high - low) / 2),
-        f"{low:.4g} to {high:.4g}",
-        str(one["unit"]),
-        "yes" if one["well_identified"] else "no",
-    )
+    label = f"{one['name']}{joint}"
+    return parameter_row(label, value, (low, high), str(one["unit"]), bool(one["well_identified"]))
 
 
 TOPIC = Topic("a FIT.json of any topic, without its recording", page_of)

@@ -17,11 +17,12 @@ from armimpedance.core.conventions import UNITS
 from armimpedance.core.errors import InputError, shortened
 from armimpedance.core.findings import by_gravity
 from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
+from armimpedance.core.shown import html_table
 from armimpedance.hand.show.labelled import LabelledEstimate
 from armimpedance.hand.show.quantities import check_group_columns, condition_of
 from armimpedance.hand.show.results_csv import read_rows, results_content
 from armimpedance.show.files import Content, WrittenResult
-from armimpedance.show.text import counted, html_table
+from armimpedance.show.text import counted
 from armimpedance.show.verbs.chosen import ChosenPath
 from armimpedance.show.verbs.results import (
     PathLike,

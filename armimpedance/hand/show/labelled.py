@@ -9,10 +9,10 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import AXES, MATRICES, UNITS
 from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.core.shown import html_table
 from armimpedance.hand.ellipses import Ellipse, Which, ellipse_of
 from armimpedance.hand.show.text import estimate_text
 from armimpedance.numerics.regression import t_factor
-from armimpedance.show.text import html_table
 
 if TYPE_CHECKING:
     import pandas as pd

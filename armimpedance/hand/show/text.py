@@ -10,6 +10,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import FORCE_UNIT, MATRICES, POSITION_UNIT, UNITS
 from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.core.shown import fixed, with_half_width, with_interval
 from armimpedance.hand.ellipses import FIELDS, Which
 from armimpedance.hand.show.quantities import (
     antisymmetric,
@@ -23,12 +24,9 @@ from armimpedance.numerics.regression import t_factor
 from armimpedance.show.text import (
     TABLE_WIDTH,
     aligned_table,
-    fixed,
     note_numbers,
     numbered_notes,
     table_by_condition,
-    with_half_width,
-    with_interval,
 )
 
 _WIDTH = 100

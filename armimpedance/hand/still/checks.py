@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.core.arrays import FloatArray, lengths
+from armimpedance.core.arrays import FloatArray, lengths, once_per_record
 from armimpedance.core.conventions import (
     AXES,
     LARGEST_ANGLE_RAD,
@@ -20,7 +20,6 @@ from armimpedance.core.conventions import (
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
-from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.departures import check_departures
 from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.estimation import DEFAULT_BY, Options, groups_of

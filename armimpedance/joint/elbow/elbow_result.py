@@ -13,6 +13,7 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.described import Meaning
 from armimpedance.core.errors import RecordError
 from armimpedance.core.findings import Finding
+from armimpedance.core.shown import html_table
 from armimpedance.numerics.regression import FitSummary, NamedParameter, Parameters, t_interval
 from armimpedance.show.files import (
     About,
@@ -411,15 +412,11 @@ class VaryingImpedance(WrittenResult, FrozenRecord):
         return short_text(head, [repr(self.inertia), *ranges], self.warnings)
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th>{name}</th><td>{low:.4g} to {high:.4g}</td><td>{escape(unit)}</td></tr>"
-            for name, low, high, unit in self._ranges
-        )
-        told = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
-        return (
-            f"<p>{escape(self.method)}</p>{self.parameters._repr_html_()}"
-            f"<table>{rows}</table><ul>{told}</ul>"
-        )
+        shown = [(name, f"{low:.4g} to {high:.4g}", unit) for name, low, high, unit in self._ranges]
+        course = html_table([("over time", "range", "unit"), *shown])
+        warned = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
+        head = f"<p>{escape(self.method)}</p>{self.parameters._repr_html_()}"
+        return f"{head}{course}<ul>{warned}</ul>"
 
     @property
     def _ranges(self) -> list[tuple[str, float, float, str]]:

@@ -12,6 +12,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.core.shown import with_half_width
 from armimpedance.hand.ellipses import ellipse, ellipse_of
 from armimpedance.limb.arm import arm_named
 from armimpedance.muscles.models import (
@@ -25,7 +26,7 @@ from armimpedance.muscles.models import (
     matrix,
 )
 from armimpedance.numerics.regression import t_interval
-from armimpedance.show.text import aligned_table, with_half_width
+from armimpedance.show.text import aligned_table
 
 if TYPE_CHECKING:
     from armimpedance_figures.tsuji1997.study import StudiedExperiment

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from armimpedance.core.shown import fixed
 from armimpedance.muscles.models import ElementQuality, FittedModel
-from armimpedance.show.text import aligned_table, checks_lines, fixed
+from armimpedance.show.text import aligned_table, checks_lines
 
 _WIDTH = 100
 _LEGEND = (

@@ -34,6 +34,7 @@ from .parameters import (
     Derived as Derived,
     NamedParameter as NamedParameter,
     Parameters as Parameters,
+    parameter_rows as parameter_rows,
     t_factor as t_factor,
     t_interval as t_interval,
     with_derived as with_derived,

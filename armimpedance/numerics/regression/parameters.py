@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from html import escape
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from scipy.special import ndtri, stdtrit
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.described import Column, Meaning, cells
 from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.shown import PARAMETER_HEADS, html_table, parameter_row
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -389,15 +389,17 @@ def parameter_dict(parameter: NamedParameter) -> dict[str, Any]:
     return cells(PARAMETER_OBJECT, parameter)
 
 
-def parameter_html(parameters: Sequence[NamedParameter]) -> str:
-    """A small table for notebooks; every text in it is escaped."""
-    cells = [
-        f"<tr><th>{escape(one.label)}</th><td>{one.value:.4g}</td>"
-        f"<td>{one.ci95[0]:.4g} to {one.ci95[1]:.4g}</td><td>{escape(one.unit)}</td></tr>"
+def parameter_rows(parameters: Sequence[NamedParameter]) -> tuple[tuple[str, ...], ...]:
+    """The parameters under `PARAMETER_HEADS`, as pages and notebooks show them."""
+    return tuple(
+        parameter_row(one.label, one.value, one.ci95, one.unit, one.well_identified)
         for one in parameters
-    ]
-    head = "<tr><th></th><th>value</th><th>95 %</th><th>unit</th></tr>"
-    return f"<table>{head}{''.join(cells)}</table>"
+    )
+
+
+def parameter_html(parameters: Sequence[NamedParameter]) -> str:
+    """The table of them for notebooks."""
+    return html_table([PARAMETER_HEADS, *parameter_rows(parameters)])
 
 
 def _differences(function: Function, at: FloatArray, step: FloatArray) -> FloatArray:

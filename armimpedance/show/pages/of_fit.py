@@ -9,10 +9,10 @@ from typing import Any, Final
 import pandas as pd
 
 from armimpedance.core.findings import Finding, checked_sentence
-from armimpedance.numerics.regression import FitSummary, NamedParameter
+from armimpedance.core.shown import PARAMETER_HEADS
+from armimpedance.numerics.regression import FitSummary, NamedParameter, parameter_rows
 from armimpedance.show.pages.asked import Asked, page_from, reviewed
 from armimpedance.show.pages.page import Block, Methods, Page, Section, Table
-from armimpedance.show.text import with_half_width
 
 # Sentences that the methods paragraphs of all topics share.
 
@@ -63,22 +63,11 @@ def parameter_table(parameters: Sequence[NamedParameter], caption: str = "") -> 
     Table
         Its numbers are the page's data "parameters".
     """
-    rows = tuple(
-        (
-            one.label,
-            with_half_width(one.value, (one.ci95[1] - one.ci95[0]) / 2),
-            f"{one.ci95[0]:.4g} to {one.ci95[1]:.4g}",
-            one.unit,
-            "yes" if one.well_identified else "no",
-        )
-        for one in parameters
-    )
     said = caption or (
         "Fitted parameters, ± half the 95 % interval. Well identified: twice the standard error "
         "is below 10 % of the value."
     )
-    heads = ("parameter", "value", "95 %", "unit", "well identified")
-    return Table(said, heads, rows, "parameters")
+    return Table(said, PARAMETER_HEADS, parameter_rows(parameters), "parameters")
 
 
 def told_by(warnings: Sequence[str], checks: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -1,92 +1,16 @@
-"""How numbers with their uncertainty are printed, and tables of them."""
+"""Tables, names and notes as a terminal of 100 columns has them."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from html import escape
-from math import floor, isfinite, log10
 
 from armimpedance.core.findings import Finding
+from armimpedance.core.shown import percent, with_interval
 from armimpedance.numerics.regression import NamedParameter
 
 #: Columns of the terminal that tables are made for.
 TABLE_WIDTH = 100
-#: More digits than these are never shown: no arm is known better.
-_MOST_DIGITS = 6
-
-
-def decimals_for(half_width: float, value: float) -> int:
-    """Decimals that show two digits of the half-width (negative: round to tens, hundreds).
-
-    An exact value (half-width 0 or unknown) gets four digits.
-    """
-    largest = floor(log10(abs(value))) if value else 0
-    if not (isfinite(half_width) and half_width > 0):
-        return 3 - largest
-    # Through "e" format, so that 0.0996 counts as 0.10.
-    exponent = int(f"{half_width:.1e}".partition("e")[2])
-    return min(1 - exponent, _MOST_DIGITS - 1 - max(largest, exponent))
-
-
-def fixed(value: float, decimals: int) -> str:
-    """The value rounded to these decimals, without a sign on zero.
-
-    Parameters
-    ----------
-    value : float
-        The number to print.
-    decimals : int
-        Digits after the decimal point.
-
-    Returns
-    -------
-    str
-        The rounded number.
-    """
-    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
-    return text.removeprefix("-") if not any(c in text for c in "123456789") else text
-
-
-def with_half_width(value: float, half_width: float) -> str:
-    """``104.8 ± 9.1``: both with the same decimals, two digits of the half-width.
-
-    Parameters
-    ----------
-    value : float
-        The estimated value.
-    half_width : float
-        Half-width of its interval, in the same unit.
-
-    Returns
-    -------
-    str
-        Value and half-width; a question mark stands for an unknown half-width, a dash for no value.
-    """
-    if not isfinite(value):
-        return "-"
-    decimals = decimals_for(half_width, value)
-    if not isfinite(half_width):
-        return f"{fixed(value, decimals)} ± ?"
-    shown = fixed(half_width, decimals)
-    if half_width > 0 and float(shown) == 0:
-        shown = f"{half_width:.0e}"
-    return f"{fixed(value, decimals)} ± {shown}"
-
-
-def with_interval(value: float, low: float, high: float) -> str:
-    """``42100 (39000 to 45300)``: all three with the same decimals."""
-    decimals = decimals_for((high - low) / 2, value)
-    return f"{fixed(value, decimals)} ({fixed(low, decimals)} to {fixed(high, decimals)})"
-
-
-def percent(value: float) -> str:
-    """``720 %``: two digits, without an exponent; ``-`` where there is no finite value."""
-    if not isfinite(value):
-        return "-"
-    if value and abs(value) < 1e-3:
-        return "< 0.001 %"
-    return f"{float(f'{value:.2g}'):.6g} %" if abs(value) < 1e4 else "> 9999 %"
 
 
 def counted(number: int, noun: str) -> str:
@@ -185,19 +109,6 @@ def checks_lines(checks: Sequence[Finding]) -> list[str]:
     indent = " " * 8
     lines = [textwrap.fill(f"  {check}", TABLE_WIDTH, subsequent_indent=indent) for check in checks]
     return ["", "Checks of the model's assumptions", *lines]
-
-
-# A table as a notebook shows it.
-
-
-def html_table(table: Sequence[Sequence[str]]) -> str:
-    """A table for notebooks, its first row and first column headings; every text is escaped."""
-    head, *rows = ([escape(cell) for cell in row] for row in table)
-    body = "".join(
-        f"<tr><th>{first}</th>{''.join(f'<td>{cell}</td>' for cell in others)}</tr>"
-        for first, *others in rows
-    )
-    return f"<table><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr>{body}</table>"
 
 
 # The table of a fit's parameters, as every command prints it.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.described import Meaning
 from armimpedance.core.findings import Finding
+from armimpedance.core.shown import html_table
 from armimpedance.show.files import Content, Quantity, WrittenResult, number, table_content
 from armimpedance.show.text import counted
 
@@ -154,13 +155,9 @@ class Inspection(WrittenResult, FrozenRecord):
         return "\n".join([*self.contents.split("\n", 2)[:2], *told[:8], *more, self.verdict])
 
     def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><td>{check.verdict}</td><td>{escape(check.name)}</td>"
-            f"<td>{escape(check.message)}</td></tr>"
-            for check in self.checks
-        )
-        contents = f"<pre>{escape(self.contents)}</pre>"
-        return f"{contents}<table>{rows}</table><p>{escape(self.verdict)}</p>"
+        rows = [(check.verdict, check.name, check.message) for check in self.checks]
+        table = html_table([("verdict", "check", "what was seen"), *rows])
+        return f"<pre>{escape(self.contents)}</pre>{table}<p>{escape(self.verdict)}</p>"
 
 
 def _fact_row(fact: Fact) -> dict[str, Any]:

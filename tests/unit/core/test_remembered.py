@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from armimpedance.core.remembered import once_per_record
+from armimpedance.core.arrays import once_per_record
 
 
 @dataclass(frozen=True, eq=False)

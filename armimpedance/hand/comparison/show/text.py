@@ -9,18 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.core.shown import with_half_width, with_interval
 from armimpedance.hand.comparison.discrimination import Discrimination, PeopleGroup
 from armimpedance.hand.comparison.groups import Pair
 from armimpedance.hand.comparison.subjects import SubjectsChange
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.numerics.regression import t_factor
-from armimpedance.show.text import (
-    aligned_table,
-    numbered_notes,
-    short,
-    with_half_width,
-    with_interval,
-)
+from armimpedance.show.text import aligned_table, numbered_notes, short
 
 _WIDTH = 100
 _NAME = 30

@@ -15,6 +15,7 @@ from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.inputs import distinct_names
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.core.shown import html_table
 from armimpedance.hand.comparison.compare import compare as compare_groups
 from armimpedance.hand.comparison.groups import (
     ComparedGroup,
@@ -33,7 +34,7 @@ from armimpedance.hand.show.results_csv import is_results_file
 from armimpedance.hand.still import Options, in_step
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.files import Content, WrittenResult
-from armimpedance.show.text import TABLE_WIDTH, checks_lines, html_table
+from armimpedance.show.text import TABLE_WIDTH, checks_lines
 from armimpedance.show.verbs.results import (
     PathLike,
     as_columns,

@@ -16,19 +16,17 @@ from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import group_name
 from armimpedance.core.described import Meaning
 from armimpedance.core.errors import InputError
+from armimpedance.core.shown import fixed, html_table, with_half_width
 from armimpedance.hand.levels.muscle_identifiable import Combination, FeasibleRange, MuscleShare
 from armimpedance.hand.levels.muscle_map import MuscleEstimate
 from armimpedance.hand.show.quantities import group_cells
 from armimpedance.show.files import Content, WrittenResult, in_one_cell, table_content
 from armimpedance.show.text import (
     TABLE_WIDTH,
-    fixed,
-    html_table,
     note_numbers,
     numbered_notes,
     short,
     table_by_condition,
-    with_half_width,
 )
 from armimpedance.show.verbs.results import position_of
 

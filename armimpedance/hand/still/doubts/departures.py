@@ -12,11 +12,10 @@ from typing import Final
 import numpy as np
 from scipy.special import fdtrc
 
-from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray, once_per_record
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
-from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.inner import (
     FEWEST_AXES,
     Inner,

@@ -14,13 +14,12 @@ from typing import Final
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray, once_per_record
 from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
-from armimpedance.core.remembered import once_per_record
 from armimpedance.hand.still.doubts.departures import models_of
 from armimpedance.hand.still.doubts.filtered_rows import FilteredRows
 from armimpedance.hand.still.doubts.model import Departure, Model, pooled

@@ -12,6 +12,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.program import software
 from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.core.shown import with_half_width
 from armimpedance.hand.comparison.show import differences_of
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.reaching.show import NAGAR, is_moving, moving_sentences
@@ -42,7 +43,7 @@ from armimpedance.show.pages import (
     picture,
     reviewed,
 )
-from armimpedance.show.text import counted, with_half_width
+from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording
 
 #: Columns of a file of results that no reader of a page wants.

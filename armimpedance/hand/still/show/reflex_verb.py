@@ -13,6 +13,7 @@ from armimpedance.core.conventions import group_name
 from armimpedance.core.described import meanings
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.core.shown import html_table
 from armimpedance.hand.show.estimates import ForceBy, opened
 from armimpedance.hand.still.doubts.filter import in_step
 from armimpedance.hand.still.reflex import reflex_guard
@@ -21,7 +22,6 @@ from armimpedance.hand.still.show.gate import checked_response
 from armimpedance.hand.still.show.options import REFLEX
 from armimpedance.hand.still.show.text import VERDICT, headline, verdict_rows
 from armimpedance.show.files import Content, WrittenResult, table_content
-from armimpedance.show.text import html_table
 from armimpedance.show.verbs.results import PathLike, position_of
 
 

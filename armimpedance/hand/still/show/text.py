@@ -12,13 +12,14 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import MATRICES, UNITS, element_names, group_name
 from armimpedance.core.described import Column, beside, cells
 from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.core.shown import fixed, with_half_width
 from armimpedance.hand.ellipses import FIELDS
 from armimpedance.hand.levels import symmetric_part
 from armimpedance.hand.show.quantities import condition_of, half_widths, principal_values
 from armimpedance.hand.still.reflex_verdict import ReflexVerdict, Share
 from armimpedance.hand.still.side_by_side import SideBySide
 from armimpedance.numerics.regression import t_factor
-from armimpedance.show.text import aligned_table, fixed, with_half_width
+from armimpedance.show.text import aligned_table
 
 _WIDTH = 100
 _REMEDY = (

@@ -7,15 +7,9 @@ import textwrap
 import numpy as np
 
 from armimpedance.core.findings import warnings_of
+from armimpedance.core.shown import percent, with_interval
 from armimpedance.joint.body.result import BodyFit
-from armimpedance.show.text import (
-    TABLE_WIDTH,
-    aligned_table,
-    checks_lines,
-    percent,
-    short,
-    with_interval,
-)
+from armimpedance.show.text import TABLE_WIDTH, aligned_table, checks_lines, short
 
 #: Parameters shown on a screen; all stand in FIT.json.
 _SHOWN = 12

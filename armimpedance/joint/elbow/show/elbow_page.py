@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from armimpedance.core.program import software
+from armimpedance.core.shown import with_half_width
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.show.plot import plot_frequency_response
 from armimpedance.joint.elbow.show.text import elbow_text
@@ -19,7 +20,6 @@ from armimpedance.show.pages import (
     fit_page,
     picture,
 )
-from armimpedance.show.text import with_half_width
 from armimpedance.show.verbs.results import read_recording
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from armimpedance.core.shown import fixed, with_half_width, with_interval
 from armimpedance.joint.elbow.elbow_result import NAMES, ElbowFit, VaryingImpedance
 from armimpedance.joint.elbow.emg.law_result import EmgLaw, LinearLaw, OperatingPoints
 from armimpedance.show.text import (
@@ -14,12 +15,9 @@ from armimpedance.show.text import (
     aligned_table,
     checks_lines,
     counted,
-    fixed,
     numbered_notes,
     parameter_table,
     short,
-    with_half_width,
-    with_interval,
 )
 
 _LEGEND = (

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
+from armimpedance.core.shown import fixed, percent
 from armimpedance.joint.relaxed.passive_fit import PassiveFit, PassiveFits
 from armimpedance.numerics.regression import Validation
-from armimpedance.show.text import (
-    aligned_table,
-    checks_lines,
-    fixed,
-    numbered_notes,
-    parameter_table,
-    percent,
-)
+from armimpedance.show.text import aligned_table, checks_lines, numbered_notes, parameter_table
 
 _TORQUE_HEADER = ("torque", "rms (N m)", "R^2", "variance accounted for")
 _LEGEND = (

@@ -15,6 +15,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import finite
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
+from armimpedance.core.shown import html_table
 from armimpedance.joint.therapy.arm.movements import MovementTorques
 from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.joint.therapy.live_replay import LiveReport, replay
@@ -32,7 +33,6 @@ from armimpedance.show.files import (
     table_content,
     write_content,
 )
-from armimpedance.show.text import html_table
 
 # SAMPLES.csv: one row a sample of every movement. Empty where there is no value.
 

@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.core.findings import warnings_of
+from armimpedance.core.shown import fixed, with_half_width
 from armimpedance.joint.therapy.arm.mockup import MockupCheck
 from armimpedance.joint.therapy.arm.verdict import ArmCalibration, AxisCalibration
 from armimpedance.joint.therapy.robot.calibrate import RobotCalibration
@@ -21,10 +22,8 @@ from armimpedance.show.text import (
     aligned_table,
     checks_lines,
     counted,
-    fixed,
     note_numbers,
     numbered_notes,
-    with_half_width,
 )
 
 _LOADS_HEADER = (

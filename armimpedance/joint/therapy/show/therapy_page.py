@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.program import software
+from armimpedance.core.shown import with_half_width
 from armimpedance.joint.therapy.show.contributions import Contributions
 from armimpedance.joint.therapy.show.plots import plot_feedback
 from armimpedance.joint.therapy.show.text import contribution_text
@@ -21,7 +22,7 @@ from armimpedance.show.pages import (
     reviewed,
     told_by,
 )
-from armimpedance.show.text import counted, with_half_width
+from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording
 
 

@@ -3,7 +3,8 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.show.text.numbers import aligned_table, with_half_width, with_interval
+from armimpedance.core.shown import with_half_width, with_interval
+from armimpedance.show.text.numbers import aligned_table
 
 
 @pytest.mark.parametrize(
