@@ -5,21 +5,21 @@ import os
 import subprocess
 import sys
 
+import scipy.linalg  # noqa: F401 - a library's threads are seen only where it is loaded
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from armimpedance.core.workers import crew, one_thread, single_threaded
 
 
 def threads():
-    import scipy.linalg  # noqa: F401
-
     return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
 
 
 def test_a_block_and_a_function_have_one_and_give_it_back():
     with threadpool_limits(2, user_api="blas"):
         before = threads()
-        assert set(before) == {2}
+        # a library of another package that was built for one thread stays at one
+        assert max(before) == 2
         with one_thread():
             assert set(threads()) == {1}
         assert set(single_threaded(threads)()) == {1}
