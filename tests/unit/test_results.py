@@ -184,6 +184,7 @@ from pathlib import Path
 import openpyxl, pandas as pd, scipy.io
 sys.path.insert(0, sys.argv[1])
 import armimpedance as ai
+from armimpedance.core.shown import html_table
 from armimpedance.joint.relaxed.show.text import passive_text
 from armimpedance.show.pages import parameter_table
 from column_pages import column_pages
@@ -203,7 +204,9 @@ assert any("lag" in map(str, row) for row in openpyxl.load_workbook("r.xlsx")["r
 assert "lag" in repr(scipy.io.loadmat("r.mat", simplify_cells=True)["results"]["parameters"])
 for text in (passive_text(fits), repr(fits), fits._repr_html_(), repr(fits.to_frame())):
     assert "lag" in text
-assert any("lag" in row[0] for row in parameter_table(fits.summary.parameters).rows)
+page = parameter_table(fits.summary.parameters)
+assert any("lag" in row[0] for row in page.rows)
+assert html_table([page.columns, *page.rows]) in fits._repr_html_()
 assert "time constant" in column_pages()["reference/columns"]
 assert "lag" in fits.to_xarray()["parameter"]
 """
