@@ -83,6 +83,7 @@ def condition_number(Y, columns):
     return np.linalg.cond(W / np.linalg.norm(W, axis=0))
 
 
+@pytest.mark.study
 def test_motion_times_parameters_is_the_force(session, model):
     recording, truth = session
     where = samples_of(recording, "walk", 40)

@@ -42,6 +42,7 @@ def trial_levels(recording):
     return np.array([emg[recording.samples_of(r)].mean(axis=0) for r in rows])
 
 
+@pytest.mark.study
 def test_a_trial_depends_on_the_seed_and_its_number_alone(nominal):
     recording, truth = nominal
     one, alone = simulate_elbow("posture", seed=5, repetitions=1, duration_s=3.0)
@@ -54,6 +55,7 @@ def test_a_trial_depends_on_the_seed_and_its_number_alone(nominal):
         np.testing.assert_array_equal(column, recording.extra[name][part])
 
 
+@pytest.mark.study
 def test_trials_subjects_and_seeds_differ(nominal):
     recording, _ = nominal
     added = recording.extra["tau1_perturbation_Nm"]
@@ -248,6 +250,7 @@ def test_rectified_emg_is_activation_times_mvc_beside_electrode_noise(calibratio
     np.testing.assert_allclose(ratio, 1.0, atol=5 * error)
 
 
+@pytest.mark.study
 def test_emg_follows_a_varying_activation():
     recording, truth = simulate_elbow("varying", repetitions=2, duration_s=10.0, noise="none")
     for muscle in range(2):

@@ -61,6 +61,7 @@ def test_the_spread_over_postures_is_of_the_source_s_size_and_the_control_s_is_n
     assert (spread("A_alike") < 0.15 * source).all()
 
 
+@pytest.mark.study
 def test_both_are_the_same_arm_at_the_nominal_posture():
     level = ["cocontraction_10"]
     truths = [simulate("cocontraction", seed=1, sets=1, conditions=level, subject=s)[1]
@@ -68,6 +69,7 @@ def test_both_are_the_same_arm_at_the_nominal_posture():
     np.testing.assert_allclose(truths[0].G, truths[1].G, atol=1e-9)
 
 
+@pytest.mark.study
 def test_places_of_ones_own():
     places = {"near": (0.0, 0.3), "far": (0.05, 0.5)}
     recording, truth = simulate("postures", seed=1, sets=1, places=places)

@@ -68,6 +68,7 @@ def test_the_chain_s_dynamics_are_newton_s_and_euler_s(first, wrist):
     np.testing.assert_allclose(bias, inverse_dynamics(skeleton, q, qd, qdd)[:, free], atol=1e-12)
 
 
+@pytest.mark.study
 def test_what_moves_the_free_joints_is_the_passive_torque(shaken):
     recording, truth = shaken
     tau = inverse_dynamics(recording.skeleton, truth.q, truth.qd, truth.qdd)[:, truth.columns]
@@ -91,6 +92,7 @@ def test_exact_derivatives_give_the_joint_back(shaken, released):
         np.testing.assert_allclose(found, [truth.k[j], truth.h[j], truth.f[j]], rtol=1e-9)
 
 
+@pytest.mark.study
 def test_the_derivatives_are_those_of_the_motion():
     rate = 500.0
     _, truth = simulate_passive("p5", subject="whole-arm", duration_s=0.5, rate_hz=rate, seed=4)

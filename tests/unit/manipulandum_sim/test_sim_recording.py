@@ -35,6 +35,7 @@ def test_a_posture_and_its_force_are_held_before_the_onset(servo):
         np.testing.assert_allclose(f[lag <= 0] - truth.force[n], 0, atol=1e-6)
 
 
+@pytest.mark.study
 def test_without_force_feedforward_the_hand_stands_off():
     servo = Servo(5_000.0, force_feedforward=False)
     name = "force_2.0_x9.8N_000deg"

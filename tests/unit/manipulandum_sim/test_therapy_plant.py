@@ -214,6 +214,7 @@ def test_bristles_come_to_the_law_at_constant_velocity_and_are_odd():
         np.testing.assert_array_equal(bristles.torque(back, -v)[:, 0], -settled)
 
 
+@pytest.mark.study
 def test_stiction_gives_way_a_little_and_slips_above_the_static_torque():
     """Slowly growing pushes on the last axis: it gives ``-s ln(1 - share)`` way, then slips.
 

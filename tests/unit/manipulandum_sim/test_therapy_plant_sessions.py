@@ -30,6 +30,7 @@ def between(recording, row):
     return np.arange(part.start, part.stop)[kept]
 
 
+@pytest.mark.study
 def test_a_sweep_has_its_velocity_and_needs_what_the_law_says(session):
     recording, truth = session
     sweeps = recording.trials[recording.trials["condition"] == "sweep"]

@@ -41,6 +41,7 @@ def test_elbow_refuses_copies_in_one_line(refusal, twice, options):
     assert "--despite 'copies'" in line
 
 
+@pytest.mark.study
 def test_elbow_goes_on_and_says_so(twice, tmp_path, capsys):
     out = tmp_path / "fit.json"
     assert main(["elbow", str(twice), "--despite", "copies", "--out", str(out)]) == 0

@@ -43,6 +43,7 @@ def test_each_step_draws_what_it_finds(folder, capsys):
     assert "95 %" in (folder / "hand.txt").read_text()
 
 
+@pytest.mark.study
 def test_a_talk_is_larger(folder, capsys):
     for style in ("print", "talk"):
         picture = folder / f"{style}.png"

@@ -136,6 +136,7 @@ def test_measured_activation_shares_the_tension(folder, maps, tmp_path):
     assert emg.loc[last, column] > 50
 
 
+@pytest.mark.study
 def test_switching_the_curvature_off(folder, tmp_path):
     on = mapped(folder, tmp_path / "a.csv", "--share", "emg", arm=folder / "arm.csv")
     off = mapped(

@@ -143,6 +143,7 @@ def test_either_sign_of_the_torque_gives_the_same_joint(sign, force_by, tmp_path
     assert ("sign was turned" in capsys.readouterr().out) == turned
 
 
+@pytest.mark.study
 def test_a_stated_sign_is_taken(tmp_path):
     folder = foreign(tmp_path / "joint", sign=-1.0)
     out = tmp_path / "fit.json"
@@ -172,6 +173,7 @@ def test_fit_json_keeps_its_contract(tmp_path):
     assert [j["name"] for j in fit["joints"]] == ["q1", "q2"]
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(2)
 @pytest.mark.parametrize("method", ["ls", "parallel", "output-error"])
 def test_markers_to_parameters(release, release_folder, method, tmp_path, capsys):
@@ -203,6 +205,7 @@ def test_a_rest_angle_that_the_data_contradict_is_told(release_folder, method, t
     assert not any("rest angle" in w for w in [*right, *near])
 
 
+@pytest.mark.study
 def test_a_swing_fitted_about_a_wrong_rest_angle_says_so(release_folder, tmp_path, capsys):
     # whether the search ends beside the truth or nowhere
     call = ["passive", str(release_folder), "--rest-angle", "0.35", "--method", "output-error"]

@@ -46,6 +46,7 @@ def test_a_simulated_body_is_inspected(brief, tmp_path, capsys):
     assert (folder / "truth.json").is_file()
 
 
+@pytest.mark.study
 def test_the_seed_decides(brief, tmp_path):
     for name, seed in (("a", "3"), ("b", "3"), ("c", "4")):
         call = ["simulate", "body", "--seed", seed, "--table", "csv", "--out", str(tmp_path / name)]

@@ -46,6 +46,7 @@ def results(bench, robot, arm):
     return contribution(bench.session, robot=robot, arm=arm)
 
 
+@pytest.mark.study
 def test_a_path_and_a_record_give_the_same_robot(bench, robot):
     again = calibrate_robot(str(bench.folder / "calibration"), bench.folder / "drawings.json")
     assert again.to_dict() == robot.to_dict()

@@ -148,6 +148,7 @@ def test_exchanging_the_groups_turns_the_sign_and_a_person_counts_once():
     assert again.n_first == 10
 
 
+@pytest.mark.study
 def test_the_interval_between_groups_covers_the_truth():
     rng = np.random.default_rng(6)
     persons, people, hits, draws = [str(i) for i in range(16)], people_of(16), 0, 200

@@ -143,6 +143,7 @@ def test_trials_of_a_table_without_directions_are_refused():
         trials_of(replace(recording, trials=bare))
 
 
+@pytest.mark.study
 def test_a_session_keeps_to_one_course():
     recording, _ = simulate(
         "cocontraction", seed=3, sets=2, conditions=["cocontraction_00"], disturbance="designed"

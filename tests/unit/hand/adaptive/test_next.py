@@ -31,6 +31,7 @@ def test_nothing_measured_yet_gives_a_set_along_eight_lines():
     assert set(table["shape"]) == {"reflex_separating"}
 
 
+@pytest.mark.study
 def test_the_half_widths_by_now_are_those_that_estimate_prints(session):
     made = ai.next_trials(session, k_percent=5, shapes=["designed"])
     hand = ai.estimate(session)

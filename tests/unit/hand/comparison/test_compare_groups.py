@@ -109,6 +109,7 @@ def test_exchange_keeps_to_directions_that_both_have(equations, estimated):
     assert common_strata(unknown, unknown)[0] is None
 
 
+@pytest.mark.study
 def test_tests_from_estimates_hold_their_level(estimated):
     rng, n = np.random.default_rng(0), 300
     base = estimated()

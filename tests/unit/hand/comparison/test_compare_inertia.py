@@ -40,6 +40,7 @@ def test_a_gain_is_found_with_its_size(limb, gain):
     assert change == pytest.approx(200 * (gain - 1) / (gain + 1), abs=4.0)
 
 
+@pytest.mark.study
 def test_one_inertia_is_no_finding(limb):
     found = [checked(limb, 1.0, seed) for seed in range(20)]
     assert sum(one.verdict == "warning" for one in found) <= 1

@@ -99,6 +99,7 @@ def test_p_without_draws_is_that_of_draws(estimated):
             assert p == pytest.approx(test.p_distance, rel=reach)
 
 
+@pytest.mark.study
 def test_equal_truth_has_uniform_p(estimated):
     """Disjoint pairs, so that their p values are independent."""
     n = 1500

@@ -49,6 +49,7 @@ def test_the_data_are_solved_as_everywhere_else(equations):
     assert found.t2[0, 2] == pytest.approx(d @ np.linalg.solve(V, d))
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize(("trials", "noise"), [(24, 1.0), (16, 1.0), (16, 2.0), (40, 2.0)])
 def test_equal_truth_is_rejected_at_the_level(equations, trials, noise):

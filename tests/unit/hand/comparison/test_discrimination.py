@@ -72,6 +72,7 @@ def test_groups_fully_apart_keep_honest_limits():
     assert result.accuracy_ci95[0] < 0.85
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize(("apart", "sizes"), [(1.0, (10, 6)), (0.0, (8, 8)), (2.5, (8, 12))])
 def test_intervals_cover_the_truth(apart, sizes):

@@ -24,6 +24,7 @@ def mapped(subject, gravity=None, **given):
     return to_joint(Estimates((hand,), subject, gravity))[0]
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("known", ["joint_angles", "position"])
 def test_intervals_hold_arms_of_other_lengths(known):
     places = {"joint_angles": np.array([0.7, 1.4]), "position": np.array([0.05, 0.42])}

@@ -59,6 +59,7 @@ def same(a, b):
             np.testing.assert_allclose(getattr(one, field), getattr(other, field), rtol=1e-12)
 
 
+@pytest.mark.study
 def test_a_path_and_a_record_give_the_same_joints(hand, folder, recording):
     joint = to_joint(hand)
     assert isinstance(joint, Estimates)
@@ -75,6 +76,7 @@ def test_the_way_to_the_joints_and_back_is_the_symmetric_part(hand):
         assert other.level == "hand"
 
 
+@pytest.mark.study
 def test_the_command_writes_what_the_verb_returns(hand, folder, tmp_path):
     call = ["map", str(folder / "hand.csv"), "--recording", str(folder / "session")]
     assert (

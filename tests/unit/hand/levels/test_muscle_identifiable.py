@@ -145,6 +145,7 @@ def test_bounds_bend_to_the_safe_side_of_their_own_slope():
     assert moved_far > 0
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     "k",
@@ -203,6 +204,7 @@ def test_a_cross_stiffness_larger_than_two_joint_muscles_make_is_told():
         assert share.possible == possible
 
 
+@pytest.mark.study
 def test_a_stiffness_of_possible_muscles_is_seldom_called_impossible():
     K, rng = joint_stiffness(G, np.array([0, 0, 0, 0, 6e3, 0.0])), np.random.default_rng(5)
     count = 60

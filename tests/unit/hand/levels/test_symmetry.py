@@ -48,6 +48,7 @@ def test_errors_follow_from_the_variance_of_sums_and_differences():
     assert symmetric_part(whole).sd[2, 0, 0] == pytest.approx(np.sqrt(S[0, 0]))
 
 
+@pytest.mark.study
 def test_a_symmetric_arm_is_rejected_as_often_as_promised():
     rng = np.random.default_rng(8)
     draws, hits = 4000, 0

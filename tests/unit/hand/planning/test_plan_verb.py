@@ -39,6 +39,7 @@ def test_progress_counts_to_the_end():
     assert steps == [(1, 3), (2, 3), (3, 3)]
 
 
+@pytest.mark.study
 def test_a_pilot_may_be_a_record_and_results_a_path(tmp_path):
     recording, _ = simulate_condition(seed=2, sets=3, emg=False)
     of_pilot = plan(pilot=recording, shape="minimum_jerk", duration_s=0.3, max_trials=10**6)

@@ -126,6 +126,7 @@ def test_the_truth_lies_within_the_intervals(push):
     assert np.linalg.norm(found.sd[2]) < 0.25 * np.linalg.norm(found.stiffness)
 
 
+@pytest.mark.study
 def test_hand_and_joint_tell_the_same():
     recording, truth = session()
     (hand,), (joint,) = (identify_movement(recording, level=level) for level in ("hand", "joint"))
@@ -189,6 +190,7 @@ def test_a_wrong_inertia_is_named_and_not_used():
     assert (np.abs(error) < 4.5 * wrong.sd.ravel()).all()
 
 
+@pytest.mark.study
 def test_a_right_inertia_narrows_the_intervals():
     recording, _ = session()
     (free,) = identify_movement(recording)

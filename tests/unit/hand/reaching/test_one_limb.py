@@ -31,6 +31,7 @@ def session(recording):
     return [text for text in said[0] if text.startswith("session: ")]
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("options", [{}, pytest.param({"push": "servo"}, marks=pytest.mark.study)])
 def test_a_clean_session_is_no_alarm(options):
     assert not session(reaches(**options))

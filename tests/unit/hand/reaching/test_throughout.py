@@ -58,6 +58,7 @@ def test_commands_that_are_not_those_of_the_robot_are_refused():
         identify_movement(replace(recording, extra=shuffled))
 
 
+@pytest.mark.study
 def test_without_commands_a_push_needs_its_direction():
     recording, _ = session()
     with pytest.raises(InputError, match="push_deg"):

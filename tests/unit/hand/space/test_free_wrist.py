@@ -111,6 +111,7 @@ def session() -> tuple[Recording, SpaceTruth]:
     return simulate_space(seed=72, sets=3, wrist="free", elbow="free", emg=True)
 
 
+@pytest.mark.study
 def test_the_truth_is_the_mapping_s_and_slow_motion_is_the_limit_of_small_frequencies():
     _, truth = session()
     J, step = truth.jacobian[0], 1e-4
@@ -133,6 +134,7 @@ def test_the_truth_is_the_mapping_s_and_slow_motion_is_the_limit_of_small_freque
     np.testing.assert_allclose((K_e - Z.real) / s.imag**2, inertia, rtol=1e-2, atol=1e-2)
 
 
+@pytest.mark.study
 def test_the_estimate_names_what_gives_way_and_holds_the_stiffness():
     recording, truth = session()
     (found,) = ai.estimate(recording)
@@ -163,6 +165,7 @@ def test_a_held_elbow_does_not_silence_a_free_wrist():
     assert any("wrist" in warning for warning in ai.estimate(held)[0].warnings)
 
 
+@pytest.mark.study
 def test_a_column_says_it_where_angles_were_not_measured():
     recording, _ = session()
     unknown = replace(recording, joint_angles=None)

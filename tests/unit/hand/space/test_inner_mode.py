@@ -62,6 +62,7 @@ def test_the_swivel_is_named_and_part_of_the_error_is_taken_off_the_rest_held(so
     assert softest[0] > softest[1]
 
 
+@pytest.mark.study
 def test_an_elbow_that_was_said_to_be_held_is_held_against_the_trials(soft):
     recording, _ = soft
     wrong = said(recording, "held")

@@ -24,6 +24,7 @@ def warned(recording: Recording) -> list[str]:
     return [check.name for check in check_response(recording) if check.verdict == "warning"]
 
 
+@pytest.mark.study
 def test_own_motion_is_named_and_nothing_that_it_looks_like():
     assert warned(forced()[0]) == ["own motion"]
 

@@ -27,6 +27,7 @@ def planned(shape: str, **servo: float) -> PlannedMotion:
     return PlannedMotion(setting, Profile(SHAPES.named(shape), 0.005, 0.3))
 
 
+@pytest.mark.study
 def test_six_directions_tell_what_twenty_six_do():
     motion = planned("biphasic")
     setting, modes = motion.setting, motion.setting.modes(0.3)

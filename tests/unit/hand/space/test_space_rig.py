@@ -75,6 +75,7 @@ def quiet(request):
     return simulate_space(seed=1, sets=1, noise="none", elbow=request.param, directions=6)
 
 
+@pytest.mark.study
 def test_the_truth_is_the_mapping_s_with_gravity_and_force(quiet):
     _, truth = quiet
     r = [0, 1, 3] if truth.elbow == "held" else [0, 1, 2, 3]
@@ -120,6 +121,7 @@ def noisy():
     return simulate_space(seed=3, sets=2, directions=6)[0]
 
 
+@pytest.mark.study
 def test_more_sets_leave_the_first_ones_as_they_are(noisy):
     few, _ = simulate_space(seed=3, sets=1, directions=6)
     rows = few.offsets[-1]

@@ -74,6 +74,7 @@ def test_overstated_is_what_the_model_without_reflex_gets_wrong(limb):
     assert found.overstated.low > 0.1
 
 
+@pytest.mark.study
 def test_false_alarms_are_as_rare_as_promised(limb):
     """p <= .05 in 5 % of 100 experiments without a reflex: at most 11 (3 standard errors)."""
     alarms = 0
@@ -99,6 +100,7 @@ def test_silence_says_how_large_a_reflex_would_have_been_seen(limb):
     assert seen >= 34
 
 
+@pytest.mark.study
 def test_a_long_bump_cannot_tell(limb):
     found = guard_window(window_of(limb, reflexive=False, duration=0.4, force_noise=1.0), "hand")
     assert found.outcome == "unknown"
@@ -139,6 +141,7 @@ def test_a_delay_that_is_given_narrows_the_intervals(limb, reflexive):
     assert (np.abs(known.intrinsic - limb.K) < 4.5 * known.sd[1]).all()
 
 
+@pytest.mark.study
 def test_early_windows_do_not_see_the_reflex(limb):
     """Half a dozen experiments, mean: early K is the intrinsic one, late K is not."""
     made = [window_ends(window_of(limb, duration=0.2, seed=s), "hand") for s in range(6)]

@@ -62,6 +62,7 @@ class Two(dict):
         return self[name]
 
 
+@pytest.mark.study
 def test_the_jackknife_of_the_difference_is_its_spread_over_experiments(limb, monkeypatch):
     """Over 24 experiments, paper minus exact in K: the mean estimated variance agrees with the
     observed mean square (24 of them know it to about 25 %; three of those are granted)."""

@@ -28,6 +28,7 @@ def held(recording):
     return body(recording, motions=1, method="prior", noise_draws=0)
 
 
+@pytest.mark.study
 def test_a_path_and_its_record_give_the_same(recording, fit, tmp_path):
     write_recording(recording, tmp_path / "session")
     read = body(tmp_path / "session", motions=1, noise_draws=0)

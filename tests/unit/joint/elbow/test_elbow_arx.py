@@ -61,6 +61,7 @@ def test_without_noise_the_truth_is_found(truths, method):
     assert fit.details["orders"][0].orders == (2, 1, 0)
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(3)
 @pytest.mark.parametrize(
     ("method", "commanded"),
@@ -99,6 +100,7 @@ def test_within_ten_percent_at_5_db(truths, method):
     assert (np.sqrt(np.mean(np.square(errors), axis=0)) < 0.1).all()
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 def test_filtered_arx_within_ten_percent_at_15_db(truths):
     joint, torque, angle = truths
@@ -148,6 +150,7 @@ def test_the_predicted_bias_is_the_bias(truths):
     assert (off < 4 * error + 0.1 * np.abs(np.mean(told, axis=0))).all()
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 def test_trials_are_pooled(truths):
     joint, torque, angle = truths
@@ -166,6 +169,7 @@ def test_trials_are_pooled(truths):
         assert (np.abs(all_of_them.parameters.values - joint) < 2 * half).all()
 
 
+@pytest.mark.study
 def test_units_of_torque_and_angle_scale_through(truths):
     _, torque, angle = truths
     rng = np.random.default_rng(14)
@@ -221,6 +225,7 @@ def loop(seed, voluntary):
     return [scale * x for x in signals]
 
 
+@pytest.mark.study
 def test_instruments_from_the_perturbation_stand_the_subjects_own_torque():
     """Voluntary torque moves the limb and the measured torque alike: only the command is free."""
     joint = np.array([0.07, 0.6, 20.0])
@@ -240,6 +245,7 @@ def test_instruments_from_the_perturbation_stand_the_subjects_own_torque():
     assert (np.abs(off) > 4 * spread).any()
 
 
+@pytest.mark.study
 def test_a_third_order_joint_is_told():
     """A lag of 20 ms between torque and what the joint feels is no joint of second order."""
     from scipy.signal import lfilter

@@ -78,6 +78,7 @@ def test_units_of_torque_scale_all_three_parameters():
     np.testing.assert_allclose(ten.covariance, 256 * one.covariance, rtol=1e-4)
 
 
+@pytest.mark.study
 def test_a_joint_behind_a_filter_is_told_from_a_joint():
     """A filter of first order beside the joint: (2, 2, 0) holds the record, (2, 1, 0) does not."""
 

@@ -130,6 +130,7 @@ def session():
 ALIASES = np.array([0.002, 0.002, 0.0])
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(2)
 @pytest.mark.parametrize("method", ["iv", "derivative"])
 @pytest.mark.parametrize("trials", [1, 5])

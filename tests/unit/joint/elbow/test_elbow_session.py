@@ -27,6 +27,7 @@ def session(fit):
     return one
 
 
+@pytest.mark.study
 def test_a_clean_session_is_no_alarm():
     fit = elbow(five(lambda _: 1.0))
     assert session(fit).verdict == "ok"

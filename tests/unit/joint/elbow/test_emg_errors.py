@@ -19,6 +19,7 @@ def point_moments(rng, x, sd, beta, noise):
     return ErrorMoments(gram, W * y[:, None], S, ("a", "b"), ("", ""))
 
 
+@pytest.mark.study
 def test_small_samples_are_unbiased_to_second_order():
     """One error-free and one erroneous column, 30 points, a fifth errors: without the small-sample
     term the mean of 1,500 runs is off by more than three standard errors, with it by less."""

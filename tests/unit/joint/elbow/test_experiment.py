@@ -125,12 +125,14 @@ def test_the_subject_s_torque_is_noise_where_the_angle_is_imposed(own, method, c
         assert wrong.values[2] > 2 * JOINT[2]
 
 
+@pytest.mark.study
 def test_an_imposed_angle_may_be_noisy():
     """At 5 dB plain least squares of torque on angle loses a quarter of K."""
     records = [servo(s, own_Nm=0.3, command=False, snr_db=5.0, duration_s=20.0) for s in range(8)]
     assert_unbiased([estimated(samples)[0] for samples in records])
 
 
+@pytest.mark.study
 def test_output_error_takes_the_angle_for_the_output_of_an_imposed_torque():
     joint = np.array([0.07, 0.6, 20.0])
     fits = []
@@ -255,6 +257,7 @@ def test_a_word_that_the_record_contradicts_is_named():
     assert estimated(samples)[1].verdict == "ok"
 
 
+@pytest.mark.study
 def test_a_word_that_the_record_hardly_contradicts_is_said_and_allowed_for():
     """A device that gives way like the limb, told as an imposed torque: .3 N m of own torque."""
     joint, said = np.array([0.07, 0.6, 20.0]), []
@@ -271,6 +274,7 @@ def test_a_word_that_the_record_hardly_contradicts_is_said_and_allowed_for():
     assert "cannot tell" in said
 
 
+@pytest.mark.study
 def test_the_verb_takes_the_word_for_all_parts():
     from armimpedance.joint.elbow.show import elbow
 

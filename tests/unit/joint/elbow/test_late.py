@@ -131,6 +131,7 @@ def test_a_clean_record_is_as_sharp_as_its_plain_fit():
         assert (np.diff(fit.allowing.interval(), axis=1) >= half).all()
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     ("answer", "answer_rate", "muscle_s"),
@@ -161,6 +162,7 @@ def test_a_reflex_through_a_muscle_is_parted_from_the_limb(answer, answer_rate, 
         assert ((low <= truth) & (truth <= high)).sum() >= 3
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize(("skew_s", "own", "error_s"), [(-3e-3, 0.15, 3e-4), (3e-3, 0.0, 1e-4)])
 def test_a_skew_is_found_and_taken_out(skew_s, own, error_s):
@@ -179,6 +181,7 @@ def test_a_skew_beside_a_reflex_leaves_both_right():
     assert (held(fits, SWINGS) >= 6).all()
 
 
+@pytest.mark.study
 def test_an_answer_to_the_velocity_is_told_from_one_to_the_motion():
     fits = [
         identify_elbow(s) for s in records(SWINGS, 6, 5, answer=4.0, answer_rate=0.15, delay_s=0.06)
@@ -187,6 +190,7 @@ def test_an_answer_to_the_velocity_is_told_from_one_to_the_motion():
     assert (held(fits, SWINGS) >= 3).all()
 
 
+@pytest.mark.study
 def test_a_stiffness_that_rises_is_given_for_small_motion():
     fits = [identify_elbow(s) for s in on_the_bench(SWINGS, 7, 4, cubic=400.0)]
     assert all(verdicts(fit)["amplitude"] == "warning" for fit in fits)

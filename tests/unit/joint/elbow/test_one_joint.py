@@ -32,6 +32,7 @@ def levels():
     return recording, simulate_elbow("calibration", repetitions=1, duration_s=3.0)[0]
 
 
+@pytest.mark.study
 def test_a_path_gives_what_its_recording_gives_and_the_command_writes_it(bench, tmp_path, capsys):
     recording, folder = bench
     calls = []

@@ -171,6 +171,7 @@ def test_a_constant_joint_is_found_constant():
     assert not _found("windows", samples).warnings
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize("method", VARYING_METHODS)
 def test_trials_are_kept_apart(method):
@@ -184,6 +185,7 @@ def test_trials_are_kept_apart(method):
         assert np.sqrt(np.mean((found.K[here] / truth.K[at] - 1) ** 2)) < 0.12
 
 
+@pytest.mark.study
 def test_the_same_samples_give_the_same_bits():
     samples = _beginning(_bench()[0], 2000)
     a, b = (_found("smoother", samples) for _ in range(2))
@@ -191,6 +193,7 @@ def test_the_same_samples_give_the_same_bits():
     assert (a.sd_B == b.sd_B).all()
 
 
+@pytest.mark.study
 def test_units_of_the_angle_do_not_matter():
     # an angle in another unit scales I, B and K, and nothing else
     samples = _beginning(_bench()[0], 3000)
@@ -284,6 +287,7 @@ def test_amplitudes_that_are_all_error_are_refused():
         _found("emg", samples, amplitude=noise, amplitude_sd=np.array([0.05, 0.05]))
 
 
+@pytest.mark.study
 def test_the_commanded_torque_is_told():
     samples = _beginning(_bench()[0], 3000)
     found = _found("windows", replace(samples, torque_is="commanded"))

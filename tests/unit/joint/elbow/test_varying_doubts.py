@@ -93,6 +93,7 @@ def test_windows_are_held_against_a_torque_of_the_subjects_own():
     assert all(one.verdict == "ok" for one in relaxed.checks)
 
 
+@pytest.mark.study
 def test_a_relaxed_subject_is_not_accused():
     for seed in range(3):
         found = identify_varying(record(seed, 0.0), method="smoother")

@@ -52,6 +52,7 @@ def test_the_chain_refuses_what_is_not_positive():
         smooth_chain(np.stack([-np.ones(6), np.zeros(6)]), np.ones((6, 1)), 2)
 
 
+@pytest.mark.study
 def test_sigma_is_that_of_the_difference_operator():
     data = varying_data(_samples(snr_db=30.0))
     eq = linearise(data, start(data))

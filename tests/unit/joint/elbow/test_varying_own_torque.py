@@ -83,6 +83,7 @@ def test_the_operator_makes_white_in_every_trial():
     assert dense @ covariance @ dense.T == pytest.approx(0.01**2 * np.eye(23), abs=1e-12)
 
 
+@pytest.mark.study
 def test_whitened_rows_know_sensors_and_subject():
     samples = from_recording(simulate_bench(0.07, 0.6, 20.0, duration_s=3.0, snr_db=30.0)[0])
     data = replace(varying_data(samples), own=PROCESS)

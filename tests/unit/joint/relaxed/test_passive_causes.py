@@ -153,6 +153,7 @@ def filmed(forearm, samples=150, **more):
     return motion
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize("factor", [1.2, 0.85])
 def test_the_clock_of_a_film_is_told_from_a_stiffness_by_gravity(forearm, factor):
@@ -184,6 +185,7 @@ def test_tables_of_limbs_speak_for_the_clock_only_where_it_is_far_off(forearm, f
     assert found - {"amplitude"} == named
 
 
+@pytest.mark.study
 def test_damping_by_the_square_of_the_velocity_is_named_with_its_size(forearm):
     samples = from_motion(filmed(forearm, drag=0.02), [forearm.elbow])
     found = {one.name: one for one in cause_findings(samples, FREE)}
@@ -192,6 +194,7 @@ def test_damping_by_the_square_of_the_velocity_is_named_with_its_size(forearm):
     assert abs(float(size) - 0.02) < 4 * float(error)
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize("up", ["x", "-x", "-z"])
 def test_a_swing_tells_which_way_is_up(forearm, up):
@@ -214,6 +217,7 @@ def test_a_swing_tells_which_way_is_up(forearm, up):
     assert k == pytest.approx(forearm.truth.k, rel=0.05)
 
 
+@pytest.mark.study
 def test_a_clean_clock_is_not_doubted_and_tells_what_it_would_have_seen(forearm):
     samples = from_motion(filmed(forearm), [forearm.elbow])
     found = {one.name: one for one in cause_findings(samples, FREE)}
@@ -222,6 +226,7 @@ def test_a_clean_clock_is_not_doubted_and_tells_what_it_would_have_seen(forearm)
     assert "N m" in found["voluntary"].smallest
 
 
+@pytest.mark.study
 def test_a_rest_angle_that_is_stated_wrong_is_none_of_the_causes(forearm):
     samples = from_motion(filmed(forearm), [forearm.elbow])
     assert warned(cause_findings(samples, Terms(forearm.truth.q_r + 0.1))) == set()

@@ -52,6 +52,7 @@ def test_a_clean_release_is_not_doubted_and_holds_its_truth(forearm, clean):
         assert abs(found.value - getattr(forearm.truth, name)) < 4 * found.sd_robust, name
 
 
+@pytest.mark.study
 def test_a_stiffness_that_changes_with_the_angle_is_named(forearm):
     bent = held(forearm, quadratic=0.6)
     samples = from_motion(bent, [forearm.elbow])
@@ -61,6 +62,7 @@ def test_a_stiffness_that_changes_with_the_angle_is_named(forearm):
         assert any(w.startswith("amplitude: ") for w in fit.warnings)
 
 
+@pytest.mark.study
 def test_trials_that_contradict_each_other_are_named(forearm, clean):
     # one trial with another zero of the angle: a marker that slid, or somebody who did not relax
     coordinates = clean.coordinates.copy()
@@ -72,6 +74,7 @@ def test_trials_that_contradict_each_other_are_named(forearm, clean):
     assert verdicts(fit)["trials"] == "warning"
 
 
+@pytest.mark.study
 def test_the_sources_filter_is_named_and_its_numbers_kept(forearm, clean):
     (fit,) = identify_passive(
         from_motion(clean, [forearm.elbow]), rest_angle=1.0, method="ls", cross_validate=False
@@ -102,6 +105,7 @@ def test_the_recording_may_say_how_well_the_mass_is_known(clean):
     assert told.sd_robust == passive(clean, mass_sd_percent=5.0)[0].parameters["k"].sd_robust
 
 
+@pytest.mark.study
 def test_a_heavier_limb_makes_the_same_swing(forearm, clean):
     # all torques are proportional to the mass: the residual cannot show it, k and h follow it
     heavy = replace(

@@ -88,6 +88,7 @@ def test_quadratic_stiffness_and_its_rest_angle_come_back(forearm, clean):
         np.testing.assert_allclose(values(fit), truth_of(forearm), rtol=1e-7)
 
 
+@pytest.mark.study
 def test_a_wrong_rest_angle_turns_stiffness_and_a_free_one_widens_it(forearm, noisy):
     known, wrong, free = (
         identify_passive(noisy[0], rest_angle=angle, method="parallel", cross_validate=False)[0]
@@ -148,6 +149,7 @@ def test_negative_friction_is_told_with_its_limit_cycle(forearm):
     assert float(told.split("amplitude ")[1].split()[0]) == pytest.approx(seen, rel=0.05)
 
 
+@pytest.mark.study
 def test_a_turned_joint_axis_leaves_the_parameters(forearm, noisy):
     # q -> -q, torque -> -torque, q_r -> -q_r is the same joint seen from the other side
     samples = noisy[0]
@@ -166,6 +168,7 @@ def test_a_turned_joint_axis_leaves_the_parameters(forearm, noisy):
     np.testing.assert_allclose(values(a), values(b), rtol=1e-9)
 
 
+@pytest.mark.study
 def test_trials_are_filtered_and_fitted_apart(forearm):
     # the order of the trials does not matter: nothing crosses from one into the next
     motion, _ = forearm.swings(trials=3, samples=100, angle_noise=1e-3)
@@ -186,6 +189,7 @@ def test_cross_validation_leaves_each_trial_out_and_thirds_of_a_single_one(forea
     assert all(c.validation.vaf > 0.99 for c in single.cross)
 
 
+@pytest.mark.study
 def test_a_fit_predicts_another_recording(forearm, noisy):
     (fit,) = identify_passive(noisy[0], rest_angle=1.0, cross_validate=False)
     clean_motion, _ = forearm.swings(seed=40)

@@ -46,6 +46,7 @@ def swing(sign=1.0, still=False):
     )
 
 
+@pytest.mark.study
 def test_a_path_and_its_record_give_the_same(markers, fits, tmp_path):
     write_recording(markers, tmp_path / "relaxed")
     read = passive(tmp_path / "relaxed", rest_angle=1.5, validate=tmp_path / "relaxed")
@@ -90,6 +91,7 @@ def test_hostile_names_are_escaped(fits):
     assert "<b>" not in html
 
 
+@pytest.mark.study
 def test_a_joint_that_a_mapping_does_not_name_is_free():
     free, known = passive(swing(), rest_angle={}), passive(swing(), rest_angle={"q1": 0.3})
     assert free[0].parameters.names == ("k", "h", "f", "q_r")

@@ -81,6 +81,7 @@ def test_what_parameters_do_to_the_hand_is_what_the_hand_does(typical):
         assert step @ S @ step == pytest.approx(share.mean(), rel=1e-3)
 
 
+@pytest.mark.study
 def test_better_measurements_and_activations_need_less(plan):
     assert len(planned(error_percent=6.0, condition_percent=3.0).conditions) < len(plan.conditions)
     exact = planned(error_percent=6.0, activation_percent=1e-3)

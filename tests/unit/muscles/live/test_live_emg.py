@@ -87,6 +87,7 @@ def test_a_fault_is_seen_within_a_tenth_of_a_second_and_its_channel_is_held(mode
     assert all(live.muscles[FAULTY] in flag for flag in flags)
 
 
+@pytest.mark.study
 def test_a_channel_comes_back(model):
     raw = emg(held(2500), 4)
     raw[800:1200, FAULTY] = 0.0

@@ -123,6 +123,7 @@ def test_a_file_that_is_no_model_is_refused(change, said):
         ActivationModel.from_plain([])
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize("model", ACTIVATION_MODELS)
 def test_left_out_r_is_that_of_fits_without_the_condition(model):

@@ -50,6 +50,7 @@ def session(model):
     return one
 
 
+@pytest.mark.study
 def test_false_alarms_are_rare():
     assert [session(fit(rows_of(seed))).verdict for seed in range(20)] == 20 * ["ok"]
 
@@ -64,6 +65,7 @@ def test_an_electrode_that_shows_half_is_named_with_its_place_and_size(kind):
     assert said.sentence in model.summary.warnings
 
 
+@pytest.mark.study
 def test_the_change_is_told_to_a_few_of_its_errors():
     parts = []
     for seed in range(10):

@@ -275,6 +275,7 @@ def test_with_noise_it_predicts_better_than_least_squares_inside_and_outside(ful
     assert 0.83 <= np.mean(held) <= 1.0
 
 
+@pytest.mark.study
 def test_a_seed_gives_the_same_bits():
     q = postures(12)
     rows = JointRows(q, muscles(q), 0.1 * muscles(q) + hostile(7, sd=1.0)[:12])

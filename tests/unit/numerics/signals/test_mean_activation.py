@@ -26,6 +26,7 @@ def every_row(recording):
     return np.arange(recording.n_trials)
 
 
+@pytest.mark.study
 def test_activation_is_the_simulated_muscles(simulated):
     """Six muscles, 16 trials: t with 15 degrees of freedom stays below 5 but once in 7,000."""
     recording, truth = simulated
@@ -34,6 +35,7 @@ def test_activation_is_the_simulated_muscles(simulated):
     assert (np.abs(found.mean - truth.activation[0]) < 5 * found.sd).all()
 
 
+@pytest.mark.study
 def test_a_relaxed_muscle_is_silent_once_the_electrodes_noise_is_taken_off():
     recording, truth = simulate(
         "cocontraction", subject="B", seed=4, sets=5, conditions=["cocontraction_00"]

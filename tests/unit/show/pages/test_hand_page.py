@@ -97,6 +97,7 @@ def _with(recording, trials):
     return replace(recording, trials=trials)
 
 
+@pytest.mark.study
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize(
     ("options", "words"),
@@ -122,6 +123,7 @@ def test_every_check_stands_on_the_page_with_what_it_would_have_seen(session, pa
         assert check.smallest in parsed.words
 
 
+@pytest.mark.study
 def test_the_same_session_gives_the_same_bytes(session, page):
     again = report_page(Asked((Path("session"),), opened=session))
     assert html_of(again) == html_of(page)
@@ -191,12 +193,14 @@ def test_the_groups_of_a_session_are_compared_on_its_page(session, page):
     assert size.low <= float(row[3].split()[0]) <= size.high
 
 
+@pytest.mark.study
 def test_one_group_is_compared_with_nothing(session):
     one = session.select((session.trials["condition"] == CONDITIONS[0]).to_numpy())
     page = report_page(Asked((Path("session"),), opened=one))
     assert "What differs" not in [section.title for section in page.reader]
 
 
+@pytest.mark.study
 def test_checks_stand_in_the_order_of_their_weight(session):
     turned = replace(session, force=-session.force)
     page = report_page(Asked((Path("turned"),), opened=turned, despite=("force sign", "units")))
@@ -207,6 +211,7 @@ def test_checks_stand_in_the_order_of_their_weight(session):
     assert len(set(ranks)) > 1
 
 
+@pytest.mark.study
 def test_linked_pictures_are_vega_lite(page):
     """They are built without a check of their parts; the schema of the whole says as much."""
     import altair as alt

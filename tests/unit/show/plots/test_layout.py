@@ -54,6 +54,7 @@ def test_the_axes_stand_where_matplotlib_would_put_them_on_paper():
             assert a.get_position().bounds == pytest.approx(b.get_position().bounds, abs=1e-8)
 
 
+@pytest.mark.study
 def test_saving_leaves_the_figure_as_it_was_and_saves_the_same_again(tmp_path):
     figure = drawn()
     before = (figure.get_layout_engine(), figure.canvas, figure.dpi, *figure.get_size_inches())
@@ -72,6 +73,7 @@ def test_axes_placed_by_hand_stay_there(tmp_path):
     assert not inset.get_in_layout()
 
 
+@pytest.mark.study
 def test_a_window_that_shows_the_figure_keeps_its_size(tmp_path):
     class Window:
         def resize(self, width, height):

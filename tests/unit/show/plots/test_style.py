@@ -27,6 +27,7 @@ def test_importing_the_plots_does_not_import_matplotlib():
     assert run.stdout.strip() == "False", run.stderr
 
 
+@pytest.mark.study
 def test_the_same_input_gives_the_same_bytes(tmp_path, make_estimate):
     def draw(stem):
         ax = plot_ellipses([make_estimate(), make_estimate(0.2)])
