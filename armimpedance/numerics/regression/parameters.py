@@ -390,7 +390,17 @@ def parameter_dict(parameter: NamedParameter) -> dict[str, Any]:
 
 
 def parameter_rows(parameters: Sequence[NamedParameter]) -> tuple[tuple[str, ...], ...]:
-    """The parameters under `PARAMETER_HEADS`, as pages and notebooks show them."""
+    """The parameters as a table of texts, as pages and notebooks show them.
+
+    Parameters
+    ----------
+    parameters : sequence of NamedParameter
+
+    Returns
+    -------
+    tuple of tuples of str
+        One row each, its cells under `core.shown.PARAMETER_HEADS`.
+    """
     return tuple(
         parameter_row(one.label, one.value, one.ci95, one.unit, one.well_identified)
         for one in parameters
