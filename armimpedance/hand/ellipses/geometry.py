@@ -141,7 +141,7 @@ class Ellipse:
         if np.isfinite(self.dof):
             limit = self.dof * np.expm1(limit / self.dof)
         # x (2,): x^T S^-1 x <= limit, without the inverse of a perhaps singular S (2, 2)
-        inside = np.outer(self.deviator, self.deviator) - limit * self._deviator_covariance()
+        inside = np.outer(self.deviator, self.deviator) - limit * self._deviator_covariance
         return bool(np.linalg.eigvalsh(inside)[1] <= 0)
 
     def interval(self, level: float = 0.95) -> FloatArray:
@@ -163,6 +163,7 @@ class Ellipse:
         orientation = (-np.pi / 2, np.pi / 2) if circular else self._orientation_interval(t)
         return np.array([self._size_interval(t), orientation, self._shape_interval(t, circular)])
 
+    @cached_property
     def _deviator_covariance(self) -> FloatArray:
         if self.element_covariance is None:
             raise InputError("this ellipse has no covariance", expected="a covariance for limits")
@@ -177,7 +178,7 @@ class Ellipse:
         x, covariance = self.deviator, np.asarray(self.element_covariance)
         if np.hypot(*x) <= 1e-12 * self.semi_major:
             # along the direction in which the deviator is least known
-            largest = max(np.linalg.eigvalsh(self._deviator_covariance())[1], 0.0)
+            largest = max(np.linalg.eigvalsh(self._deviator_covariance)[1], 0.0)
             reach = 2 * t * np.sqrt(largest) / self.semi_major
         else:
             reach = t * _sd_along(self.gradient[2] / self.shape, covariance)
@@ -186,7 +187,7 @@ class Ellipse:
 
     def _orientation_interval(self, t: float) -> tuple[float, float]:
         """Directions n with ``(n . x)^2 <= t^2 n^T S n``: those the deviator may be normal to."""
-        x, covariance = self.deviator, self._deviator_covariance()
+        x, covariance = self.deviator, self._deviator_covariance
         values, vectors = np.linalg.eigh(np.outer(x, x) - t**2 * covariance)
         centre = vectors[:, 1] * np.sign(vectors[:, 1] @ x)
         half_width = np.arctan(np.sqrt(max(-values[0], 0) / values[1])) / 2

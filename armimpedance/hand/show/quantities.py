@@ -6,12 +6,13 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping, Sized
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from armimpedance.core.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import AXES, element_names, group_name
 from armimpedance.core.described import cells
 from armimpedance.core.errors import InputError
@@ -181,7 +182,14 @@ def _known(value: float | None) -> float | None:
 
 def lower_triangle(covariance: FloatArray) -> list[float]:
     """The lower triangle with the diagonal, row by row."""
-    return [float(v) for v in covariance[np.tril_indices(len(covariance))]]
+    return list(map(float, covariance[_below_diagonal(len(covariance))]))
+
+
+@cache
+def _below_diagonal(size: int) -> tuple[IntArray, IntArray]:
+    """Rows and columns of the lower triangle with the diagonal."""
+    rows, columns = np.tril_indices(size)
+    return rows, columns
 
 
 def shared_lists(estimate: ImpedanceEstimate) -> dict[str, list[float]]:
