@@ -33,6 +33,15 @@ def shortened(text: str, length: int) -> str:
     return f"{text[:head]}…{text[len(text) - (length - 1 - head) :]}"
 
 
+def beginning(text: str, length: int) -> str:
+    """The beginning of a text, up to the end of a clause, where it is longer than `length`."""
+    if len(text) <= length:
+        return text
+    head = text[: length - 2]
+    clause = max(head.rfind(mark) for mark in (", ", "; ", ": ", ". "))
+    return f"{head[:clause] if clause > length // 2 else head} …"
+
+
 class ArmImpedanceError(Exception):
     """Root of all errors that the toolkit raises on purpose; the command line exits 2 on it.
 

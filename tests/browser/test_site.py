@@ -18,6 +18,30 @@ PAGES = [
     "reference/commands/estimate.html",
 ]
 
+#: What a visitor types -> the page that answers, which comes first.
+ASKED = {
+    "force sign": "how_to/force_sign",
+    "mat file": "how_to/matlab",
+    "Kinarm": "how_to/kinarm",
+    "EMG": "how_to/one_joint_emg",
+    "joint reflex": "how_to/one_joint_reflex",
+    "ellipse": "how_to/figure",
+    "units": "reference/conventions",
+    "stiffness negative": "how_to/negative_stiffness",
+    "how many trials": "how_to/plan",
+    "my own robot": "tutorials/own_robot",
+    "compare two postures": "how_to/compare",
+    "filtered force": "how_to/filtered_force",
+    "delayed": "how_to/filtered_force",
+    "error bars": "explanation/intervals",
+    "confidence interval": "explanation/intervals",
+    "Excel": "how_to/results",
+    "columns": "reference/columns",
+    "which muscles": "how_to/muscle_shares",
+    "leave out trials": "how_to/leave_out",
+    "STOP": "how_to/despite",
+}
+
 pytestmark = pytest.mark.skipif(not SITE, reason="SITE names no built site")
 
 
@@ -59,6 +83,18 @@ def test_search_needs_no_network(visit):
     # they are added one by one
     page.locator("#search-results li a").nth(10).wait_for()
     assert all(url.startswith("file:") for url in asked)
+
+
+def test_search_shows_first_the_page_that_answers(visit):
+    page, _ = visit("index.html")
+    search = (Path(SITE).absolute() / "search.html").as_uri()
+    found = {}
+    for asked in ASKED:
+        page.goto(f"{search}?q={asked.replace(' ', '+')}")
+        page.get_by_text("Search finished").first.wait_for()
+        first = page.locator("#search-results li > a").first.get_attribute("href")
+        found[asked] = first.partition(".html")[0]
+    assert found == ASKED
 
 
 def test_one_finds_the_way_from_the_first_page_to_a_tutorial(visit):

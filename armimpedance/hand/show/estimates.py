@@ -14,7 +14,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import UNITS
-from armimpedance.core.errors import InputError, shortened
+from armimpedance.core.errors import InputError, beginning
 from armimpedance.core.findings import by_gravity
 from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
 from armimpedance.core.shown import html_table
@@ -217,7 +217,7 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
         said = by_gravity(text for one in self.estimates for text in one.warnings)
         if not said:
             return []
-        return [f"{counted(len(said), 'warning')}: {shortened(said[0], _LONGEST_WARNING)}"]
+        return [f"{counted(len(said), 'warning')}: {beginning(said[0], _LONGEST_WARNING)}"]
 
     def _repr_html_(self) -> str:
         warned = "".join(f"<p><b>{escape(line)}</b></p>" for line in self._warned())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given, strategies as st
 
-from armimpedance.core.errors import LONGEST_MESSAGE, InputError, shortened
+from armimpedance.core.errors import LONGEST_MESSAGE, InputError, beginning, shortened
 
 anything = st.text(max_size=2000)
 
@@ -37,3 +37,18 @@ def test_an_escape_sequence_does_not_reach_the_terminal():
     assert "\x1b" not in text
     assert text.isprintable()
     assert "red" in text
+
+
+@given(st.text("ab,;. ", max_size=80), st.integers(10, 60))
+def test_a_beginning_is_no_longer_than_asked_and_says_that_something_follows(text, length):
+    made = beginning(text, length)
+    assert len(made) <= length or made == text
+    if len(text) <= length:
+        assert made == text
+    else:
+        assert made.endswith(" …")
+        assert text.startswith(made.removesuffix(" …"))
+
+
+def test_a_beginning_ends_with_a_clause():
+    assert beginning("force: half its gain, so K is wrong", 28) == "force: half its gain …"
