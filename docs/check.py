@@ -18,6 +18,11 @@ LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)[^)]*\)")
 PAGE = re.compile(r"docs/[a-z_/]+\.(?:md|svg)")
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+#: What measures: a script, a command, a file of tests; or that there is none.
+MEASURES = re.compile(
+    r"\w\.py\b|`armimpedance \w|`make \w|^armimpedance \w|No script here", re.MULTILINE
+)
+TABLE = re.compile(r"^\|[ :|-]+\|$", re.MULTILINE)
 MADE = re.compile(r"^<!-- made by: python (.*?) -->\n\n((?:\|.*\n)+)", re.MULTILINE)
 #: Shelf -> most words of a page, tables included: it is read in one go, or split.
 MOST_WORDS = {"README.md": 400, "tutorials": 900, "how_to": 400}
@@ -118,6 +123,17 @@ def other_tables(page: Path, text: str) -> Iterator[str]:
             yield f"{named(page)}: the table is not what `python {command}` prints: copy it anew"
 
 
+def tables_without_a_command(page: Path, text: str) -> Iterator[str]:
+    """Sections of the evidence whose table nobody can measure again, nor is told so."""
+    if not named(page).startswith("docs/evidence/") or is_written_by_a_program(page):
+        return
+    beginning, *sections = re.split(r"^## ", text, flags=re.MULTILINE)
+    for section in [] if MEASURES.search(beginning) else sections or [beginning]:
+        if TABLE.search(section) and not MEASURES.search(section):
+            title = section.partition("\n")[0]
+            yield f"{named(page)}, {title}: a table without its command (or: No script here ...)"
+
+
 def wrong_commands(page: Path, text: str) -> Iterator[str]:
     """`armimpedance …` lines that its parser refuses."""
     from armimpedance.app.cli.main import make_parser
@@ -147,12 +163,22 @@ def failing_examples(page: Path, text: str) -> Iterator[str]:
             yield f"{named(page)}: example fails: {type(error).__name__}: {error}"
 
 
+CHECKS = (
+    broken_links,
+    too_long,
+    other_tables,
+    tables_without_a_command,
+    wrong_commands,
+    failing_examples,
+)
+
+
 def main() -> int:
     """Print every problem; 1 if there is any."""
     problems = list(lost_pages())
     for page in pages():
         text = page.read_text()
-        for check in (broken_links, too_long, other_tables, wrong_commands, failing_examples):
+        for check in CHECKS:
             problems += check(page, text)
     shelves = by_shelf()
     if (prose := sum(count for _, count, _ in shelves.values())) > MOST_PROSE:
