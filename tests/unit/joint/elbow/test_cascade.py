@@ -9,7 +9,7 @@ import pytest
 
 from armimpedance.core.errors import InputError
 from armimpedance.joint.elbow import from_recording, identify_cascade
-from armimpedance.joint.elbow.cascade.fit import Strengths, smooth
+from armimpedance.joint.elbow.cascade.fit import Strengths, _least_squares, smooth
 from armimpedance.joint.elbow.cascade.rows import Cells
 from armimpedance.joint.elbow.show import elbow_over_time
 from manipulandum_sim.elbow import Reflex, simulate_cascade
@@ -197,3 +197,21 @@ def test_the_banded_solution_is_that_of_the_whole_matrix():
     np.testing.assert_allclose(found.mean.ravel(), x[:-1], rtol=1e-8)
     np.testing.assert_allclose(found.variance.ravel(), np.diag(inverse)[:-1], rtol=1e-8)
     assert found.inertia == pytest.approx(x[-1])
+
+
+def test_segments_have_the_variances_of_a_textbook_s_least_squares():
+    rng, rows = np.random.default_rng(11), np.array([40, 25, 5])
+    totals, oracle = [], []
+    for n in rows:
+        W = rng.standard_normal((n, 3)) * [1.0, 1e-3, 30.0]
+        y = W @ [2.0, 500.0, -1.0] + rng.standard_normal(n)
+        totals.append(np.column_stack([W, y]).T @ np.column_stack([W, y]))
+        theta, left = np.linalg.lstsq(W, y)[:2]
+        oracle.append((theta, left / (n - 3) * np.diag(np.linalg.inv(W.T @ W))))
+    values, variances = _least_squares(np.stack(totals), rows)
+    for k in (0, 1):
+        assert values[k] == pytest.approx(oracle[k][0], rel=1e-8)
+        assert variances[k] == pytest.approx(oracle[k][1], rel=1e-8)
+    # five rows do not determine three parameters and their noise
+    assert np.isnan(values[2]).all()
+    assert np.isnan(variances[2]).all()

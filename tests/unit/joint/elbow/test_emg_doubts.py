@@ -98,6 +98,19 @@ def test_amplitudes_alone_cannot_tell():
     assert vague.finding(("biceps", "triceps")).verdict == "cannot tell"
 
 
+def test_neighbouring_gains_scatter_as_the_gain_does():
+    recording, C = electrodes(1), np.array([[4e-4, 2e-4], [2e-4, 2e-4]])
+    crosstalk = Crosstalk(np.array([0.2, 0.1]), C, 1e-6)
+    assert crosstalk.seen
+    errors = []
+    for own in crosstalk.neighbours(recording):
+        # x = A s: what the electrodes saw over what is taken for the muscles' own
+        A = np.linalg.lstsq(own.emg, recording.emg)[0].T
+        errors.append(np.array([A[0, 1], A[1, 0]]) - crosstalk.gain)
+    # sum_i e_i e_i^T = C (2, 2)
+    assert np.einsum("ik,il->kl", errors, errors) == pytest.approx(C, rel=1e-6)
+
+
 def points(seed: int, law=lambda a: a) -> dict[str, np.ndarray]:
     """Stiffness and amplitudes with errors at 21 points."""
     rng = np.random.default_rng([83, seed])

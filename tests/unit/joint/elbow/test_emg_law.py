@@ -246,3 +246,16 @@ def test_values_that_do_not_vary_have_no_slopes():
     law = fit_law("K", np.full(N, 7.0), 0.1, POINTS, 0.01, muscles=("F", "E"))
     assert law.parameters.values == pytest.approx([7, 0, 0], abs=1e-9)
     assert np.isfinite(law.r2)
+
+
+def test_crosstalk_that_cannot_be_told_widens_each_slope_by_what_the_other_muscle_may_add():
+    seen, value = drawn(np.random.default_rng(23), 0.0)
+    law = fit_law("K", value, 0.2, seen, 0.0, muscles=("F", "E"))
+    sd, rng, n = 0.1, np.random.default_rng(24), 40_000
+    # s_seen = A s, so that the slopes of what is seen are A^-T those of the muscles, to first order
+    off = sd * rng.standard_normal((n, 2))
+    moved = off * law.slopes[::-1]
+    added = np.diag(law.with_crosstalk(sd).parameters.covariance - law.parameters.covariance)
+    assert added[0] == 0
+    # the variance of n draws has a standard error of sqrt(2 / n)
+    assert added[1:] == pytest.approx(moved.var(axis=0), rel=4 * np.sqrt(2 / n))

@@ -82,3 +82,7 @@ def test_the_last_digit_of_a_sensor_at_rest_is_no_lost_sample(sound, digit_m):
     assert check_held(replace(sound, position=read)).verdict == "ok"
     lost = held(sound.position, 0.05, 20, seed=2)
     assert check_held(replace(sound, position=lost)).verdict == "warning"
+
+
+def test_what_is_held_for_less_than_five_milliseconds_is_not_said(sound):
+    assert check_held(replace(sound, force=held(sound.force, 0.05, 3, seed=2))).verdict == "ok"
