@@ -264,7 +264,7 @@ def _finding(
         return Finding(name, "cannot tell", f"not judged: after {told[0]}")
     if name not in told:
         if name in POSITIVE and one.size < 0:
-            text = f"{text}, a sign that no {name} has"
+            text = f"none that resists the motion: {text.replace(' makes ', ' would make ')}"
         return Finding(name, "ok", text, smallest)
     if name == "reflex" and wrist:
         text = f"{text}, or a free wrist gives way: lock it to tell"
