@@ -185,8 +185,8 @@ def _short(sentence: str, most: int = 110) -> str:
 
 def _clean(rows: pd.DataFrame) -> list[str]:
     lines = [
-        "A warning on a good record is a false alarm. The last column is of 95 % intervals that are",
-        "widened by half, as on the other pages; of those that are printed 5 % may miss.",
+        "A warning on a good record is a false alarm. The last column is of 95 % intervals that",
+        "are widened by half, as on the other pages; of those that are printed 5 % may miss.",
         "",
         "| command | rig | alarmed | by | widened intervals that miss |",
         "| --- | --- | --- | --- | --- |",
