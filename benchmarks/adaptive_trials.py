@@ -189,7 +189,10 @@ def planned(person: Person, profile: Profile) -> PlannedMotion:
 
 
 def adaptive(number: int) -> Stopped:
-    """Half of the pushes that remain, eight at least, until `estimate` meets the wish."""
+    """Half of the pushes that remain, eight at least, until `estimate` meets the wish.
+
+    Eight where no number seems to be enough: a departure seems to be there, which they show or not.
+    """
     person = Person.of(number)
     rng = np.random.default_rng(np.random.SeedSequence(2, spawn_key=(number,)))
     limits = Limits(AMPLITUDE_M, DURATION_S, ACCELERATION)
@@ -212,7 +215,8 @@ def adaptive(number: int) -> Stopped:
         units = np.array([push.direction for push in step.pushes])
         trials += pushed(person, step.pushes[0].profile, units, rng)
         made, recording = estimated(trials)
-        count = max(SET, (step.remaining["person"] - len(step.pushes)) // 2)
+        left = step.remaining["person"] - len(step.pushes)
+        count = max(SET, left // 2) if step.enough else SET
         if step.targets:
             robot = PushingRobot(limits, course=step.pushes[0].profile)
 

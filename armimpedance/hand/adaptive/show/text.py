@@ -53,7 +53,8 @@ def _head(made: NextTrials) -> str:
         text = f"Pushes that remain: {left}."
     else:
         text = (
-            f"Not met after {sum(made.remaining.values())} more pushes ({left}): allow a longer "
+            f"Not met after {sum(made.remaining.values())} more pushes ({left}), by what the "
+            "trials show so far. Ask again after the next ones; where it stays so, allow a longer "
             "push, more acceleration or more trials, or ask for less."
         )
     return textwrap.fill(text, _WIDTH)
