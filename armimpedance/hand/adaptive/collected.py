@@ -75,10 +75,7 @@ def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
     """
     if not trials:
         raise InputError("no trial", expected="one or more")
-    d = trials[0].position.shape[1]
-    for number, one in enumerate(trials, 1):
-        if one.position.shape[1] != d or len(one.direction) != d:
-            raise InputError(f"trial {number}: other axes", expected=f"{d} as in the first")
+    check_axes(trials)
     lengths = np.array([len(one.position) for one in trials])
     angles = [one.joint_angles for one in trials if one.joint_angles is not None]
     every = np.concatenate(angles) if len(angles) == len(trials) else None
@@ -96,6 +93,17 @@ def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
         shoulder_m=None if setup.shoulder_m is None else np.array(setup.shoulder_m),
         provenance=("trials that were chosen one after another",),
     )
+
+
+def check_axes(trials: Sequence[RecordedTrial]) -> None:
+    """Refuse trials that have other axes than the first one.
+
+    Raises InputError: one has.
+    """
+    d = trials[0].position.shape[1]
+    for number, one in enumerate(trials, 1):
+        if one.position.shape[1] != d:
+            raise InputError(f"trial {number}: other axes", expected=f"{d} as in the first")
 
 
 def trials_of(recording: Recording) -> list[RecordedTrial]:

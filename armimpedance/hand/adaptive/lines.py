@@ -23,7 +23,12 @@ import numpy as np
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.json_text import is_number
 from armimpedance.core.records import Recording
-from armimpedance.hand.adaptive.collected import RecordedTrial, Setup, recording_of
+from armimpedance.hand.adaptive.collected import (
+    RecordedTrial,
+    Setup,
+    check_axes,
+    recording_of,
+)
 from armimpedance.hand.adaptive.next_trials import NextTrials
 from armimpedance.hand.adaptive.order import Push
 from armimpedance.hand.planning import Profile
@@ -97,7 +102,11 @@ class PushSession:
         return () if self.push() is None else tuple(self._queue)
 
     def add(self, trial: RecordedTrial) -> None:
-        """What the push gave."""
+        """What the push gave.
+
+        Raises InputError: it has other axes than the trials before.
+        """
+        check_axes([*self.trials[:1], trial])
         self.trials.append(trial)
         if self._queue:
             self._queue.popleft()
@@ -113,8 +122,11 @@ class PushSession:
         return recording_of(self.trials, self._setup)
 
     def _ask(self) -> None:
-        so_far = self.recording() if self.trials else None
-        self._coming = self._worker.submit(self._choose, so_far)
+        self._coming = self._worker.submit(self._chosen, tuple(self.trials))
+
+    def _chosen(self, trials: tuple[RecordedTrial, ...]) -> NextTrials:
+        """What comes after these trials; in the other thread, for joining them takes a while."""
+        return self._choose(recording_of(trials, self._setup) if trials else None)
 
 
 def answers(session: PushSession, lines: Iterable[str]) -> Iterator[str]:

@@ -157,3 +157,21 @@ def test_a_session_keeps_to_one_course():
     first = keeping(recording).pushes[0].profile
     assert first.shape.name == "designed"
     assert keeping(recording).pushes[0].profile == first
+
+
+def test_a_trial_of_other_axes_is_refused_and_its_push_still_to_be_done():
+    session = PushSession(groups_of_four(), Setup())
+    wide = {**SAMPLES, "position_m": [[0.0, 0.1, 0.2]] * 50, "force_N": [[1.0, 0.0, 0.0]] * 50}
+    asked, first, *refused, second = said(
+        session,
+        {"ready": True},
+        {"trial": SAMPLES},
+        {"trial": wide},
+        {"trial": {**wide, "direction": [1.0, 0.0, 0.0]}},
+        {"ready": True},
+    )
+    session.close()
+    assert "expected shape (50, 2)" in refused[0]["error"]
+    assert "other axes" in refused[1]["error"]
+    assert second == first != asked
+    assert session.recording().n_trials == 1
