@@ -23,6 +23,8 @@ MEASURES = re.compile(
     r"\w\.py\b|`armimpedance \w|`make \w|^armimpedance \w|No script here", re.MULTILINE
 )
 TABLE = re.compile(r"^\|[ :|-]+\|$", re.MULTILINE)
+#: A check's name where it is made.
+CHECK = re.compile(r"""\bFinding\(\s*"([^"]+)",""")
 MADE = re.compile(r"^<!-- made by: python (.*?) -->\n\n((?:\|.*\n)+)", re.MULTILINE)
 #: Shelf -> most words of a page, tables included: it is read in one go, or split.
 MOST_WORDS = {"README.md": 400, "tutorials": 900, "how_to": 400}
@@ -81,6 +83,18 @@ def lost_pages() -> Iterator[str]:
             for page in PAGE.findall(file.read_text()):
                 if not (ROOT / page).is_file():
                     yield f"{named(file)}: {page}, which does not exist"
+
+
+def checks_without_a_line() -> Iterator[str]:
+    """Names of checks in the code that the page of checks does not list."""
+    listed = (DOCS / "reference/checks.md").read_text()
+    names: dict[str, Path] = {}
+    for file in sorted((ROOT / "armimpedance").rglob("*.py")):
+        for name in CHECK.findall(file.read_text()):
+            names.setdefault(name, file)
+    for name, file in names.items():
+        if f"`{name}`" not in listed:
+            yield f"{named(file)}: the check {name!r} has no line in docs/reference/checks.md"
 
 
 def words(text: str) -> int:
@@ -175,7 +189,7 @@ CHECKS = (
 
 def main() -> int:
     """Print every problem; 1 if there is any."""
-    problems = list(lost_pages())
+    problems = [*lost_pages(), *checks_without_a_line()]
     for page in pages():
         text = page.read_text()
         for check in CHECKS:
