@@ -75,7 +75,8 @@ def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
     """
     if not trials:
         raise InputError("no trial", expected="one or more")
-    check_axes(trials)
+    for number, one in enumerate(trials, 1):
+        check_axes(one, trials[0], number)
     lengths = np.array([len(one.position) for one in trials])
     angles = [one.joint_angles for one in trials if one.joint_angles is not None]
     every = np.concatenate(angles) if len(angles) == len(trials) else None
@@ -95,15 +96,14 @@ def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
     )
 
 
-def check_axes(trials: Sequence[RecordedTrial]) -> None:
-    """Refuse trials that have other axes than the first one.
+def check_axes(trial: RecordedTrial, first: RecordedTrial, number: int) -> None:
+    """Refuse a trial, of this number, that has other axes than the first one.
 
-    Raises InputError: one has.
+    Raises InputError: it has.
     """
-    d = trials[0].position.shape[1]
-    for number, one in enumerate(trials, 1):
-        if one.position.shape[1] != d:
-            raise InputError(f"trial {number}: other axes", expected=f"{d} as in the first")
+    d = first.position.shape[1]
+    if trial.position.shape[1] != d:
+        raise InputError(f"trial {number}: other axes", expected=f"{d} as in the first")
 
 
 def trials_of(recording: Recording) -> list[RecordedTrial]:

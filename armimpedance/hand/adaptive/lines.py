@@ -106,7 +106,8 @@ class PushSession:
 
         Raises InputError: it has other axes than the trials before.
         """
-        check_axes([*self.trials[:1], trial])
+        if self.trials:
+            check_axes(trial, self.trials[0], len(self.trials) + 1)
         self.trials.append(trial)
         if self._queue:
             self._queue.popleft()

@@ -172,6 +172,6 @@ def test_a_trial_of_other_axes_is_refused_and_its_push_still_to_be_done():
     )
     session.close()
     assert "expected shape (50, 2)" in refused[0]["error"]
-    assert "other axes" in refused[1]["error"]
+    assert "trial 2: other axes" in refused[1]["error"]
     assert second == first != asked
     assert session.recording().n_trials == 1
