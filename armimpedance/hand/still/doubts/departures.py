@@ -264,7 +264,7 @@ def _finding(
         return Finding(name, "cannot tell", f"not judged: after {told[0]}")
     if name not in told:
         if name in POSITIVE and one.size < 0:
-            text = f"none that resists the motion: {text.replace(' makes ', ' would make ')}"
+            text = f"none that resists the motion: {_percent_text(what[name][-1], one)}"
         return Finding(name, "ok", text, smallest)
     if name == "reflex" and wrist:
         text = f"{text}, or a free wrist gives way: lock it to tell"
@@ -343,9 +343,13 @@ def _delay_text(one: Departure) -> tuple[str, str]:
 
 def _share_text(what: str, one: Departure) -> tuple[str, str]:
     """What was found in parts of K (or B), and the smallest part that would have been seen."""
+    smallest = 100 * max(abs(one.share) * one.limit, LEAST_SHARE)
+    return f"{what[:-1]}{_percent_text(what[-1], one)} wrong", f"{smallest:.2g} % of {what[-1]}"
+
+
+def _percent_text(symbol: str, one: Departure) -> str:
     percent = 100 * one.share
-    text = f"{what} {percent * one.size:+.1f} % (sd {abs(percent) * one.error:.1f}) wrong"
-    return text, f"{max(abs(percent) * one.limit, 100 * LEAST_SHARE):.2g} % of {what[-1]}"
+    return f"{symbol} {percent * one.size:+.1f} % (sd {abs(percent) * one.error:.1f})"
 
 
 def _models(recording: Recording) -> list[tuple[IntArray, Model]]:
