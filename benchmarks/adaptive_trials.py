@@ -262,6 +262,7 @@ def course_of_chosen(person: Person, most: int) -> list[tuple[int, float]]:
 
 def draw(path: str, number: int = 0, most: int = 120) -> None:
     """The half-width of K over the number of pushes, one session each, of one person."""
+    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     person, figure = Person.of(number), Figure(figsize=(6.0, 3.6), layout="constrained")
@@ -276,7 +277,8 @@ def draw(path: str, number: int = 0, most: int = 120) -> None:
     axes.set(xlabel="pushes", ylabel="half-width of K (% of K)", yscale="log", xlim=(0, most))
     axes.set_yticks([2, 5, 10, 20, 50, 100], ["2", "5", "10", "20", "50", "100"])
     axes.legend(frameon=False)
-    figure.savefig(path, metadata={"Date": None})
+    with rc_context({"svg.hashsalt": "adaptive"}):  # the same numbers give the same file
+        figure.savefig(path, metadata={"Date": None})
 
 
 def main() -> None:
