@@ -1,1 +1,1 @@
-"""What all topics show themselves with: files, text, plots, pages, parts of commands."""
+"""The kit of all forms: files, text, plots, pages and parts of commands."""

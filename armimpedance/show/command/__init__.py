@@ -1,1 +1,1 @@
-"""What several commands share: input, checks, progress."""
+"""Parts that several commands share: input, checks, progress."""

@@ -44,7 +44,7 @@ class Stopped(KeyboardInterrupt):
 
 
 class AskedToEnd:
-    """Whether this process was asked to end.
+    """The request to end this process, if one came.
 
     `why`: a library that is interrupted may raise an error of its own in its place.
     """
@@ -139,7 +139,7 @@ def _of_the_system(error: OSError) -> tuple[str, int]:
 
 
 def told(error: BaseException) -> tuple[str, int]:
-    """What a user is told of an error, and the exit status.
+    """An error as one line for a user, and the exit status.
 
     Returns: `line`: without the name of the command.
     """

@@ -248,7 +248,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def _did_you_mean(message: str) -> str:
-    """Of a word that is none of many choices, the nearest ones in place of all."""
+    """Replace a long list of choices in argparse's message by those nearest to the word."""
     found = re.search(r"argument (\w+): invalid choice: '(.*)' \(choose from (.*)\)$", message)
     if found is None:
         return message

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.show.files import ENDINGS
 from armimpedance.show.verbs.kinds import listed
 
@@ -172,8 +172,7 @@ def _check_place(path: Path, endings: tuple[str, ...]) -> None:
 
 def check_seed(seed: int) -> None:
     """Random numbers want a seed that is not negative."""
-    if seed < 0:
-        raise InputError(f"seed {seed}", expected="0 or more")
+    check_number(seed, f"seed {seed}", low=0)
 
 
 def number(word: str, option: str, expected: str) -> float:
@@ -234,7 +233,7 @@ def write_result(
 
 
 def about_call(arguments: argparse.Namespace, checks: Sequence[Finding] = ()) -> About:
-    """What a file says of the call that made it."""
+    """Describe the call that makes a file: its command, its options and the checks."""
     from armimpedance.show.files import About
 
     said = [("command", arguments.prog)]

@@ -84,7 +84,7 @@ class Command:
 
 
 def _named(place: str | Callable[[Any], Any]) -> Any:
-    """What stands at ``module:name``, imported only now; a function itself."""
+    """Import the function at ``module:name``; a function is returned as it is."""
     if callable(place):
         return place
     module, _, name = place.partition(":")

@@ -1,4 +1,4 @@
-"""What is written of a result, whatever the format of the file. Standard library only."""
+"""The content of a result's file, independent of its format. Standard library only."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _MARK: Final = "'"
 
 
 def runs_as_formula(text: str) -> bool:
-    """Whether a spreadsheet would take a text for a formula."""
+    """Return True if a spreadsheet would run the text as a formula."""
     return text[:1] in _STARTS and text != "" and not _NUMBER.fullmatch(text)
 
 
@@ -69,12 +69,12 @@ def in_one_cell(sentences: Iterable[str]) -> str:
 
 
 def of_one_cell(text: str | None) -> tuple[str, ...]:
-    """What `in_one_cell` put into a cell; none of an empty one."""
+    """Split a cell that `in_one_cell` joined; an empty cell gives no parts."""
     return tuple(part for part in (text or "").split(_BETWEEN) if part)
 
 
 def shared_steps(steps: Sequence[Sequence[str]]) -> list[str]:
-    """What was done to all groups, each step once; a number that differs is given as a range.
+    """Processing steps that all groups share, each once; numbers that differ become a range.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ Cells = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class About:
-    """What a file says beside its numbers, where its format has a place for it.
+    """Text that a file holds beside its numbers, if its format has a place for it.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ def _csv(content: Content, path: Path) -> None:
 
 
 def _csv_cells(digits: int | None) -> Callable[[Iterable[Any]], list[Any]]:
-    """How the cells of a row are written; one of None stays empty."""
+    """Return the function that formats the cells of a CSV row; None becomes an empty cell."""
     from armimpedance.show.files.content import guarded
 
     # names and units stand in every row: each is looked at once

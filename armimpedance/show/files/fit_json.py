@@ -26,7 +26,7 @@ FIT_COLUMNS: Final[tuple[Column[Any], ...]] = (*PARAMETER_ROW, _METHOD)
 def fit_content(
     summary: FitSummary, told: Mapping[str, Any], known: Mapping[str, Meaning]
 ) -> Content:
-    """What a file holds of a fit: FIT.json as it is, a row a parameter in every other format.
+    """The content of a fit's file: FIT.json itself, or one row per parameter in other formats.
 
     Parameters
     ----------

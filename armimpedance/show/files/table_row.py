@@ -30,7 +30,7 @@ class TableRow:
     cells: dict[str, str]
 
     def error(self, problem: str, column: str, expected: str) -> InputError:
-        """What is wrong with a cell of this row, or that its column is missing."""
+        """The error for a wrong cell of this row, or for a missing column."""
         if column not in self.cells:
             return InputError("no such column", file=self.file, column=column, expected=expected)
         return InputError(problem, file=self.file, row=self.line, column=column, expected=expected)

@@ -39,7 +39,7 @@ def table_content(
     about: About | None = None,
     digits: int | None = None,
 ) -> Content:
-    """What a file holds of a table; a cell that a row does not have stays empty (JSON: null).
+    """The content of a table's file; cells that a row lacks stay empty (null in JSON).
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def write_content(
 
 
 def _told(content: Content) -> About:
-    """What is said beside the numbers, with the program and a methods paragraph."""
+    """The text beside the numbers, with the program's version and a methods paragraph."""
     about = content.about
     made = dict((("software", software()), *about.made))
     return replace(

@@ -143,7 +143,7 @@ def meaning_of(
     axes: RowAxes = PLANAR,
     described: Mapping[str, Meaning] = MappingProxyType({}),
 ) -> Meaning:
-    """What a column of results means.
+    """The meaning of a column of results.
 
     Parameters
     ----------

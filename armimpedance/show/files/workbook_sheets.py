@@ -162,7 +162,7 @@ def _results(content: Content) -> Sheet:
 
 
 def _leading_texts(content: Content) -> int:
-    """How many columns at the left name the row, at most two: texts of the first row."""
+    """Number of leading text columns, which name the row: at most two."""
     first = [content.rows[0].get(name) for name in content.columns[:2]] if content.rows else []
     return next((i for i, cell in enumerate(first) if not isinstance(cell, str)), len(first))
 
@@ -212,7 +212,7 @@ def _fitted(name: str, cells: Sequence[Any], most: float = 40) -> SheetColumn:
 
 
 def _checks(content: Content) -> Sheet:
-    """What was held against the data, then the warnings of the rows."""
+    """The sheet of checks: those of the data, then the warnings of the rows."""
     known = {check.sentence for check in content.about.checks}
     rows: list[list[Any]] = [_check(check) for check in content.about.checks]
     for warning, groups in _of_rows(content, "warnings").items():
@@ -275,7 +275,7 @@ def _provenance(content: Content) -> Sheet:
 
 
 def _columns(content: Content) -> Sheet:
-    """What each column of the results is."""
+    """The sheet that explains each column of the results."""
     return Sheet(
         "columns",
         (SheetColumn("column", 30), SheetColumn("what it is", 70), SheetColumn("unit", 14)),

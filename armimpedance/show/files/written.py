@@ -1,4 +1,4 @@
-"""What every result gives: a data frame, a long one, labelled arrays, a file."""
+"""Forms that every result has: wide and long data frame, labelled arrays, file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class WrittenResult:
 
     @property
     def content(self) -> Content:
-        """What a file of this result holds, whatever its format."""
+        """The content of this result's file, independent of its format."""
         raise NotImplementedError
 
     def to_frame(self) -> pd.DataFrame:
@@ -97,7 +97,7 @@ class FittedResult(WrittenResult):
             """Method, size, condition and parameters: what FIT.json holds of every fit."""
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds."""
+        """The content of FIT.json."""
         return self.summary.to_dict()
 
     @property

@@ -1,4 +1,4 @@
-"""What the caller of a report asked for, and what stands on the pages of all topics."""
+"""The caller's options of a report, and the parts that the pages of all topics share."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ _ORDER: Final = (*_BAD, "missing", "ok")
 
 
 def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """What stops an analysis, what makes it doubtful, what is missing, then what is right.
+    """Sort findings: those that stop an analysis, warnings, missing facts, passed checks.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def gravest_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdict:
-    """Whether the numbers can be trusted, what is wrong, and what to do next.
+    """The verdict of a page: can the numbers be trusted, what is wrong, what to do next.
 
     `findings`: all checks, of the data and of the fits.
     `next_step`: what to do where nothing is wrong.

@@ -87,7 +87,7 @@ def told_by(warnings: Sequence[str], checks: Sequence[Finding]) -> tuple[Finding
 
 
 def next_step(parameters: Sequence[NamedParameter]) -> str:
-    """What to do where nothing is wrong: what the widest interval would need."""
+    """Advice if nothing is wrong: the data that the widest intervals would need."""
     loose = [one.label for one in parameters if not one.well_identified]
     if not loose:
         return "Every parameter is known to within 10 %: nothing more is needed."

@@ -1,4 +1,4 @@
-"""What a report page is made of: a verdict, sections of blocks, and how it was made.
+"""The parts of a report page: a verdict, sections of blocks, and its methods.
 
 A page holds facts, no HTML: `rendering` turns it into a file.
 """
@@ -127,7 +127,7 @@ STATES: Final[Mapping[str, tuple[str, str]]] = {
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a reader wants first.
+    """The first lines of a page: trust, problem, advice.
 
     Attributes
     ----------
@@ -211,7 +211,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Checks:
-    """What was held against the data."""
+    """A block of checks."""
 
     findings: tuple[Finding, ...]
     caption: str = ""
@@ -275,7 +275,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Methods:
-    """How it was done, ready for a paper.
+    """The methods paragraph, ready for a paper.
 
     Attributes
     ----------

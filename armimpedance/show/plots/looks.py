@@ -1,4 +1,4 @@
-"""How groups are told apart in a picture: by colour, and by line where there is no colour.
+"""The look of groups in a picture: colours, and line styles for prints without colour.
 
 The number of a group in its results decides how it looks, so that a condition has the same colour
 and line in every picture of these results.

@@ -118,7 +118,7 @@ def _placed(
 def _cost(
     box: FloatArray, taken: Sequence[FloatArray], outlines: Sequence[FloatArray], inside: Any
 ) -> float:
-    """What a word in this box would cover: words and the axes' edge weigh more than lines."""
+    """Cost of a label in this box: overlaps with words and the axes' edge weigh more than lines."""
     out = max(inside.x0 + 2 - box[0], inside.y0 + 2 - box[1], 0.0)
     out = max(out, box[2] - inside.x1, box[3] - inside.y1)
     words = sum(_shared(box, other) for other in taken)

@@ -112,7 +112,7 @@ LEAST_POINTS: Final = 7.0
 
 @dataclass(frozen=True)
 class Style:
-    """How much larger than in print a figure is, and its letters and lines."""
+    """Scale factors of a figure, its letters and its lines, relative to print."""
 
     size: float = 1.0
     letters: float = 1.0

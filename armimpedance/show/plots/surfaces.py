@@ -89,7 +89,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class MeasuredPoints:
-    """What was measured in P places, and what the model says there; nan where there is nothing.
+    """Measured and predicted values at P places; NaN where one is missing.
 
     Attributes
     ----------

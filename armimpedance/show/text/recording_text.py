@@ -1,4 +1,4 @@
-"""What a recording of any kind holds, as lines of text."""
+"""The contents of a recording of any kind, as lines of text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from armimpedance.show.text.numbers import counted
 
 
 def describe(recording: AnyRecording, title: str) -> str:
-    """What a recording holds, as lines of text.
+    """The contents of a recording, as lines of text.
 
     Parameters
     ----------
@@ -45,13 +45,13 @@ def describe(recording: AnyRecording, title: str) -> str:
 
 
 def _not_taken(recording: AnyRecording) -> list[str]:
-    """What the file holds beside what was read, as a list of its own."""
+    """List the parts of the file that were not read."""
     left = told_not_taken(recording.provenance)
     return ["\nNot taken", *(f"  {sentence}" for sentence in left)] if left else []
 
 
 def _of_limb(recording: Recording) -> list[str]:
-    """What is measured, what follows the subject's name, and further lines."""
+    """The measured quantity, the text behind the subject's name, and further lines."""
     axes = "1 axis" if recording.axes == 1 else f"{recording.axes} axes"
     what = f"{recording.perturbation} perturbation"
     if moves_a_robot(recording):
@@ -90,7 +90,7 @@ def _of_body(recording: MarkerRecording | MotionRecording) -> list[str]:
 
 
 def moves_a_robot(recording: Recording) -> bool:
-    """Whether a recording holds the motors' torques of movements, and no disturbance.
+    """Return True if a recording holds movements with motor torques, and no disturbance.
 
     Parameters
     ----------

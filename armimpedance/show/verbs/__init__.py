@@ -1,1 +1,1 @@
-"""What every verb shares: reading, the gate before a fit, results with names."""
+"""Parts that every verb shares: reading, the gate before a fit, results with names."""

@@ -1,4 +1,4 @@
-"""What can be checked of a recording before anything is fitted."""
+"""Checks of a recording before anything is fitted."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _nothing(_: object) -> tuple[Finding, ...]:
 
 @dataclass(frozen=True)
 class TopicChecks:
-    """What only a topic can judge. A verb hands over its own; `inspect` asks all topics.
+    """Checks that only a topic can make. A verb passes its own; `inspect` runs those of all topics.
 
     `response`: of a limb that was pushed and returned: what its response says.
     `pushes`: of reaches: how many are free, how many pushed.
@@ -146,7 +146,7 @@ def _response(recording: Recording, window: Window | None, own: TopicChecks) -> 
 
 
 def _part(recording: Recording, fitted: Recording) -> Finding:
-    """How much of a large recording the checks have fitted."""
+    """The finding that states which part of a large recording the checks fitted."""
     of, whole = (one.trials["condition"].nunique() for one in (fitted, recording))
     text = (
         f"{fitted.n_trials} of {recording.n_trials} trials, of {of} of {whole} conditions, are "
@@ -175,7 +175,7 @@ def _moving_axes(recording: Recording) -> Recording:
 
 
 def _missing(recording: Recording) -> list[Finding]:
-    """What later analyses will ask for and this recording does not have."""
+    """Findings for facts that later analyses need and this recording lacks."""
     subject, absent = recording.subject, []
     if recording.kind == "hand":
         if recording.shoulder_m is None:
@@ -192,7 +192,7 @@ def _missing(recording: Recording) -> list[Finding]:
 
 
 def check_handle(recording: Recording) -> list[Finding]:
-    """Whether M can be freed of what is held: no record shows its mass beside the hand's."""
+    """Warn if the handle's mass is unknown: the fit cannot separate it from the hand's."""
     if recording.kind != "hand" or recording.handle_mass_kg > 0:
         return []
     text = "its mass counts as 0 kg (handle_mass_kg): M includes whatever is held, if anything is"
@@ -200,7 +200,7 @@ def check_handle(recording: Recording) -> list[Finding]:
 
 
 def _marker_checks(recording: MarkerRecording) -> list[Finding]:
-    """How many samples of each marker are lost, and whether a skeleton knows them."""
+    """Findings on lost samples of each marker, and on markers that the skeleton lacks."""
     lost = np.isnan(recording.positions[..., 0])
     findings = []
     for marker in np.flatnonzero(lost.any(axis=0)):

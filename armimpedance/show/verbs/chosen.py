@@ -51,6 +51,6 @@ class ChosenPath(type(Path())):  # type: ignore[misc]
 
     @property
     def options(self) -> dict[str, Any]:
-        """What of the choice a reader has to know."""
+        """The part of the choice that a reader of files needs."""
         named = {"where": self.where, "mapping": self.mapping}
         return {name: value for name, value in named.items() if value is not None}

@@ -1,4 +1,4 @@
-"""What `inspect` returns: contents, checks and verdict as text, table and mapping."""
+"""The result of `inspect`: contents, checks and verdict as text, table and mapping."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Inspection(WrittenResult, FrozenRecord):
 
     @property
     def usable(self) -> bool:
-        """Whether no check stops an analysis."""
+        """True if no check stops an analysis."""
         return not self.of_verdict("unusable")
 
     @property
@@ -95,7 +95,7 @@ class Inspection(WrittenResult, FrozenRecord):
 
     @property
     def content(self) -> Content:
-        """What ``--out`` writes: the verdict, the facts and one row a check.
+        """The content of ``--out``: the verdict, the facts and one row a check.
 
         No path stands in it: equal recordings have equal files.
         """

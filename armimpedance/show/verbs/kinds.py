@@ -1,4 +1,4 @@
-"""What an option may be: a word, a place, a switch, one of a few, a number, several of them.
+"""Kinds of options: a word, a path, a switch, one of a few values, a number, several of them.
 
 Standard library only, because ``--help`` loads nothing else.
 """
@@ -36,7 +36,7 @@ class AnyWord:
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"metavar": self.metavar}
 
     @property
@@ -51,11 +51,11 @@ class AnyWord:
 
     @property
     def expected(self) -> str:
-        """What a value must be, in words."""
+        """The allowed values, in words."""
         return self.typed
 
     def holds(self, value: Any) -> bool:
-        """Whether a keyword may have this value."""
+        """Return True if a keyword may have this value."""
         return value is not None
 
     def of(self, given: Any) -> Any:
@@ -76,20 +76,20 @@ class PlaceToRead(AnyWord):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"metavar": self.metavar, "type": Path}
 
 
 @dataclass(frozen=True)
 class Switch(AnyWord):
-    """Whether something is so; on the command line the option alone gives `to`."""
+    """A truth value; on the command line the option alone sets it to `to`."""
 
     python: str = "bool"
     to: bool = True
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"action": "store_true"}
 
     def given(self, value: Any) -> bool:
@@ -114,7 +114,7 @@ class OneOf(AnyWord):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"choices": self.offered or self.values, "type": type(self.values[0])}
 
     @property
@@ -124,11 +124,11 @@ class OneOf(AnyWord):
 
     @property
     def expected(self) -> str:
-        """What a value must be, in words."""
+        """The allowed values, in words."""
         return f"one of {', '.join(map(str, self.values))}"
 
     def holds(self, value: Any) -> bool:
-        """Whether a keyword may have this value."""
+        """Return True if a keyword may have this value."""
         word = isinstance(value, str | Real) and not isinstance(value, bool)
         return word and value in self.values
 
@@ -139,7 +139,7 @@ class MethodName(OneOf):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"metavar": self.metavar}
 
 
@@ -161,7 +161,7 @@ class Number(AnyWord):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it; where a word may be given, all are words to it."""
+        """Keywords for `add_argument`; where a word is allowed, every value comes as text."""
         words = [word for word in (self.word, self.nothing) if word]
         metavar = "|".join([self._metavar, *words])
         return {"metavar": metavar} if words else {"metavar": metavar, "type": self._number}
@@ -183,7 +183,7 @@ class Number(AnyWord):
 
     @property
     def expected(self) -> str:
-        """What a value must be, in words."""
+        """The allowed values, in words."""
         number = f"{self._in_words} {self.unit}".rstrip()
         return f"{number}, or {self.word}" if self.word else number
 
@@ -202,7 +202,7 @@ class Number(AnyWord):
         return " and ".join(limits)
 
     def holds(self, value: Any) -> bool:
-        """Whether a keyword may have this value."""
+        """Return True if a keyword may have this value."""
         if isinstance(value, str):
             return bool(self.word) and value == self.word
         if isinstance(value, bool) or not isinstance(value, Real):
@@ -242,7 +242,7 @@ class Whole(Number):
         return f"a whole number, {self._limits}" if self._limits else "a whole number"
 
     def holds(self, value: Any) -> bool:
-        """Whether a keyword may have this value."""
+        """Return True if a keyword may have this value."""
         return super().holds(value) and isinstance(value, str | Integral)
 
     @property
@@ -265,7 +265,7 @@ class Milli(Number):
 
     @property
     def expected(self) -> str:
-        """What a value must be, in words."""
+        """The allowed values, in words."""
         return f"{super().expected} (m{self.unit} at the command)"
 
     def given(self, value: Any) -> Any:
@@ -289,7 +289,7 @@ class SeveralWords(AnyWord):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"metavar": self.metavar, "nargs": self.count or "+"}
 
     def of(self, given: Any) -> tuple[str, ...]:
@@ -303,7 +303,7 @@ class NumberPair(AnyWord):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords for `add_argument`."""
         return {"nargs": 2, "type": float, "metavar": ("LOW", "HIGH")}
 
     @property
@@ -313,11 +313,11 @@ class NumberPair(AnyWord):
 
     @property
     def expected(self) -> str:
-        """What a value must be, in words."""
+        """The allowed values, in words."""
         return f"two numbers that rise, {self.unit}"
 
     def holds(self, value: Any) -> bool:
-        """Whether a keyword may have this value."""
+        """Return True if a keyword may have this value."""
         one = Number(low=0)
         pair = len(value) == 2 if isinstance(value, Sized) else False
         return pair and all(map(one.holds, value)) and bool(value[0] < value[1])

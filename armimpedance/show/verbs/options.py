@@ -24,7 +24,7 @@ R = TypeVar("R")
 
 
 def _is_given(value: Any) -> bool:
-    """Whether a call gave an option of this value; 0 equals False, and is given."""
+    """Return True if a call set an option of this value; 0 counts as set."""
     return value is not None and value is not False and value != []
 
 
@@ -75,7 +75,7 @@ class Option:
 
     @property
     def said(self) -> str:
-        """What it is, with its default."""
+        """The help text with its default."""
         return self.help.format(default=self.shown)
 
     def add(self, parser: argparse._ActionsContainer) -> None:

@@ -1,4 +1,4 @@
-"""What every verb starts from and shares: a recording or its path, groups found by their values."""
+"""The start of every verb: a recording or its path, and groups looked up by their values."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def left_out_trials(left_out: LeftOut | None) -> dict[int, str]:
 
 
 def left_out_sentence(chosen: Mapping[int, str]) -> str:
-    """What the provenance says of them: ``left out by hand: trials 3 (cough), 7``."""
+    """The sentence for the provenance: ``left out by hand: trials 3 (cough), 7``."""
     told = ", ".join(f"{n} ({why})" if why else str(n) for n, why in sorted(chosen.items()))
     return f"left out by hand: trial{'s' * (len(chosen) > 1)} {told}"
 

@@ -181,12 +181,12 @@ _OF_TRIALS: Final = {
 
 
 def trial_column(name: str) -> tuple[str, str]:
-    """What a column of the trial table means, and its unit ("n/a": none)."""
+    """Meaning and unit of a column of the trial table; "n/a" if it has no unit."""
     return _OF_TRIALS.get(name, "column of the trial table"), unit_of_name(name)
 
 
 def result_column(name: str, level: str = "hand") -> tuple[str, str]:
-    """What a column of results means, and its unit ("n/a": none or not known)."""
+    """Meaning and unit of a column of results; "n/a" if it has no unit or none is known."""
     meaning = meaning_of(name, RowAxes(level))
     return meaning.words, meaning.unit or "n/a"
 
@@ -259,7 +259,7 @@ def _file(file: Path, top: Path) -> DataFile:
 
 
 def facts(recording: AnyRecording) -> list[tuple[str, str]]:
-    """What a recording says of itself, for people: name and value."""
+    """Facts of a recording for people to read, as pairs of name and value."""
     kind = recording.kind if isinstance(recording, Recording) else type(recording).__name__
     names = {
         "hand": "position of the hand and its force on a device",
@@ -286,7 +286,7 @@ def facts(recording: AnyRecording) -> list[tuple[str, str]]:
 
 
 def steps(recording: AnyRecording) -> list[str]:
-    """What was done so far; sentences that name a place on somebody's disk are left out."""
+    """Processing steps so far, without sentences that name a path on a disk."""
     return [s for s in recording.provenance if "/" not in s and "\\" not in s]
 
 

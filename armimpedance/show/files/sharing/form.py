@@ -1,4 +1,4 @@
-"""What is shared, what its owner says of it, and the forms there are. Standard library only."""
+"""Data to be shared, their owner's statement, and the forms. Standard library only."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from armimpedance.core.method_table import MethodTable
 
 @dataclass(frozen=True)
 class Statement:
-    """What only the owner of the data can say; what was not said stays empty everywhere.
+    """Metadata that only the owner of the data can state; whatever is missing stays empty.
 
     `name`, `description`, `licence`, `identifier`, `url`: `licence` as an SPDX name or an address,
     `identifier` such as a DOI.
@@ -42,7 +42,7 @@ class ResultTable:
 
 @dataclass(frozen=True)
 class Shared:
-    """What is shared.
+    """Recordings and results to be shared.
 
     `recordings` sequence of (Path, recording).
     `person`, `task`: labels for BIDS; None: made from the recording and its name.

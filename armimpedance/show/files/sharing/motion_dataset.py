@@ -258,7 +258,7 @@ def _plain(value: Any) -> Any:
 
 
 def _write_code(folder: Path, recording: AnyRecording) -> str:
-    """What the toolkit needs to read the dataset again, where validators do not look."""
+    """Write the mapping or skeleton by which the toolkit reads the dataset again, into `code/`."""
     if isinstance(recording, Recording):
         text = mapping_text(recording)
         (folder / "columns.toml").write_text(text, encoding="utf-8")
