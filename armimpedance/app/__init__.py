@@ -1,1 +1,1 @@
-"""What spans the topics: command line, report of whatever it is, study of many people."""
+"""Everything that spans the topics: command line, reports, studies of many people."""

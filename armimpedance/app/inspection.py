@@ -1,4 +1,4 @@
-"""What a recording holds, whether it can be used, and what is missing."""
+"""Inspection of a recording: its contents, whether it can be used, and what is missing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from armimpedance.show.verbs.results import PathLike, read
 
 
 def _of_response(recording: Recording) -> Sequence[Finding]:
-    """What the response of a limb says, whatever disturbed it."""
+    """Findings on the response of a limb to any kind of perturbation."""
     if recording.perturbation != "stochastic":
         return check_response(recording)
     if recording.kind == "joint" and recording.torque is None:
@@ -43,7 +43,7 @@ def _of_response(recording: Recording) -> Sequence[Finding]:
 
 
 def _of_reaches(recording: Recording) -> Sequence[Finding]:
-    """What pushed reaches say."""
+    """Findings on pushed reaches."""
     found = check_pushes(recording)
     if any(one.verdict == "unusable" for one in found):
         return found
@@ -136,7 +136,7 @@ def inspect(
 
 
 def _facts(recording: AnyRecording) -> list[Fact]:
-    """How much a recording holds."""
+    """Counts of a recording: trials, conditions, duration, rate."""
     rate = float(recording.sample_rate_hz)
     facts = [
         Fact("subject", str(recording.subject.id)),

@@ -85,7 +85,7 @@ def _studied(
 
 
 def _quick_conditions(experiment: str, subject: str) -> list[str]:
-    """What the figures need, and little more."""
+    """Conditions that the figures need, and few more."""
     from manipulandum_sim.hand import find_experiment, find_subject
 
     names = [c.name for c in find_experiment(experiment).conditions(find_subject(subject))]

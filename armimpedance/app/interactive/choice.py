@@ -1,4 +1,4 @@
-"""What a person has chosen on the page, and the script that does the same."""
+"""Choices that a person made on the page, and the script that does the same."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NO_GROUPS = ("trial", "onset_s", "end_s", "file")
 
 @dataclass(frozen=True)
 class Questions:
-    """What a file does not say itself.
+    """Questions that a file leaves open.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Questions:
 
 
 def questions_of(path: Path) -> Questions:
-    """What has to be asked: the events of an exam, the columns of a table, or nothing.
+    """Questions to ask of a file: events of an exam, columns of a table, or none.
 
     A table that has its mapping beside it shows that one.
     """
@@ -152,7 +152,7 @@ class ChosenAnalysis:
         return "\n".join(lines)
 
     def read_lines(self, path: str) -> list[str]:
-        """How the recording is read, in Python; a report for other people names the file alone."""
+        """Lines of Python that read the recording; reports for other people name the file alone."""
         both = [part for part in (self.reading.get("where"), self.kept) if part]
         reading = dict(self.reading)
         if "mapping" in reading:
@@ -179,7 +179,7 @@ def groupings(trials: pd.DataFrame) -> list[str]:
 
 
 def written(write: Callable[[Path], object], name: str) -> bytes:
-    """What a function writes into a file of this name."""
+    """Bytes that a function writes into a file of this name."""
     with TemporaryDirectory() as folder:
         path = Path(folder, name)
         write(path)

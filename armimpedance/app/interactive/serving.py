@@ -42,12 +42,12 @@ def listen(port: int) -> socket.socket:
 
 
 def address_of(listening: socket.socket) -> str:
-    """Of the page, without a token."""
+    """Address of the page, without a token."""
     return f"http://{_HERE}:{listening.getsockname()[1]}"
 
 
 def opening(address: str, token: str, path: Path) -> str:
-    """What a browser opens."""
+    """Address that a browser opens, with the token and the path."""
     return f"{address}/?{urlencode({'access_token': token, 'path': str(path.absolute())})}"
 
 
@@ -57,7 +57,7 @@ def new_token() -> str:
 
 
 def server_of(address: str, token: str) -> uvicorn.Server:
-    """What serves the page, under its own address only, to those who hold the token."""
+    """The server of the page: it answers its own address only, and holders of the token."""
     import marimo
     import uvicorn
 

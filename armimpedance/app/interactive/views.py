@@ -1,4 +1,4 @@
-"""What the page shows of each step: questions, checks, trials, results, files to save."""
+"""Views of each step of the page: questions, checks, trials, results, files to save."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _KINDS: Final = {"ok": "success", "warning": "warn", "unusable": "danger"}
 
 
 def attempt(work: Callable[[], Any]) -> tuple[Any, Any]:
-    """What the work gives and None, or None and what to show of its error."""
+    """Return the work's result and None, or None and a view of its error."""
     try:
         return work(), None
     except ArmImpedanceError as error:
@@ -191,7 +191,7 @@ def estimated(recording: Recording, choice: ChosenAnalysis) -> Estimates:
 
 
 def compared(recording: Recording, choice: ChosenAnalysis) -> Comparison:
-    """What differs between the groups."""
+    """Differences between the groups."""
     with progress_of("Comparing") as progress:
         return compare(recording, by=choice.by, progress=progress)
 

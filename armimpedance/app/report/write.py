@@ -76,7 +76,7 @@ def _without_left_out(asked: Asked) -> Asked:
 
 
 def _inspected(asked: Asked) -> Inspection:
-    """What `inspect` finds; it judges directions by condition, an estimate by its own groups."""
+    """Inspect the recording; directions are judged here only if the groups are conditions."""
     inspection = inspect(asked.recording)
     if asked.by == ("condition",):
         return inspection

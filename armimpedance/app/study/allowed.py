@@ -1,4 +1,4 @@
-"""What a step of a study may do: the commands it may run, where it may write and read.
+"""Permissions of a study's step: commands that it may run, places to write and read.
 
 A design comes with the data, and data come from anybody: a step is checked as it will be parsed, so
 that an abbreviated option or ``--out=FILE`` is seen for what it is.
@@ -91,13 +91,13 @@ def _words(values: Iterable[object]) -> Iterator[str | Path]:
 
 
 def _is_elsewhere(path: str) -> bool:
-    """Whether a path lies neither at the recording nor below the design's nor the own folder."""
+    """Return True if a path lies outside the recording, the design's and the step's own folder."""
     start = _BEGINS.match(path)
     rest = path[start.end() :].lstrip("/") if start else path
     return _ABSOLUTE.search(rest) is not None or _leads_out(rest)
 
 
 def _leads_out(path: str) -> bool:
-    """Whether a relative path may leave the folder that it begins in, whoever the labels name."""
+    """Return True if a relative path may leave its folder, whatever its labels stand for."""
     ways = [Path(path), Path(_LABEL.sub("", path))]
     return path.startswith("~") or any(way.anchor or ".." in way.parts for way in ways)

@@ -59,7 +59,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a chain came to.
+    """Outcome of a chain of steps.
 
     `name`: that of the task.
     `done`: one for each step that was tried.
@@ -153,7 +153,7 @@ def _check_disk(result: StepResult, work: Path) -> None:
 
 
 def _key(task: ChainTask, step: StudyStep, held: Mapping[str, str], prints: Fingerprints) -> str:
-    """What a step depends on: program, words, what stands in their places, bytes of what it reads.
+    """Key of a step's inputs: program, words, values of their places, bytes of files it reads.
 
     A path's folders are no part of it: data that were moved are the same data.
     """
@@ -174,13 +174,13 @@ def _outside(words: Sequence[str]) -> list[Path]:
 
 
 def _is_named(name: str, words: Sequence[str]) -> bool:
-    """Whether a file, or a folder that it lies in, is a word of a command."""
+    """Return True if a file, or a folder that it lies in, is a word of a command."""
     ways = [name, *(parent.as_posix() for parent in Path(name).parents if parent.name)]
     return any(way == word.rstrip("/") for way in ways for word in words)
 
 
 def _without_paths(result: StepResult, task: ChainTask) -> StepResult:
-    """What was told, of a recording wherever it lies: equal bytes may lie in two places."""
+    """The printed text with places for paths: equal recordings may lie at two paths."""
     told = [result.printed, result.complained]
     for name in _PATHS:
         told = [text.replace(task.places[name], f"{{{name}}}") for text in told]
@@ -188,7 +188,7 @@ def _without_paths(result: StepResult, task: ChainTask) -> StepResult:
 
 
 def _with_paths(result: StepResult, task: ChainTask) -> StepResult:
-    """What was told, of this task's recording."""
+    """The printed text with the paths of this task."""
     told = [result.printed, result.complained]
     for name in _PATHS:
         told = [text.replace(f"{{{name}}}", task.places[name]) for text in told]

@@ -160,7 +160,7 @@ MOST_GROUPS: Final = 20
 
 @dataclass(frozen=True)
 class Gathered:
-    """What a group came to.
+    """Outcome of a group of sessions.
 
     `rows` tuple of (str, int): name of each gathered table, with its number of rows.
     `unusable`: sessions that failed or were not worked on.
@@ -250,7 +250,7 @@ def _comparison(by: Sequence[str]) -> StudyStep:
 
 
 def _enough(groups: Sequence[tuple[str, ...]]) -> bool:
-    """Whether enough people share two groups, and the groups are not too many."""
+    """Return True if enough people share two groups, and the groups are not too many."""
     people: dict[tuple[str, ...], set[str]] = {}
     for person, *group in groups:
         if group[0]:

@@ -1,4 +1,4 @@
-"""What is done in a study: the commands for each session, and for the table of all."""
+"""Design of a study: the commands for each session, and for the table of all."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ class StudyStep:
         return [word.format_map(places) for word in self.words]
 
     def names(self, place: str) -> bool:
-        """Whether ``{place}`` stands in a word."""
+        """Return True if a word holds ``{place}``."""
         return any(f"{{{place}}}" in word for word in self.words)
 
 
 @dataclass(frozen=True)
 class StudyDesign:
-    """What is done with each session and with all.
+    """Steps for each session and for all of them together.
 
     Attributes
     ----------

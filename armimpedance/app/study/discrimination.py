@@ -93,7 +93,7 @@ def _group(
 
 
 def _named(person: Person, number: int) -> tuple[str, Person]:
-    """What somebody is called who was given no name: after the file, or the number."""
+    """Name a person without a name by the file, or by the number."""
     name = Path(person).stem if isinstance(person, str | os.PathLike) else str(number)
     return name, person
 

@@ -65,7 +65,7 @@ def _unchanged(record: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
 
 
 def people(data: Path) -> dict[str, dict[str, str]]:
-    """What ``participants.tsv`` says of each person, by the name without ``sub-``.
+    """Columns of ``participants.tsv`` for each person, by the name without ``sub-``.
 
     `data`: folder of the data.
     Returns: empty where there is no such file.

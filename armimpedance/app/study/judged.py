@@ -1,4 +1,4 @@
-"""What became of each session: usable, with care, unusable, failed or missing, and who is twice."""
+"""State of each session: usable, with care, unusable, failed or missing; and duplicates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _REPORT: Final = "report.html"
 
 @dataclass(frozen=True)
 class Check:
-    """What one check of one session said."""
+    """Result of one check of one session."""
 
     name: str
     state: str
@@ -157,7 +157,7 @@ def _copies(ended: Sequence[Ended]) -> dict[str, str]:
 
 
 def _marks(one: Ended) -> Iterator[tuple[str, str]]:
-    """What equal recordings share: the key of a step that reads them, and tables of their numbers.
+    """Marks that equal recordings share: keys of steps that read them, tables of numbers.
 
     A session without any result has none: two empty folders are no person counted twice.
     """
@@ -174,7 +174,7 @@ def _marks(one: Ended) -> Iterator[tuple[str, str]]:
 
 
 def _has_numbers(file: Path) -> bool:
-    """Whether a table holds numbers with intervals: these do not agree by chance."""
+    """Return True if a table holds numbers with intervals, which never agree by chance."""
     try:
         return any(cell.startswith("ci_low_") for cell in text_header(file))
     except InputError:

@@ -55,7 +55,7 @@ def task_of(session: StudySession, design: StudyDesign) -> ChainTask:
 
 @dataclass(frozen=True)
 class SessionWork:
-    """What a worker does with a task; it can be sent to another process or machine.
+    """Work of a worker on a session; it can be sent to another process or machine.
 
     `out`: the study's folder, which every worker can reach.
     """
@@ -128,7 +128,7 @@ def run_participants(
 
 @dataclass(frozen=True)
 class _Held:
-    """What earlier runs left."""
+    """Results of earlier runs."""
 
     out: Path
     store: Store
@@ -138,7 +138,7 @@ class _Held:
 def _asked(
     sessions: Sequence[StudySession], design: StudyDesign, held: _Held, ready: deque[Outcome]
 ) -> Iterator[ChainTask | None]:
-    """What is to be done; None for a session whose outcome is known, which becomes ready."""
+    """Task of a session; None if its outcome is stored already, which is then ready."""
     for session in sessions:
         task = task_of(session, design)
         outcome = _known(task, held.store, held.prints)
@@ -213,7 +213,7 @@ def lay_out(outcome: Outcome, store: Store, out: Path) -> None:
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
-    """What stands in a session's folder of how it was made; None where nothing does."""
+    """The record in a session's folder of how it was made; None if there is none."""
     try:
         content = read_json(folder / SESSION_FILE)
     except InputError:
@@ -237,7 +237,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
 
 def log_of(outcome: Outcome) -> str:
-    """What the commands printed, for a person to read."""
+    """Output of the commands, for a person to read."""
     parts = []
     for one in outcome.done:
         printed = [one.result.printed.rstrip(), one.result.complained.rstrip()]

@@ -43,7 +43,7 @@ class Mean(Protocol):
 
 @dataclass(frozen=True)
 class GroupsChange:
-    """What differs between two groups of people in one quantity.
+    """Difference between two groups of people in one quantity.
 
     `column`: of the table of people.
     `first`, `second`: its two values.
@@ -102,7 +102,7 @@ def compare_people(
     column: str,
     names: tuple[str, ...],
 ) -> list[GroupsChange]:
-    """What differs between the groups of one column, pair by pair.
+    """Differences between the groups of one column, pair by pair.
 
     `persons`: person of each session, by its number.
     `people`: person -> column -> value.

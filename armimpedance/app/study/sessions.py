@@ -114,7 +114,7 @@ def chosen(sessions: Iterable[StudySession], labels: Iterable[str] | None) -> li
 
 
 def share_of(sessions: Sequence[StudySession], index: int, count: int) -> list[StudySession]:
-    """What one of several jobs does: every `count`-th session from `index` on.
+    """Share of one of several jobs: every `count`-th session from `index` on.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ def _sum_of(file: Path) -> str:
 
 
 def _remembered(memory: Path) -> dict[str, list[int | str]]:
-    """What the last run remembered; nothing where the file is damaged: all is read again."""
+    """Memory of the last run; empty if the file is damaged, so that everything is read again."""
     try:
         content = read_json(memory)
     except InputError:
@@ -103,7 +103,7 @@ _FILES: Final = "files"
 
 @dataclass(frozen=True)
 class StepResult:
-    """What one step left.
+    """Result of one step: its files, its output and its exit status.
 
     `status`: exit status of the command.
     `printed`, `complained`: standard output and standard error.
@@ -117,7 +117,7 @@ class StepResult:
 
     @property
     def lasts(self) -> bool:
-        """Whether the same call would end in the same way: done, or the input is wrong."""
+        """True if the same call would end alike: it succeeded, or its input is wrong."""
         return self.status in (0, 2, 3)
 
 
@@ -144,7 +144,7 @@ class Store:
         return result if self.holds(place / _FILES, result.files) else None
 
     def holds(self, folder: Path, files: Mapping[str, str]) -> bool:
-        """Whether all files are in a folder, with the bytes that they should have.
+        """Return True if all files are in a folder, with the bytes that they should have.
 
         `files`: name -> SHA-256.
         """
@@ -217,7 +217,7 @@ def _linked(source: Path, final: Path) -> None:
 
 
 def are_files_below(files: Any) -> bool:
-    """Whether this names files with their checksums, all of them below the folder they are in.
+    """Return True if this names files with checksums, all below the folder they are in.
 
     `files`: name -> SHA-256.
     """

@@ -132,7 +132,7 @@ _Read = Callable[[Sequence[str]], Iterator[tuple[str, str, str, tuple[float, ...
 
 
 def _reader(header: Sequence[str], apart: Sequence[str]) -> _Read | None:
-    """How a table is read: a row a condition, a row a number, or None where it has no intervals."""
+    """The reader of a table: a row a condition, or a row a number; None without intervals."""
     at = {column: i for i, column in enumerate(header)}
     own = [column for column in header if column not in apart]
     if any(_LOW + c in at and _HIGH + c in at for c in own):

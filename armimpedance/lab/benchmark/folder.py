@@ -74,7 +74,7 @@ class BenchmarkFolder:
 
     @property
     def sha256(self) -> str:
-        """Of the list of checksums, and so of every file in the folder."""
+        """SHA-256 of the list of checksums, and so of every file in the folder."""
         return file_sha256(self.path / SUMS)
 
     @property
@@ -109,7 +109,7 @@ class BenchmarkFolder:
             raise InputError("sealed with another key, or with none", file=self.path / MARK)
 
     def holds_sealed(self, task: str, truth: Sequence[KnownTruth], key: Key) -> bool:
-        """Whether a sealed truth is the one whose hash was published."""
+        """Return True if a sealed truth is the one whose hash was published."""
         file = self._checked(f"tasks/{task}/{SEALED_TRUTH}")
         made = commitment(key.salt(VERSION, task), known_text(truth))
         return made == file.read_text(encoding="ascii").strip()
@@ -173,7 +173,7 @@ def _read_sums(file: Path) -> dict[str, str]:
 
 
 def _is_asked(name: str) -> bool:
-    """Whether a file of the folder says what a task asks."""
+    """Return True if the file holds a task's questions."""
     parts = name.split("/")
     return len(parts) == 3 and parts[0] == "tasks" and parts[2] == ASKED
 
@@ -248,7 +248,7 @@ def keep_truth(key_file: Path, truth: Sequence[KnownTruth]) -> None:
 
 
 def kept_truth(key_file: Path) -> list[KnownTruth]:
-    """What `keep_truth` kept; nothing if it did not.
+    """The truth that `keep_truth` stored; empty if there is none.
 
     Parameters
     ----------

@@ -235,7 +235,7 @@ class Key:
         return hashlib.sha256(self.secret).hexdigest()
 
     def salt(self, version: str, task: str) -> str:
-        """What stands before a task's sealed truth when it is hashed."""
+        """Salt of a task's sealed truth, which stands before it when it is hashed."""
         return self.digest(version, task, "salt").hex()
 
     def digest(self, *words: str) -> bytes:
@@ -264,7 +264,7 @@ def seed_of(version: str, task: str, record: str, key: Key | None) -> int:
 
 
 def commitment(salt: str, truth: str) -> str:
-    """What is published of a sealed truth: SHA-256 of salt, line feed and the text of its table."""
+    """The published hash of a sealed truth: SHA-256 of salt, line feed and its table's text."""
     return hashlib.sha256(f"{salt}\n{truth}".encode()).hexdigest()
 
 

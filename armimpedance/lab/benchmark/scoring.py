@@ -32,7 +32,7 @@ Place = tuple[str, str, str]
 
 
 class Claim(NamedTuple):
-    """What a method says of one quantity.
+    """A method's claim on one quantity.
 
     `value`: NaN or infinite: nothing was said.
     `low`, `high`: the 95 % interval; NaN where there is none.
@@ -47,12 +47,12 @@ class Claim(NamedTuple):
 
     @property
     def answers(self) -> bool:
-        """Whether a value was said at all."""
+        """True if the claim has a value."""
         return math.isfinite(self.value)
 
     @property
     def has_interval(self) -> bool:
-        """Whether limits were said, be they infinite."""
+        """True if the claim has limits, even infinite ones."""
         return self.answers and not (math.isnan(self.low) or math.isnan(self.high))
 
 
@@ -121,7 +121,7 @@ class _Row:
         return place
 
     def claim(self) -> Claim:
-        """What the row says."""
+        """The claim of this row."""
         low, high = self._number("low"), self._number("high")
         if math.isnan(low) != math.isnan(high):
             raise self.wrong("low" if math.isnan(low) else "high", "one limit", "both or none")
@@ -158,7 +158,7 @@ UNSAID: Final = 2.0
 
 @dataclass(frozen=True)
 class Score:
-    """How one group of quantities of one task and half was answered.
+    """Score of one group of quantities of one task and half.
 
     `asked`, `answered`: rows; NaN and infinite values are not answers.
     `bias`, `random`, `total`: root mean squares over the answered rows: of each quantity's mean

@@ -23,7 +23,7 @@ _INFINITE: Final = "inf"
 
 @dataclass(frozen=True)
 class Scores:
-    """What a submission came to.
+    """Scores of a submission.
 
     Attributes
     ----------

@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _sealed_truth(benchmark: BenchmarkFolder, file: Path) -> list[KnownTruth]:
-    """As it was kept beside the key or made again, and shown to be the one that was fixed.
+    """The sealed truth, stored or simulated anew, checked against its published hash.
 
     Raises InputError: another key, or a truth whose hash is another.
     """

@@ -1,4 +1,4 @@
-"""What a task is: drawn people, their truth, their recordings."""
+"""Tasks: drawn people, their truth, their recordings."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def drawn_person(rng: np.random.Generator) -> SimulatedSubject:
 
 
 def pushed(rig: Callable[[np.random.Generator], dict[str, Any]]) -> Callable[[int], Made]:
-    """What draws a record of pushes.
+    """Return a function that draws a record of pushes.
 
     `rig`: a generator -> fields of the simulator's rig.
     """

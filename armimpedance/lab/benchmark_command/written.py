@@ -101,7 +101,7 @@ _ANSWERS: Final = {
 
 
 def task_readme(task: str, asked: Sequence[AskedQuantity]) -> str:
-    """What a task asks, for its folder."""
+    """README of a task's folder: its questions."""
     rows = [
         f"| {group} | {', '.join(f'`{a.quantity}`' for a in own)} | {own[0].unit} |"
         for group, own in ((g, list(a)) for g, a in groupby(asked, key=lambda a: a.group))
@@ -152,7 +152,7 @@ def _write_datasheet(top: Path, tasks: Sequence[str]) -> None:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is to be made.
+    """Specification of the benchmark to be written.
 
     `count`: records of each half.
     `key`: None: a public half alone.

@@ -1,1 +1,1 @@
-"""What the commands of the virtual laboratory share."""
+"""Common parts of the commands of the virtual laboratory."""

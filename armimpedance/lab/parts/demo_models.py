@@ -119,7 +119,7 @@ def _median_error(given: FloatArray, true: FloatArray) -> float:
 
 
 def models_text(models: Sequence[DemoModel]) -> str:
-    """How far estimates and models are from the truth, for the screen."""
+    """Errors of estimates and models against the truth, as text for the screen."""
     header = ["models of joint stiffness", "estimates, %", "model, %", "95 %, ± %"]
     rows = [
         [m.line, *map(_percent, (m.estimates_percent, m.model_percent, m.interval_percent))]

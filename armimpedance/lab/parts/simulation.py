@@ -1,4 +1,4 @@
-"""What all rigs behind `armimpedance simulate` share: their record, options, and files."""
+"""Common parts of the rigs behind `armimpedance simulate`: record, options, files."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MARKER_NOISE_M: Final = {"nominal": 0.5e-3, "sensor": 0.5e-3, "none": 0.0}
 
 
 class Truth(Protocol):
-    """What is known of a simulated subject."""
+    """Truth of a simulated subject."""
 
     def write(self, path: Path, /) -> None:
         """Write it to a JSON file."""
@@ -41,7 +41,7 @@ class Truth(Protocol):
 
 @dataclass(frozen=True)
 class Simulated:
-    """What a rig gives.
+    """Output of a rig: a recording, its truth, and further files.
 
     `beside`: further files of the folder: name -> what writes it to a path.
     """
@@ -77,7 +77,7 @@ class SimulatedRig:
 
     @property
     def about(self) -> str:
-        """What the subcommand's help says first."""
+        """First lines of the subcommand's help."""
         said = self.line[0].upper() + self.line[1:]
         return f"{said}.\n\nExample:\n  armimpedance simulate {self.name} {self.options}"
 
@@ -171,7 +171,7 @@ def _write_beside(truth: Truth, beside: Mapping[str, Callable[[Path], None]], fo
 
 
 def simulated_files() -> tuple[str, ...]:
-    """What the folder of a simulated recording may hold."""
+    """Names that the folder of a simulated recording may hold."""
     from armimpedance.recordings import FOLDER_FILES
 
     return (*FOLDER_FILES, *BESIDE)

@@ -61,7 +61,7 @@ class _Normal:
 
 @dataclass(frozen=True)
 class _Condition:
-    """What the simulated sessions of a condition tell: extras (n, E), truth and bound's sd (Q,)."""
+    """Simulated sessions of a condition: extras (n, E), truth and the bound's sd (Q,)."""
 
     extras: FloatArray
     truth: FloatArray

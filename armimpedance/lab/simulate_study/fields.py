@@ -1,4 +1,4 @@
-"""What can be set in a grid: a name, a default, and what is refused. Standard library only."""
+"""Settings of a grid: name, default and allowed values. Standard library only."""
 
 from __future__ import annotations
 

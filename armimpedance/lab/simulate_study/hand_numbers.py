@@ -193,7 +193,7 @@ def _size(
 
 
 def _circular(x: FloatArray, y: FloatArray, s: Moments, dof: FloatArray) -> FloatArray:
-    """Whether a circle lies in the joint confidence region of x and y."""
+    """True where a circle lies in the joint confidence region of x and y."""
     limit = -2 * np.log1p(-0.95)
     limit = np.where(np.isfinite(dof), dof * np.expm1(limit / dof), limit)
     xx, xy, yy = x * x - limit * s[1, 1], x * y - limit * s[1, 2], y * y - limit * s[2, 2]
@@ -283,7 +283,7 @@ def estimate_all(settings: Settings, made: list[PreparedWindows]) -> Numbers:
 
 
 def shortcut() -> Shortcut:
-    """How estimates at the hand are drawn."""
+    """The shortcut by which estimates at the hand are drawn."""
     pass
 
     return SHORTCUT

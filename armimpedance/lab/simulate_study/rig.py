@@ -1,4 +1,4 @@
-"""What a rig of a simulated study is: its settings, its quantities, what simulates and estimates.
+"""A rig of a simulated study: its settings, its quantities, its simulator and estimator.
 
 A new rig is a new file in the folder `rigs`, with the record RIG.
 """
@@ -28,7 +28,7 @@ Kind = Literal["difference", "ratio", "share", "axis"]
 
 
 class StudyQuantity(NamedTuple):
-    """What is estimated.
+    """A quantity that is estimated.
 
     `kind`: how two conditions are compared: a share is a ratio with limits of its own, an axis an
     angle that half a turn leaves as it is.
@@ -60,7 +60,7 @@ class Seeds:
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the estimates of C conditions and S sessions came to.
+    """Numbers of the estimates of C conditions and S sessions.
 
     `values` (C, S, quantities, 7): `COLUMNS`, SI; nan where there was no estimate.
     `extras` (C, S, E): what the shortcut draws.
@@ -74,7 +74,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Shortcut:
-    """How estimates of a rig are drawn.
+    """A shortcut that draws estimates of a rig instead of simulating them.
 
     `values`: extras (n, E), truth (Q,), bound's sd (Q,) -> numbers (n, Q, 7) as the rig has them.
     """
@@ -122,7 +122,7 @@ class FittedNumbers(NamedTuple):
 
 
 def extras_of(quantities: int) -> int:
-    """How many numbers of a session are drawn: values, logarithms of their errors and of dof."""
+    """Number of values drawn for a session: estimates, logarithms of their errors, and of dof."""
     return 2 * quantities + 1
 
 

@@ -196,7 +196,7 @@ def _words(index: np.ndarray, words: Sequence[str]) -> object:
 
 
 def differing(cells: Sequence[Cell]) -> list[str]:
-    """What tells each cell from the others, such as ``noise=sensor method=exact``."""
+    """Settings in which each cell differs from others, such as ``noise=sensor method=exact``."""
     shown = [cell.shown for cell in cells]
     rigs = {one["rig"] for one in shown}
     told = []

@@ -33,7 +33,7 @@ class BlockTask:
 
 @dataclass(frozen=True)
 class EndedBlock:
-    """What a task came to: nothing but where it stands and why it failed, if it did."""
+    """Outcome of a task: its name, and the reason if it failed."""
 
     name: str
     problem: str = ""
@@ -41,7 +41,7 @@ class EndedBlock:
 
 @dataclass(frozen=True)
 class BlockWork:
-    """What a worker does; it can be sent to another process or machine.
+    """Work of a worker on a block; it can be sent to another process or machine.
 
     `blocks`: in a folder that every worker can reach.
     """
@@ -70,7 +70,7 @@ class BlockWork:
             self.blocks.put(cell, task.block, cell.rig.estimate(cell.settings, made))
 
     def failed(self, task: BlockTask, problem: str) -> EndedBlock:
-        """What stands for a block that could not be done."""
+        """The outcome of a block that could not be completed."""
         return EndedBlock(task.name, problem)
 
 
@@ -118,7 +118,7 @@ Pair = tuple[str, str]
 
 @dataclass(frozen=True)
 class Drawn:
-    """What the drawn sessions of a cell came to, and how sure that is.
+    """Sums over the drawn sessions of a cell, with their standard errors.
 
     `sums`: condition -> sums.
     `errors`: condition -> name of a column of cells.csv -> its standard error (Q,).
@@ -135,7 +135,7 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Result:
-    """What a cell came to.
+    """Results of a cell.
 
     `sums`: condition -> sums of the simulated sessions; without those that could not be done.
     `changes`: pair of conditions -> sums.

@@ -59,7 +59,7 @@ def _add_places(parser: argparse.ArgumentParser) -> None:
 
 
 def _places(arguments: argparse.Namespace) -> list[tuple[float, float]] | None:
-    """What --at and --grid ask for; None for the source's own."""
+    """Hand locations of --at and --grid; None for the source's own."""
     import numpy as np
 
     told = [(x, y) for x, y in getattr(arguments, "at", None) or ()]

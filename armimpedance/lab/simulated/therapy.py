@@ -84,7 +84,7 @@ _SIMULATORS: Final = {
 
 
 def drawings_of(device: TherapyDevice) -> TherapyRobot:
-    """What is known of a simulated robot before it was identified."""
+    """Design data of a simulated robot, before it is identified."""
     from armimpedance.joint.therapy import TherapyRobot
 
     return TherapyRobot(

@@ -101,7 +101,7 @@ class Activity:
 
 
 class Channels(Protocol):
-    """What turns the numbers of a sample, one a muscle, into activations."""
+    """Channels that turn the numbers of a sample, one a muscle, into activations."""
 
     @property
     def signal(self) -> str:
@@ -109,7 +109,7 @@ class Channels(Protocol):
 
     @property
     def delay_s(self) -> float:
-        """How late the activations are."""
+        """Delay of the activations, s."""
 
     def reset(self) -> None:
         """Forget all samples."""

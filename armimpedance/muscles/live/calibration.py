@@ -202,7 +202,7 @@ class CalibrationPlan:
 
     @property
     def met(self) -> bool:
-        """Whether the wanted error is reached in the time."""
+        """True if the wanted error is reached within the time."""
         return bool(self.expected_percent[-1] <= self.wish.error_percent)
 
     @property
@@ -295,7 +295,7 @@ def _hand(
     wish: CalibrationWish,
     moving: tuple[int, ...],
 ) -> tuple[FloatArray, float]:
-    """What the hand's relative squared error is by the parameters, and what activations add.
+    """The hand's relative squared error: the part by the parameters, and that of activations.
 
     Returns: `by_parameters` (p, p): S: the mean squared error is ``tr(S C)``, C the parameters'
     covariance.

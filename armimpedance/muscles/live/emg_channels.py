@@ -70,7 +70,7 @@ class EmgFaults:
 
     @staticmethod
     def name(number: int) -> str:
-        """What a number that `look` gives means."""
+        """The meaning of a number that `look` returns."""
         return _NAMES[number]
 
     def look(self, values: FloatArray, band: FloatArray) -> IntArray:
@@ -119,7 +119,7 @@ class EmgFaults:
         return np.asarray(heaps[0] | heaps[1])
 
     def _hums(self, band: FloatArray) -> BoolArray:
-        """Whether each channel (m,) repeats itself with a period of the mains."""
+        """True for each channel (m,) that repeats itself with a period of the mains."""
         found = np.zeros(band.shape[1], dtype=bool)
         for period in self._periods:
             now = band[2 * period :]
@@ -133,7 +133,7 @@ class EmgFaults:
         return found
 
     def _moves(self, raw: FloatArray, band: FloatArray) -> BoolArray:
-        """Whether what is below the band is larger than the EMG: an electrode is moved."""
+        """True for channels whose signal below the band exceeds the EMG: the electrode moves."""
         slow = raw - band - self._offset
         least = np.maximum(np.sqrt((band**2).mean(axis=0)), 0.1 * self._levels.maximum_V)
         return np.asarray(np.sqrt((slow**2).mean(axis=0)) > MOVING * least)

@@ -88,7 +88,7 @@ class StiffnessForm(FrozenRecord):
         return len(self.box)
 
     def was_measured(self, q: FloatArray) -> bool:
-        """Whether a posture (n,) lies among the measured ones."""
+        """Return True if a posture (n,) lies among the measured ones."""
         if self.measured is None:
             return bool(((q >= self.box[:, 0]) & (q <= self.box[:, 1])).all())
         return bool(self._region.contains(self._scaling.scaled(q)))
@@ -227,7 +227,7 @@ class PosturePart:
 
 
 class HandPart:
-    """What each part of K_j gives at the hand: ``K_e = V^T K_j V``, V the joints' motion.
+    """Contribution of each part of K_j to the hand: ``K_e = V^T K_j V``, V the joints' motion.
 
     With ``V = K_j^-1 J^T K_e`` this holds for any arm, and to first order for its errors too.
 
@@ -349,7 +349,7 @@ class HandEquations:
         return unpacked(packed, len(self._moving)), packed, False
 
     def _traces(self, hand: HandPart, f: FloatArray, rise: FloatArray) -> FloatArray:
-        """What each muscle gives (m,) to the trace."""
+        """Contribution of each muscle (m,) to the trace."""
         squares = hand.squares[:, self._diagonal].sum(axis=1)
         return np.asarray(f * squares + rise * hand.curvatures[:, self._diagonal].sum(axis=1))
 

@@ -1,4 +1,4 @@
-"""What live updates are made for: samples, checked, and what an EMG of each muscle means."""
+"""Inputs of live updates: checked samples, and the calibration of each muscle's EMG."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class EmgLevels(FrozenRecord):
 
 @dataclass(frozen=True)
 class GainDrift:
-    """What a recalibration found.
+    """Result of a recalibration.
 
     `levels`: to go on with.
     `gain`, `sd` (m,): gain now over gain then, and its standard error from what the loads differ

@@ -1,4 +1,4 @@
-"""What a live update says of the hand."""
+"""Result of a live update: the hand's stiffness with its error and warnings."""
 
 from __future__ import annotations
 

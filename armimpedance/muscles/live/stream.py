@@ -236,7 +236,7 @@ TOLD: Final = 20
 
 @dataclass
 class Served:
-    """What a stream has been.
+    """Counts of a stream's packets.
 
     `taken`, `refused`: packets.
     `extrapolating`, `indefinite`, `flagged`: samples among the taken ones.

@@ -104,12 +104,12 @@ class Live:
 
     @property
     def signal(self) -> str:
-        """What a sample holds of the muscles: the name of its field in a packet."""
+        """Name of the field of a packet that holds the muscles' numbers."""
         return self._channels.signal
 
     @property
     def delay_s(self) -> float:
-        """What the filters add, s."""
+        """Delay that the filters add, s."""
         return self._channels.delay_s
 
     def reset(self) -> None:

@@ -1,4 +1,4 @@
-"""Whether the gain of an EMG channel changed between conditions: the rows as their own witness.
+"""Test of a changed gain of an EMG channel between conditions, from the rows themselves.
 
     y_p = X_p theta + w_p D_pi g_i
 
@@ -87,12 +87,12 @@ class GainChange:
 
     @property
     def seen(self) -> bool:
-        """Whether it is more than chance, and matters."""
+        """True if it is beyond chance and large enough to matter."""
         return self.z > self.limit and abs(self.part) > LEAST
 
     @property
     def spread(self) -> FloatArray:
-        """What it adds to the covariance (p, p): nobody knows which of both gains is right."""
+        """Covariance (p, p) that it adds, for either of the two gains may be the right one."""
         return np.asarray(self.shifts.T @ self.shifts / 2)
 
     def finding(self, muscles: Sequence[str], labels: Sequence[str]) -> Finding:

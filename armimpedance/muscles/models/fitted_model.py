@@ -1,4 +1,4 @@
-"""What the models over posture, over activation and over both have in common."""
+"""Common parts of the models over posture, over activation and over both."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ class FittedModel(FittedResult, FrozenRecord):
         return cast(Model, replace(cast(Any, self), summary=summary))
 
     def to_dict(self) -> dict[str, Any]:
-        """What MODEL.json says of the fit: its summary and the quality of each element."""
+        """The fit as MODEL.json holds it: its summary and the quality of each element."""
         return {**self.summary.to_dict(), "quality": [asdict(q) for q in self.quality]}
 
     def as_plain(self) -> dict[str, Any]:

@@ -98,7 +98,7 @@ def _where_known(sd: FloatArray) -> FloatArray | None:
 
 
 def where_all(estimates: Sequence[ImpedanceEstimate], field: str) -> FloatArray | None:
-    """What every estimate has, (P, .); None where one lacks it.
+    """A field of all estimates, (P, .); None if one of them lacks it.
 
     Raises InputError: vectors of different lengths.
     """
@@ -206,7 +206,7 @@ class HandRows(FrozenRecord):
 
     @property
     def viscosity_sd(self) -> FloatArray:
-        """Of no element: a hand with free joints has no viscosity of its own."""
+        """No element (P, 0): a hand with free joints has no viscosity of its own."""
         return np.empty((len(self.joint_angles), 0))
 
     def require_planar(self) -> None:
@@ -225,7 +225,7 @@ class HandRows(FrozenRecord):
         return triple(self.stiffness), triple_sd(self.stiffness, self.stiffness_sd)
 
     def shared(self, symbol: str) -> FloatArray:
-        """What the rows' common causes make wrong in packed K, (s, P, E); of the viscosity none."""
+        """Errors of packed K by causes that rows share, (s, P, E); empty for the viscosity."""
         if symbol == "B" or self.stiffness_shared is None:
             return np.zeros((0, *self.elements(symbol)[0].shape))
         return triple(self.stiffness_shared.swapaxes(0, 1))

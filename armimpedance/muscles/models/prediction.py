@@ -1,4 +1,4 @@
-"""What a model predicts at a posture and an activation, at the joints and at the hand."""
+"""Predictions of a model at a posture and an activation, at the joints and at the hand."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MOST_SHOWN: Final = 9
 
 
 class Predicted(FrozenRecord):
-    """What predictions at the joints and at the hand share: two matrices and their errors."""
+    """Common parts of predictions at the joints and at the hand: two matrices and errors."""
 
     stiffness: FloatArray
     viscosity: FloatArray
@@ -57,7 +57,7 @@ class Predicted(FrozenRecord):
 
     @property
     def flags(self) -> list[dict[str, Any]]:
-        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        """Flags of each prediction: extrapolated (0 or 1), and the reason."""
         raise NotImplementedError
 
     def matrix_rows(self, symbol: str) -> list[dict[str, float]]:
@@ -181,7 +181,7 @@ class JointPrediction(Predicted):
 
     @property
     def flags(self) -> list[dict[str, Any]]:
-        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        """Flags of each prediction: extrapolated (0 or 1), and the reason."""
         return [
             {"extrapolated": int(outside), "reason": reason}
             for outside, reason in zip(self.extrapolated, self.reasons, strict=True)
@@ -245,7 +245,7 @@ class HandPrediction(Predicted):
 
     @property
     def flags(self) -> list[dict[str, Any]]:
-        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        """Flags of each prediction: extrapolated (0 or 1), and the reason."""
         return self.joint.flags
 
     @property

@@ -25,7 +25,7 @@ _FOLLOWED: Final = 0.99
 
 
 def shared_blocks(errors: Sequence[Mapping[str, FloatArray]], axes: int) -> FloatArray:
-    """What each cause makes wrong in M, B and K of each row.
+    """Errors of M, B and K of each row by each shared cause.
 
     A cause of one name is the same in all rows; a row that does not name it has none of it.
 
@@ -58,7 +58,7 @@ def main_errors(shared: FloatArray, sd: FloatArray | None) -> FloatArray:
 def spread_of(
     covariance: FloatArray, design: FloatArray, weight: FloatArray, shared: FloatArray
 ) -> FloatArray:
-    """What shared errors add to the covariance (p, p) of a weighted linear fit.
+    """Covariance (p, p) of a weighted linear fit that shared errors add.
 
     `shared` (s, P, E).
     `covariance` (p, p): C of the fit, of rows of unit variance.
@@ -250,7 +250,7 @@ class JointRows(FrozenRecord):
         return triple(measured), None if sd is None else triple_sd(measured, sd)
 
     def shared(self, symbol: str) -> FloatArray:
-        """What the rows' common causes make wrong in packed K or B, (s, P, E), one sd of each."""
+        """Errors of packed K or B by causes that rows share, (s, P, E), one sd of each."""
         errors = self.stiffness_shared if symbol == "K" else self.viscosity_shared
         if errors is None:
             return np.zeros((0, self.n_rows, len(elements(len(self.moving))[0])))

@@ -236,7 +236,7 @@ class Region(FrozenRecord):
         return np.asarray(weights @ self.vertices / weights.sum())
 
     def contains(self, points: ArrayLike) -> BoolArray:
-        """Whether points (..., n) are inside, or outside by no more than the tolerance."""
+        """Return True for points (..., n) that are inside, or outside within the tolerance."""
         p = np.asarray(points, dtype=float)
         return np.asarray(np.linalg.norm(p - self.nearest(p), axis=-1) <= self.tolerance)
 

@@ -1,4 +1,4 @@
-"""What the page to play with needs: models, whose arm it is, measured estimates."""
+"""Data of the interactive page: models, the person's arm, measured estimates."""
 
 from __future__ import annotations
 

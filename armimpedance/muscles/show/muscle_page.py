@@ -47,7 +47,7 @@ def page_of(asked: Asked) -> Page:
 
 
 def _drawn(model: FittedModel) -> Picture:
-    """What the model gives at places of its range; squares are extrapolated."""
+    """Picture of the model's predictions over its range; squares are extrapolated."""
     kind = kind_of(model)
     given, where = [], []
     if "postures" in kind.needs:

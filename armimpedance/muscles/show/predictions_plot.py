@@ -1,4 +1,4 @@
-"""What a model predicts, row by row, with what is extrapolated set apart."""
+"""Predictions of a model, row by row; extrapolated ones are set apart."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ def _muscles(rows: Sequence[TableRow]) -> int:
 def _where_all(
     rows: Sequence[TableRow], column: str, read: Callable[[TableRow], FloatArray]
 ) -> FloatArray | None:
-    """What every row has; None where none has it."""
+    """A column of all rows; None if no row has it."""
     having = [bool(row.cells.get(column)) for row in rows]
     if not any(having):
         return None
@@ -251,7 +251,7 @@ PREDICTED: Final = {
 
 
 def predictions_content(predicted: JointPrediction | HandPrediction) -> Content:
-    """What a file holds of predictions: one row per posture and activation.
+    """The content of a file of predictions: one row per posture and activation.
 
     Columns: `level`, the posture, `alpha_i` where the model has activations, `K_ij`, `B_ij` with
     `sd_` and 95 % limits `ci_low_`, `ci_high_`, the ellipses' `K_size, K_orientation_deg, K_shape`

@@ -135,7 +135,7 @@ class WrongWorkerError(InputError):
 
 
 def _given(future: Any, work: Work[Asked, Given], task: Asked) -> Given:
-    """What a future came to; a worker that was killed again and again is its task's problem."""
+    """Result of a future; a task whose workers are killed repeatedly has failed."""
     if future.status in ("cancelled", "lost"):
         raise OSError("connection lost")
     error = future.exception(timeout=_ANSWER_S)

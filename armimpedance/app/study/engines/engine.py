@@ -1,4 +1,4 @@
-"""What an engine is: it has named tasks done, wherever, and gives what each came to."""
+"""Protocols of an engine: it has named tasks done anywhere, and yields their outcomes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 
 class Named(Protocol):
-    """What has a name of its own: a task, and what it came to."""
+    """A task, or its outcome, with a name of its own."""
 
     @property
     def name(self) -> str:
@@ -21,23 +21,23 @@ _Given = TypeVar("_Given", bound=Named, covariant=True)
 
 
 class Work(Protocol[_Asked, _Given]):
-    """What is done with a task; it can be sent to another process or machine.
+    """Work to be done on a task; it can be sent to another process or machine.
 
     Done twice, it comes to the same: where a worker was killed it is done again.
     """
 
     def __call__(self, task: _Asked) -> _Given:
-        """What the task came to, under the task's name."""
+        """Do the task; the outcome has the task's name."""
 
     def failed(self, task: _Asked, problem: str) -> _Given:
-        """What stands for a task that could not be ended, and why."""
+        """The outcome of a task that could not be completed, with the reason."""
 
 
 class Engine(Protocol):
     """Processes of this machine, workers on many, ...: one file an engine."""
 
     def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
-        """What each task came to, in any order.
+        """Yield the outcome of each task, in any order.
 
         `tasks`: of names that differ.
         """

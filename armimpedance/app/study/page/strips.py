@@ -174,7 +174,7 @@ def _label(ax: Axes, quantity: str, strip: Strip, labels: Sequence[str]) -> None
 
 
 def _short(conditions: Sequence[str]) -> list[str]:
-    """What tells the conditions apart, without what they all begin with."""
+    """Names of the conditions without the beginning that they share."""
     words = [name.split("_") for name in conditions]
     while len(words) > 1 and all(len(w) > 1 for w in words) and len({w[0] for w in words}) == 1:
         words = [w[1:] for w in words]

@@ -1,4 +1,4 @@
-"""What became of each session: counts, a table of marks, and who failed for which reason."""
+"""States of the sessions: counts, a table of marks, and the reasons of failures."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _TROUBLE: Final = ("unusable", "warning", "cannot tell")
 
 
 def counts_table(sessions: Sequence[SessionRow]) -> Table:
-    """How many sessions are in each state."""
+    """Number of sessions in each state."""
     meant = {
         "ok": "no check found anything",
         "warning": "a check warns: read it before the numbers",
@@ -67,7 +67,7 @@ def counts_table(sessions: Sequence[SessionRow]) -> Table:
 
 
 def verdict_of_cohort(sessions: Sequence[SessionRow], far: Sequence[str]) -> Verdict:
-    """How many sessions can be used, what is wrong, and what to do next."""
+    """The verdict of a cohort: usable sessions, what is wrong, and what to do next."""
     count = {state: sum(s["state"] == state for s in sessions) for state in SHOWN}
     good, care = count["ok"], count["warning"]
     with_care = f", {care} of them with care" if care else ""

@@ -127,7 +127,7 @@ def _source(
 
 @contextmanager
 def _output(args: argparse.Namespace) -> Iterator[Callable[[str], bool]]:
-    """What takes a line of the results; False once nobody wants more."""
+    """Yield a function that writes a line of results and returns False after the last one."""
     left = args.samples or 0
 
     def more() -> bool:

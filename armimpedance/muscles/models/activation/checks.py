@@ -1,4 +1,4 @@
-"""What rows must be for an activation model, and where a fitted one cannot be a muscle's."""
+"""Checks of the rows of an activation model, and of fitted values that no muscle can have."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[Floa
 
 
 def plausible_size(K: FloatArray) -> Finding:
-    """Whether ``ss, se, ee`` (P, 3) of the stiffness are of the size that an arm can have."""
+    """Check that ``ss, se, ee`` (P, 3) of the stiffness are of the size that an arm can have."""
     size = float(np.median(K[:, [0, 2]]))
     low, high = PLAUSIBLE
     if low <= size <= high:

@@ -41,7 +41,7 @@ from armimpedance.muscles.models.rows import ELEMENTS
 def muscle_patterns(
     arm: MuscularArm, q: ArrayLike, *, curvature: bool, stiffness_per_tension: float
 ) -> FloatArray:
-    """What one N/m of each muscle adds to ``ss, se, ee`` at a posture q (..., 2), (..., m, 3)."""
+    """``ss, se, ee`` per N/m of each muscle at a posture q (..., 2), (..., m, 3)."""
     G = arm.paths.moment_arms(q)
     A = G[..., :, None] * G[..., None, :]
     if curvature:
@@ -152,7 +152,7 @@ class ActivationEquations:
 
     @property
     def reach(self) -> FloatArray:
-        """What one N/m of each muscle adds to each output, (m, r)."""
+        """Change of each output per N/m of each muscle, (m, r)."""
         if self.moment_arms is None:
             return self.patterns
         return np.hstack([self.patterns, -self.moment_arms / self.stiffness_per_tension])

@@ -219,7 +219,7 @@ def _with_doubts(
 
 
 def _shared_spread(solved: SolvedEquations, shared: FloatArray) -> FloatArray:
-    """What errors (s, P, 3) that all rows share add to the covariance of theta."""
+    """Covariance of theta that errors (s, P, 3) shared by all rows add."""
     outputs = solved.weight.shape[-1]
     beside_torque = np.pad(shared, ((0, 0), (0, 0), (0, outputs - shared.shape[-1])))
     design = solved.weight @ solved.design

@@ -125,7 +125,7 @@ class MixedRows:
         return C @ gram[:p, -1], C, C @ gram[:p, p:-1]
 
     def missed(self, x: FloatArray, C: FloatArray, moved: FloatArray) -> FloatArray:
-        """What shared errors do to a condition that was not measured, (P, r, c)."""
+        """Effect of shared errors on the prediction of a condition left out, (P, r, c)."""
         lower = self._own(x)
         left = self._shared(x) - self.design @ moved
         # (1 - H_p)^-1 left_p, H_p (r, r) = X_p C X_p^T V_p^-1
@@ -178,7 +178,7 @@ HALVINGS: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class ActivationMisfit:
-    """How far the model is from its rows beyond their errors.
+    """Lack of fit: distance of the model from its rows beyond their errors.
 
     `sizes` (3,): relative errors of moment arms, of exponents, of the moment arms of single
     conditions (sd).
@@ -205,7 +205,7 @@ class ActivationMisfit:
 
     @property
     def seen(self) -> bool:
-        """Whether it is told, and allowed for."""
+        """True if it is reported, and the intervals allow for it."""
         return self.gain > SEEN
 
     def allowed_for(self, solved: SolvedEquations, *, moved: bool) -> SolvedEquations:
@@ -221,7 +221,7 @@ class ActivationMisfit:
 
     @property
     def chance(self) -> float:
-        """Of a lack of fit that is there: one where it is seen, even odds just below that."""
+        """Probability of a lack of fit: 1 where it is detected, 1/2 just below the threshold."""
         return 1.0 if self.seen else float(expit((self.gain - SEEN) / 2))
 
     def matrix_covariance(self, covariance: FloatArray) -> FloatArray:
@@ -239,7 +239,7 @@ class ActivationMisfit:
         return self.of_muscles
 
     def finding(self, symbol: str, doubt: float) -> Finding:
-        """What to say of K or B.
+        """The finding on K or B.
 
         `doubt`: relative standard error of a single muscle's coefficient (median).
         """
@@ -312,7 +312,7 @@ def _fallen(mixed: MixedRows, x: FloatArray, allowed: float) -> FloatArray:
 def _causes(
     equations: ActivationEquations, solved: SolvedEquations, G: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What unit errors do: of log moment arms (P, r, 2 m), of exponents (P, r, m)."""
+    """Effects of unit errors of log moment arms (P, r, 2 m) and of exponents (P, r, m)."""
     m, N = len(G), equations.order
     alpha, theta = solved.activation, solved.theta
     f = (powers(alpha, N) * theta[3 : 3 + m * N].reshape(m, N)).sum(axis=-1)

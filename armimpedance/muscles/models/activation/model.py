@@ -150,7 +150,7 @@ class ActivationModel(FittedModel):
         )
 
     def muscle_stiffness(self, activation: ArrayLike) -> FloatArray:
-        """What activation adds to each muscle's stiffness, ``f_i(alpha) - f_i(0)``, (P, m), N/m.
+        """Stiffness that activation adds to each muscle, ``f_i(alpha) - f_i(0)``, (P, m), N/m.
 
         f_i(0) itself cannot be told from the other muscles' (see `stiffness`).
         """

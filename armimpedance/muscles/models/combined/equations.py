@@ -72,7 +72,7 @@ class ParameterLayout:
 
     @property
     def e(self) -> slice:
-        """What tensions differ by from proportion to stiffness."""
+        """Deviations of the tensions from proportionality to stiffness."""
         return slice(self.tau_p.stop, self.tau_p.stop + self.muscles)
 
 
@@ -158,12 +158,12 @@ class EvaluatedEquations:
 
     @cached_property
     def _arm_changes(self) -> FloatArray:
-        """What a unit of each correction adds to its muscle's moment arms, (P, C, n)."""
+        """Change of a muscle's moment arms per unit of each correction, (P, C, n)."""
         return np.asarray((self.gradient @ self.equations.lengths.change.T).swapaxes(1, 2))
 
     @cached_property
     def _curvature_changes(self) -> FloatArray:
-        """What it adds to the curvatures over kappa, (P, C, E)."""
+        """Change of the curvatures over kappa per unit of each correction, (P, C, E)."""
         return np.asarray((self.second @ self.equations.lengths.change.T).swapaxes(1, 2))
 
     def squares(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""How well the muscle model fits, element by element, and what the data say of each parameter."""
+"""Quality of the muscle model: its fit by element, and the data's share in each parameter."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class Measured:
     def fitted(
         self, form: EvaluatedEquations, x: FloatArray, which: str
     ) -> tuple[FloatArray, FloatArray]:
-        """What the form says of the rows' "K" or "B", (P, E), and derivatives (P, E, n)."""
+        """Model values of the rows' "K" or "B", (P, E), and their derivatives (P, E, n)."""
         value, slope = form.stiffness(x) if which == "K" else form.viscosity(x)
         if self.hand is None:
             return value[:, self.kept], slope[:, self.kept]
@@ -96,7 +96,7 @@ class Prior:
 
 @dataclass(frozen=True)
 class MusclePosterior:
-    """What the rows say, with the prior.
+    """Posterior of the muscles' parameters, from the rows and the prior.
 
     `x` (n,).
     `covariance` (n, n): covariance of the linearised model, bounds left out of account.
@@ -165,7 +165,7 @@ def _weights(
 def _covariances(
     form: EvaluatedEquations, measured: Measured, factor: FloatArray, x: FloatArray, which: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Of the rows of "K" or "B" (P, E, E): their own covariance, and that of a scatter of 1."""
+    """Covariances (P, E, E) of the rows of "K" or "B": their own, and that of a unit scatter."""
     stiff = which == "K"
     sd = (measured.stiffness_sd if stiff else measured.viscosity_sd) * factor[0 if stiff else 1]
     S = sd[..., None] ** 2 * np.eye(sd.shape[1])

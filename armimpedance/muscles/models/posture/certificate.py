@@ -132,7 +132,7 @@ class Gram(GramShape):
 
 @dataclass(frozen=True)
 class Certificate(FrozenRecord):
-    """How positive definite a matrix over posture is.
+    """Certificate that a matrix over posture is positive definite.
 
     `smallest_eigenvalue`: the smallest one found on a grid over the workspace, in the unit of the
     matrix.
@@ -190,6 +190,6 @@ def coefficients_of(grams: Sequence[Gram], order: int) -> FloatArray:
 
 
 def proves(grams: Sequence[Gram], coefficients: FloatArray, order: int) -> bool:
-    """Whether Gram matrices add up to these coefficients (terms, 3)."""
+    """Return True if the Gram matrices add up to these coefficients (terms, 3)."""
     off = np.abs(coefficients_of(grams, order) - coefficients).max()
     return bool(off <= _ROUNDING * np.abs(coefficients).max(initial=0.0))

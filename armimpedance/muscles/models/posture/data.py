@@ -1,4 +1,4 @@
-"""What one matrix, K or B, was measured to be over posture, in the form in which it is fitted."""
+"""Measurements of one matrix, K or B, over posture, in the form in which it is fitted."""
 
 from __future__ import annotations
 

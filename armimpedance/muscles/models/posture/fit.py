@@ -110,7 +110,7 @@ def _widened(fitted: FittedMatrix, missed: FloatArray) -> FittedMatrix:
 
 
 def _course(data: PostureData, X: FloatArray) -> tuple[bool, FloatArray, FloatArray, float]:
-    """Whether neighbours agree; of ss, se, ee the variances of course and rest; what is seen."""
+    """Test of agreement between neighbours; variances of course and rest of ss, se, ee; limit."""
     P, t = X.shape
     weight = np.ones((P, 3)) if data.sd is None else 1 / data.sd
     ways = [data.scaled / np.array(lengths) for lengths in LENGTHS]

@@ -72,7 +72,7 @@ STRUCTURES: dict[str, Callable[[int], tuple[GramShape, ...]]] = {
 
 
 def roughness(shape: GramShape) -> FloatArray:
-    """What each monomial of a moment arm costs, (size,): the square of its degree.
+    """Penalty of each monomial of a moment arm, (size,): the square of its degree.
 
     Nothing for a constant, so that an arm with constant moment arms is not shrunk; more by
     `OTHER_JOINT` where the angle of the other joint takes part. A multiplier is of degree 2 and

@@ -94,7 +94,7 @@ def _solve(X: FloatArray, data: PostureData, j: int) -> _Solved:
 def _covariance(
     solved: list[_Solved], residual: FloatArray, data: PostureData, spare: int
 ) -> tuple[bool, FloatArray]:
-    """Whether residuals have a say, and the covariance (3p, 3p): all of ss, then se, then ee."""
+    """True if residuals scale it, and the covariance (3p, 3p): all of ss, then se, then ee."""
     if data.sd is None:
         S = residual.T @ residual / spare
         return True, np.kron(S, solved[0].inverse)
