@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from math import inf
 from typing import Any, Final, TypeVar
 
 Entry = TypeVar("Entry")
@@ -111,6 +112,55 @@ class InputError(ArmImpedanceError):
 
 class RecordError(InputError):
     """A central type was built from arrays that cannot be what the type says."""
+
+
+def check_number(
+    value: float,
+    problem: str,
+    *,
+    above: float | None = None,
+    low: float | None = None,
+    below: float | None = None,
+    high: float | None = None,
+    unit: str = "",
+    error: type[InputError] = InputError,
+) -> None:
+    """Refuse a number outside its bounds. NaN is, and infinity unless it is allowed by `high`.
+
+    `problem`: the sentence, with the number in it.
+    `above`, `below`: bounds that are not allowed themselves.
+    `low`, `high`: bounds that are.
+    """
+    inside = (
+        value <= high if high is not None else abs(value) < inf,
+        above is None or value > above,
+        low is None or value >= low,
+        below is None or value < below,
+    )
+    if not all(inside):
+        raise error(problem, expected=f"{_in_words(above, low, below, high)} {unit}".rstrip())
+
+
+def check_level(level: float) -> None:
+    """Refuse a confidence level that does not lie between 0 and 1."""
+    check_number(level, f"confidence level {level}", above=0, below=1)
+
+
+def _in_words(
+    above: float | None, low: float | None, below: float | None, high: float | None
+) -> str:
+    """The bounds of a number, such as "more than 0" or "0.02 to 2"."""
+    if above is not None and below is not None:
+        return f"between {above:g} and {below:g}"
+    if low is not None and high is not None:
+        return f"{low:g} to {high:g}"
+    words = [
+        *([] if above is None else [f"more than {above:g}"]),
+        *([] if low is None else [f"{low:g} or more"]),
+        *([] if below is None else [f"less than {below:g}"]),
+        *([] if high is None or high == inf else [f"at most {high:g}"]),
+    ]
+    return ", ".join(words) or "a finite number"
 
 
 class NotIdentifiableError(ArmImpedanceError):

@@ -46,7 +46,7 @@ from armimpedance.app.cli.convert_motion import (
     with_names,
     with_standing,
 )
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.show.command.options import add_reading, reading_options
 from armimpedance.show.command.outputs import OutputPath, add_replace, check_folder
 
@@ -113,11 +113,10 @@ def _told(recording: AnyRecording) -> int:
 
 def _sizes(arguments: argparse.Namespace) -> dict[str, Any]:
     """The subject's measures that were given."""
-    known = {name: getattr(arguments, name) for name in SUBJECT_FIELDS}
-    sizes = {name: value for name, value in known.items() if value is not None}
+    measures = {name: getattr(arguments, name) for name in SUBJECT_FIELDS}
+    sizes = {name: value for name, value in measures.items() if value is not None}
     for name, value in sizes.items():
-        if not value > 0:
-            raise InputError(f"--{name.replace('_', '-')} {value:g}", expected="more than 0")
+        check_number(value, f"--{name.replace('_', '-')} {value:g}", above=0)
     return sizes
 
 

@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import AXES
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.hand.adaptive.so_far import SoFar
 from armimpedance.hand.ellipses import ellipse
 from armimpedance.numerics.regression import t_factor
@@ -69,12 +69,11 @@ class Aim:
         if all(value is None for _, value in parts):
             raise InputError("nothing is wished", expected="K within some per cent, or another")
         for name, value in parts:
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{name} within {value:g}", expected="more than 0")
+            if value is not None:
+                check_number(value, f"{name} within {value:g}", above=0)
         if (self.difference_part is None) != (self.between is None):
             raise InputError("a difference", expected="its size and the two conditions")
-        if not 0.5 <= self.power < 1:
-            raise InputError(f"a power of {self.power:g}", expected="0.5 to less than 1")
+        check_number(self.power, f"a power of {self.power:g}", low=0.5, below=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
-from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError, check_number
 from armimpedance.hand.comparison.matrix_test import (
     MATRIX_NAMES,
     MatrixTest,
@@ -275,5 +275,4 @@ def _check(first: TrialEquations, second: TrialEquations, permutations: int) -> 
         raise InputError("a group of one trial", expected="two trials or more in each group")
     if len(first.names) != len(second.names):
         raise InputError("groups with different numbers of axes", expected="the same number")
-    if permutations < 1:
-        raise InputError(f"{permutations} permutations", expected="1 or more")
+    check_number(permutations, f"{permutations} permutations", low=1)

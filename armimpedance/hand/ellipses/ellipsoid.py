@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.special import fdtri, stdtrit
 
 from armimpedance.core.arrays import FloatArray, frozen_array
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_level
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses.geometry import FIELDS, NotPositiveDefiniteError, Which
 
@@ -134,8 +134,7 @@ _TRANSPOSE: Final = np.eye(9).reshape(3, 3, 9).transpose(1, 0, 2).reshape(9, 9)
 
 
 def _checked(level: float) -> float:
-    if not 0 < level < 1:
-        raise InputError(f"confidence level {level}", expected="between 0 and 1")
+    check_level(level)
     return level
 
 

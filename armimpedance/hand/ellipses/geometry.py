@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
 from armimpedance.core.arrays import FloatArray, frozen, frozen_array
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_level
 from armimpedance.core.records import ImpedanceEstimate
 
 Which = Literal["inertia", "viscosity", "stiffness"]
@@ -156,8 +156,7 @@ class Ellipse:
         InputError
             The ellipse has no covariance, or the level is not between 0 and 1.
         """
-        if not 0 < level < 1:
-            raise InputError(f"confidence level {level}", expected="between 0 and 1")
+        check_level(level)
         t = float(stdtrit(self.dof, (1 + level) / 2))
         circular = self.may_be_circular(level)
         orientation = (-np.pi / 2, np.pi / 2) if circular else self._orientation_interval(t)

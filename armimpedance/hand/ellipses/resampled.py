@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_level
 from armimpedance.hand.ellipses.geometry import Ellipse
 
 #: More resamples than this part without an ellipse: the others do not stand for all.
@@ -43,8 +43,7 @@ class ResampledEllipse:
 
         Raises InputError: the level is not between 0 and 1.
         """
-        if not 0 < level < 1:
-            raise InputError(f"confidence level {level}", expected="between 0 and 1")
+        check_level(level)
         t = float(stdtrit(self.dof, (1 + level) / 2))
         sides = np.array([-t, t])
         turn = np.clip(self.of.orientation_rad + sides * self.sd_orientation_rad, -np.pi, np.pi)

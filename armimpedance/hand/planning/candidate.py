@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
-from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.errors import ArmImpedanceError, InputError, check_number
 from armimpedance.hand.planning.pilot import Pilot
 from armimpedance.hand.planning.precision import PlannedMotion, Precision, precision, reflex_bias
 from armimpedance.hand.planning.profile import Profile
@@ -37,8 +37,8 @@ class Wish:
             ("the orientation", self.orientation_rad, 180 / np.pi, "degrees"),
         )
         for name, value, factor, unit in asked:
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{name} within {factor * value:g} {unit}", expected="more than 0")
+            if value is not None:
+                check_number(value, f"{name} within {factor * value:g} {unit}", above=0)
         if self.most_trials < 8:
             raise InputError(f"{self.most_trials} trials", expected="8 or more: one set")
 

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_number
 from armimpedance.core.progress import Progress
 from armimpedance.hand.planning.precision import equation_rows, modal_motion
 from armimpedance.hand.planning.profile import (
@@ -52,8 +52,8 @@ class Limits:
     acceleration: float = 5.3
 
     def __post_init__(self) -> None:
-        if not self.acceleration > 0:
-            raise InputError(f"at most {self.acceleration:g} m/s^2", expected="more than 0")
+        most = f"at most {self.acceleration:g} m/s^2"
+        check_number(self.acceleration, most, above=0, high=np.inf)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
-from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.errors import ArmImpedanceError, InputError, check_number
 from armimpedance.core.progress import Progress
 from armimpedance.hand.planning.candidate import Candidate, Wish, judge, judge_pilot
 from armimpedance.hand.planning.design import Goal, Limits, check_limits, design
@@ -332,10 +332,8 @@ def make_plan(
     `progress` function (done, all): called after each profile.
     Raises InputError: a delay outside of 10 to 200 ms, or no condition.
     """
-    if conditions < 1:
-        raise InputError(f"{conditions} conditions", expected="1 or more")
-    if not 0.01 <= delay_s <= 0.2:
-        raise InputError(f"a reflex {1e3 * delay_s:g} ms late", expected="10 to 200 ms")
+    check_number(conditions, f"{conditions} conditions", low=1)
+    check_number(1e3 * delay_s, f"a reflex {1e3 * delay_s:g} ms late", low=10, high=200, unit="ms")
     candidates = [] if pilot is None else [judge_pilot(pilot, wish, conditions)]
     for done, profile in enumerate(profiles, start=1):
         candidates.append(judge(setting, profile, wish, delay_s, conditions))

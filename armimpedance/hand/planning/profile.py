@@ -15,7 +15,7 @@ from numpy.polynomial import Legendre
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.outputs import staged_file
 
 #: Points in [0, 1] at which peaks are looked for.
@@ -59,12 +59,12 @@ class Profile:
     duration_s: float
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.amplitude_m) and 0 < self.amplitude_m <= 0.05):
-            raise InputError(
-                f"an amplitude of {1e3 * self.amplitude_m:g} mm", expected="more than 0, <= 50 mm"
-            )
-        if not 0.02 <= self.duration_s <= 2.0:
-            raise InputError(f"a duration of {self.duration_s:g} s", expected="0.02 to 2 s")
+        amplitude_mm = 1e3 * self.amplitude_m
+        check_number(
+            amplitude_mm, f"an amplitude of {amplitude_mm:g} mm", above=0, high=50, unit="mm"
+        )
+        duration = f"a duration of {self.duration_s:g} s"
+        check_number(self.duration_s, duration, low=0.02, high=2, unit="s")
 
     def at(self, lag_s: ArrayLike) -> FloatArray:
         """Displacement (m), velocity and acceleration (3, ...) at times since the onset (...,)."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.conventions import CAST_MASS_KG
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.planning.noise_level import NOMINAL, Noise
 from armimpedance.hand.still import through_impedance
@@ -57,8 +57,7 @@ class Servo:
     @classmethod
     def of_bandwidth(cls, hertz: float, mass_kg: float = 2.0) -> Servo:
         """A servo known by its natural frequency only, without feedforward."""
-        if not (np.isfinite(hertz) and hertz > 0):
-            raise InputError(f"a servo bandwidth of {hertz:g} Hz", expected="more than 0")
+        check_number(hertz, f"a servo bandwidth of {hertz:g} Hz", above=0)
         return cls(mass_kg * (2 * np.pi * hertz) ** 2, mass_kg, feedforward=False)
 
     @property

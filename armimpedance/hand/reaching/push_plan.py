@@ -14,7 +14,7 @@ from typing import Annotated, Final, Literal
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.course import (
     courses_of,
@@ -247,8 +247,7 @@ def plan_movement(
         ("max_force_n", max_force_n),
         ("max_displacement_m", max_displacement_m),
     ):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} {value:g}", expected="more than 0")
+        check_number(value, f"{name} {value:g}", above=0)
     pushes = pushes_of(pilot)
     named = pushes.phases[0] if phase is None else phase
     if named not in pushes.phases:

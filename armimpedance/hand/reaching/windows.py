@@ -9,7 +9,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.course import Courses, Pushes, channel, pushes_of
@@ -117,8 +117,7 @@ def _asked(
     if not pushes.throughout(phase):
         _check_directions(phase, pushes.direction[rows[of_phase]])
     length = min(pushes.duration_s + AFTER_S, LONGEST_S) if window_s is None else window_s
-    if not SPACING_S * 10 <= length <= 2.0:
-        raise InputError(f"a window of {length:g} s", expected="0.05 to 2 s")
+    check_number(length, f"a window of {length:g} s", low=10 * SPACING_S, high=2, unit="s")
     return rows[of_phase], rows[free], length
 
 

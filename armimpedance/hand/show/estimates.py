@@ -14,7 +14,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import UNITS
-from armimpedance.core.errors import InputError, beginning
+from armimpedance.core.errors import InputError, beginning, check_number
 from armimpedance.core.findings import by_gravity
 from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
 from armimpedance.core.shown import html_table
@@ -313,7 +313,6 @@ def opened(
     """The recording and the columns of its groups; errors inside name its path."""
     columns = as_columns(by)
     check_group_columns(columns)
-    if seed < 0:
-        raise InputError(f"seed {seed}", expected="0 or more")
+    check_number(seed, f"seed {seed}", low=0)
     with naming(source):
         yield read_recording(source, force_by=force_by), columns

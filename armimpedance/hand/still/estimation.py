@@ -15,6 +15,7 @@ from armimpedance.core.errors import (
     ArmImpedanceError,
     InputError,
     NotIdentifiableError,
+    check_number,
 )
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Window
@@ -54,8 +55,7 @@ def in_order(
     WorkerError
         A worker was killed, or ran out of memory.
     """
-    if workers < 1:
-        raise InputError(f"{workers} workers", expected="1 or more")
+    check_number(workers, f"{workers} workers", low=1)
     if workers == 1:
         yield from (work(*piece) for piece in pieces)
         return

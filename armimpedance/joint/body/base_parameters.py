@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
-from armimpedance.core.errors import EstimationError, InputError, RecordError
+from armimpedance.core.errors import EstimationError, InputError, RecordError, check_number
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.equations import BodyEquations
 from armimpedance.joint.body.regressor import regressor, term_columns
@@ -303,8 +303,7 @@ def choose_motions(
     InputError
         No motions asked for.
     """
-    if most < 1:
-        raise InputError(f"{most} motions asked for", expected="one or more")
+    check_number(most, f"{most} motions asked for", low=1)
     triangles = _triangles(equations, base)
     alone = np.array([_condition(r)[1] for r in triangles])
     chosen: list[int] = []

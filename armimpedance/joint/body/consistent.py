@@ -23,7 +23,7 @@ from scipy.linalg import eigh, solve_triangular
 from scipy.optimize import minimize_scalar
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_number
 from armimpedance.core.findings import Finding
 from armimpedance.joint.body.base_parameters import BaseParameters
 from armimpedance.joint.body.equations import BodyEquations
@@ -92,8 +92,9 @@ def fit_consistent(
     P0 = pseudo_inertias(prior)
     if not np.linalg.eigvalsh(P0).min() > 0:
         raise InputError("the prior has a pseudo-inertia that is not positive definite")
-    if not inflation > 0 or (prior_sd is not None and not prior_sd > 0):
-        raise InputError(f"prior sd {prior_sd}, inflation {inflation}", expected="more than 0")
+    check_number(inflation, f"inflation {inflation}", above=0)
+    if prior_sd is not None:
+        check_number(prior_sd, f"prior sd {prior_sd}", above=0)
     problem = _Problem(equations, base, weights, P0, about)
     start = base.of(np.append(prior, np.zeros(len(equations.columns) - len(prior))))
     b, n = start, problem.hidden(prior)

@@ -16,7 +16,7 @@ import pinocchio as pin
 
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.described import Meaning
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.motion import WRENCH
 from armimpedance.core.skeleton import Segment, Skeleton
 from armimpedance.numerics.signals import filtered_sign, lowpass
@@ -177,8 +177,7 @@ def with_inertial_parameters(skeleton: Skeleton, phi: FloatArray) -> Skeleton:
 
 def _segment(segment: Segment, phi: FloatArray) -> Segment:
     m = float(phi[0])
-    if not m > 0:
-        raise InputError(f"mass of {segment.name} is {m:g} kg", expected="more than 0")
+    check_number(m, f"mass of {segment.name} is {m:g} kg", above=0)
     c, inertia = phi[1:4] / m, np.zeros((3, 3))
     for (i, j), value in zip(_PLACES, phi[4:], strict=True):
         inertia[i, j] = inertia[j, i] = value

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from armimpedance.core.arrays import FloatArray, IntArray
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.motion import MotionRecording
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.regressor import (
@@ -172,8 +172,8 @@ class RowChoice:
     def __post_init__(self) -> None:
         if self.rows not in ("base", "all"):
             raise InputError(f"no rows {self.rows!r}", expected="'base' or 'all'")
-        if self.trim_s is not None and not self.trim_s >= 0:
-            raise InputError(f"{self.trim_s} s left out at the ends", expected="0 or more")
+        if self.trim_s is not None:
+            check_number(self.trim_s, f"{self.trim_s} s left out at the ends", low=0)
 
     @classmethod
     def of(

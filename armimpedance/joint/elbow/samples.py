@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.conventions import command_columns, perturbation_columns
-from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.errors import InputError, RecordError, check_number
 from armimpedance.core.records import Recording
 from armimpedance.limb.arm import arm_of
 from armimpedance.numerics.signals import refuse_degrees
@@ -80,8 +80,8 @@ class JointSamples(FrozenRecord):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
-            raise RecordError(f"sample rate {self.sample_rate_hz} Hz", expected="a positive number")
+        rate = f"sample rate {self.sample_rate_hz} Hz"
+        check_number(self.sample_rate_hz, rate, above=0, error=RecordError)
         if self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
             raise RecordError("a trial has no samples", expected="rising offsets from 0")
         if self.offsets[-1] != len(self.torque):

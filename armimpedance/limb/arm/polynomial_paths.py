@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, frozen_array
-from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError, check_number
 
 #: Stiffness over tension (1/m) where nothing better is known: Selen, Franklin and Wolpert 2009 (J
 #: Neurosci 29:12606-12616), Table 1.
@@ -88,11 +88,8 @@ class MuscularArm(FrozenRecord):
             )
         if not (self.max_tension > 0).all():
             raise InputError(f"arm {self.name}: a muscle without tension", expected="max > 0 N")
-        if not (np.isfinite(self.stiffness_per_tension) and self.stiffness_per_tension > 0):
-            raise InputError(
-                f"arm {self.name}: stiffness per tension {self.stiffness_per_tension}",
-                expected="a positive number, 1/m",
-            )
+        ratio = f"arm {self.name}: stiffness per tension {self.stiffness_per_tension}"
+        check_number(self.stiffness_per_tension, ratio, above=0, unit="1/m")
 
 
 # Muscle lengths that are polynomials of the joint angles; moment arms are their gradient.
@@ -226,8 +223,7 @@ def fit_paths(
     NotIdentifiableError
         The postures do not determine all coefficients of a muscle.
     """
-    if order < 0:
-        raise InputError(f"moment arms of order {order}", expected="0 or more")
+    check_number(order, f"moment arms of order {order}", low=0)
     postures: FloatArray = frozen_array(q, "q", (None, None))
     P, n = postures.shape
     sampled: FloatArray = frozen_array(G, "G", (P, len(muscles), n))

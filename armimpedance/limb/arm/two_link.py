@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError, check_number
 from armimpedance.core.records import ArmPosture
 
 #: A hand this much (relative to the reach) outside of the workspace is rounding, not out of reach.
@@ -68,8 +68,8 @@ class TwoLinkArm:
     def __post_init__(self) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
-            if item.name != "gravity_m_s2" and not (np.isfinite(value) and value > 0):
-                raise InputError(f"two-link arm: {item.name} is {value}", expected="more than 0")
+            if item.name != "gravity_m_s2":
+                check_number(value, f"two-link arm: {item.name} is {value}", above=0)
         if np.shape(self.gravity_m_s2) != (2,) or not np.isfinite(self.gravity_m_s2).all():
             raise InputError(f"two-link arm: gravity {self.gravity_m_s2}", expected="two numbers")
 

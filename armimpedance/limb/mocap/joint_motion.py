@@ -9,7 +9,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_number
 from armimpedance.core.motion import MarkerRecording, MotionRecording
 from armimpedance.core.progress import Progress
 from armimpedance.core.skeleton import Skeleton
@@ -289,8 +289,7 @@ def motion_of(
         The skeleton cannot follow the markers.
     """
     gap = _USUAL_GAP_S if longest_gap_s is None else longest_gap_s
-    if not gap > 0:
-        raise InputError(f"gaps of {gap:g} s to bridge", expected="more than 0 s")
+    check_number(gap, f"gaps of {gap:g} s to bridge", above=0, high=np.inf, unit="s")
     if isinstance(recording, MotionRecording):
         if longest_gap_s is not None:
             raise InputError("gaps to bridge in joint motion", expected="a recording of markers")

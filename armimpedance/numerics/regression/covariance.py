@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
 from armimpedance.core.arrays import FloatArray, IntArray
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_number
 from armimpedance.numerics.regression.diagnose import (
     LEAST_INFORMATION,
     Pooled,
@@ -267,8 +267,7 @@ def bootstrap(
     InputError
         No repeats, or not one label per cluster.
     """
-    if repeats < 1:
-        raise InputError(f"{repeats} bootstrap repeats", expected="one or more")
+    check_number(repeats, f"{repeats} bootstrap repeats", low=1)
     pooled = pool(factors)
     lost, draws = np.ones(repeats, np.bool_), np.empty((repeats, *pooled.coefficients.shape))
     for attempt in range(20):

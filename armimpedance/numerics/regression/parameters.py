@@ -12,7 +12,7 @@ from scipy.special import ndtri, stdtrit
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.described import Column, Meaning, cells
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_level
 from armimpedance.core.shown import PARAMETER_HEADS, html_table, parameter_row
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def t_factor(dof: float, level: float = 0.95) -> float:
     InputError
         The level does not lie between 0 and 1.
     """
-    if not 0 < level < 1:
-        raise InputError(f"an interval of level {level}", expected="between 0 and 1")
+    check_level(level)
     upper = 0.5 + level / 2
     return float(ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper))
 

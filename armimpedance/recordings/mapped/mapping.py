@@ -12,7 +12,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.recordings.tables.metadata import Metadata
 
 # Units as files and mappings write them, and how values come to SI without losing a bit in SI.
@@ -221,8 +221,8 @@ class TrialCut:
             raise InputError(f"trials by {self.by}", expected=needed)
         if self.by == "edge" and not (self.before_s >= 0 and self.after_s > 0):
             raise InputError("trials by edge", expected="before_s from 0 and after_s above 0")
-        if self.gap_s is not None and not self.gap_s > 0:
-            raise InputError(f"gap_s = {self.gap_s}", expected="more than 0 s")
+        if self.gap_s is not None:
+            check_number(self.gap_s, f"gap_s = {self.gap_s}", above=0, unit="s")
 
 
 @dataclass(frozen=True)

@@ -124,14 +124,14 @@ def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
     file, an output that is an input or lies in one, or two outputs in one file. It names the path.
     """
     inputs = [path.resolve() for path in reads if path is not None]
-    taken: dict[Path, str] = {}
+    used: dict[Path, str] = {}
     for output in outputs:
         if output.path is None:
             continue
         _check_place(output.path, output.endings)
         place = output.path.resolve()
-        if place in taken:
-            options = f"{taken[place]} and to {output.option}"
+        if place in used:
+            options = f"{used[place]} and to {output.option}"
             raise InputError(f"given to {options}", file=output.path, expected="two files")
         if place in inputs:
             raise InputError(
@@ -145,7 +145,7 @@ def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
                 file=output.path,
                 expected="another folder",
             )
-        taken[place] = output.option
+        used[place] = output.option
         if output.endings == FIGURE and place.with_suffix(".txt") in inputs:
             raise InputError(
                 f"the caption of {output.option} would replace what is read",
@@ -236,11 +236,11 @@ def about_call(arguments: argparse.Namespace, checks: Sequence[Finding] = ()) ->
     """Describe the call that makes a file: its command, its options and the checks."""
     from armimpedance.show.files import About
 
-    said = [("command", arguments.prog)]
+    facts = [("command", arguments.prog)]
     for name, value in vars(arguments).items():
         if name not in _ASIDE and value not in (None, False, (), []):
-            said.append((name.replace("_", " "), _words(value)))
-    return About(made=tuple(said), checks=tuple(checks))
+            facts.append((name.replace("_", " "), _words(value)))
+    return About(made=tuple(facts), checks=tuple(checks))
 
 
 def _words(value: Any) -> str:

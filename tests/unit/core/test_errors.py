@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from math import inf
+
+import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.core.errors import LONGEST_MESSAGE, InputError, beginning, shortened
+from armimpedance.core.errors import (
+    LONGEST_MESSAGE,
+    InputError,
+    RecordError,
+    beginning,
+    check_number,
+    shortened,
+)
 
 anything = st.text(max_size=2000)
 
@@ -52,3 +62,26 @@ def test_a_beginning_is_no_longer_than_asked_and_says_that_something_follows(tex
 
 def test_a_beginning_ends_with_a_clause():
     assert beginning("force: half its gain, so K is wrong", 28) == "force: half its gain …"
+
+
+@given(value=st.floats(allow_nan=True, allow_infinity=True))
+def test_a_number_passes_within_its_bounds_only(value):
+    bounds = (
+        ({"above": 0.0}, 0 < value < inf),
+        ({"above": 0.0, "high": inf}, value > 0),
+        ({"low": -1.0, "high": 2.0}, -1 <= value <= 2),
+        ({"above": 0.0, "below": 1.0}, 0 < value < 1),
+        ({}, -inf < value < inf),
+    )
+    for allowed, inside in bounds:
+        if inside:
+            check_number(value, "it", **allowed)
+        else:
+            with pytest.raises(InputError):
+                check_number(value, "it", **allowed)
+
+
+def test_a_whole_number_beyond_any_float_has_bounds_too():
+    check_number(10**400, "it", low=0)
+    with pytest.raises(RecordError, match=r"0\.5 or more, less than 1"):
+        check_number(10**400, "it", low=0.5, below=1, error=RecordError)

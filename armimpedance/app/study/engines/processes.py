@@ -10,7 +10,7 @@ from itertools import islice
 from typing import Final, Generic
 
 from armimpedance.app.study.engines.engine import Asked, Given, Work
-from armimpedance.core.errors import InputError, WorkerError
+from armimpedance.core.errors import WorkerError, check_number
 from armimpedance.core.workers import Crew, usable_cores
 
 #: How often a task is tried whose process ends before it does.
@@ -35,8 +35,8 @@ class Processes:
     workers: int | None = None
 
     def __post_init__(self) -> None:
-        if self.workers is not None and self.workers < 1:
-            raise InputError(f"{self.workers} workers", expected="1 or more")
+        if self.workers is not None:
+            check_number(self.workers, f"{self.workers} workers", low=1)
 
     def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.joint.elbow.cascade.fit import in_rounds
@@ -140,8 +140,8 @@ def _refuse(
     over: str | None,
     every_s: float | None,
 ) -> None:
-    if every_s is not None and not (np.isfinite(every_s) and every_s > 0):
-        raise InputError(f"every_s of {every_s:g} s", expected="a positive time")
+    if every_s is not None:
+        check_number(every_s, f"every_s of {every_s:g} s", above=0)
     if over is not None and method.realizations > 1:
         raise InputError(
             f"method {method.name!r} over {over!r}", expected="cascade, or courses over time"

@@ -16,7 +16,7 @@ from typing import Final, Literal, get_args
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray, frozen_array
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_number
 from armimpedance.joint.elbow.elbow_result import NAMES, UNITS
 from armimpedance.joint.elbow.stationary.estimate import (
     Estimate,
@@ -225,8 +225,7 @@ def _shown(z: complex) -> str:
 def _check(rate_hz: float, structure: str) -> None:
     if structure not in get_args(Structure):
         raise InputError(f"no structure {structure!r}", expected="zoh or tustin")
-    if not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise InputError(f"a rate of {rate_hz} Hz", expected="a positive number")
+    check_number(rate_hz, f"a rate of {rate_hz} Hz", above=0)
 
 
 # Lagged columns of a difference equation, its model, and I, B, K of a fit to them.

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError, check_number
 from armimpedance.core.findings import warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.joint.elbow.elbow_result import NAMES, UNITS, VaryingImpedance
@@ -125,8 +125,8 @@ def _ticks(progress: Progress | None) -> Callable[[], None]:
 
 def _refuse_times(method: VaryingMethod, window_s: float | None, every_s: float | None) -> None:
     for name, value in (("window_s", window_s), ("every_s", every_s)):
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"{name} of {value:g} s", expected="a positive time")
+        if value is not None:
+            check_number(value, f"{name} of {value:g} s", above=0)
     if window_s is not None and method.needs != "window":
         raise InputError(f"method {method.name!r} takes no window", expected="windows or quadratic")
 

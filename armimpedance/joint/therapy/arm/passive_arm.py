@@ -13,7 +13,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.core.arrays import LEAST_DOF, FloatArray, FrozenRecord
-from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.errors import InputError, RecordError, check_number
 from armimpedance.core.records import Subject
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.therapy.robot.therapy_robot import (
@@ -106,8 +106,8 @@ class Elastic(FrozenRecord):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not (np.isfinite(self.noise_density) and self.noise_density >= 0):
-            raise RecordError(f"{self.axis}: noise_density {self.noise_density}", expected=">= 0")
+        noise = f"{self.axis}: noise_density {self.noise_density}"
+        check_number(self.noise_density, noise, low=0, error=RecordError)
         if not np.isfinite([self.stiffness, self.offset]).all():
             raise RecordError(f"{self.axis}: no finite stiffness", expected="finite numbers")
         if not self.dof >= LEAST_DOF:

@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from armimpedance.core.arrays import LEAST_DOF, FloatArray, FrozenRecord
-from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.errors import InputError, RecordError, check_number
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.limb.arm import skeleton_model
 
@@ -183,8 +183,7 @@ class TherapyRobot(FrozenRecord):
         InputError
             No such length.
         """
-        if not 0.15 <= upper_arm_m <= 0.5:
-            raise InputError(f"an upper arm of {upper_arm_m} m", expected="0.15 to 0.5 m")
+        check_number(upper_arm_m, f"an upper arm of {upper_arm_m} m", low=0.15, high=0.5, unit="m")
         moved = tuple(
             replace(s, origin_m=np.array([*s.origin_m[:2], -upper_arm_m]))
             if s.name == FOREARM

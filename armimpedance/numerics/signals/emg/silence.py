@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.motion import EmgSignals
 from armimpedance.core.records import Recording
 from armimpedance.numerics.signals.emg.activation import envelope, mvc_column
@@ -84,8 +84,7 @@ def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.
         A muscle above the gate: which, in which trial, when, how much. No maximum for EMG in V;
         a trial too short for the envelope; as many trials as there are not.
     """
-    if not (np.isfinite(limit_percent) and limit_percent > 0):
-        raise InputError(f"gate at {limit_percent} %", expected="a positive number")
+    check_number(limit_percent, f"gate at {limit_percent} %", above=0)
     if len(emg.offsets) != len(trials) + 1:
         raise InputError(f"EMG of {len(emg.offsets) - 1} trials", expected=f"{len(trials)}")
     maxima = _maxima(emg, trials)
