@@ -44,10 +44,10 @@ def _of_response(recording: Recording) -> Sequence[Finding]:
 
 def _of_reaches(recording: Recording) -> Sequence[Finding]:
     """Findings on pushed reaches."""
-    found = check_pushes(recording)
-    if any(one.verdict == "unusable" for one in found):
-        return found
-    return [*found, *_fitted("movement", recording, identify_movement)]
+    findings = check_pushes(recording)
+    if any(one.verdict == "unusable" for one in findings):
+        return findings
+    return [*findings, *_fitted("movement", recording, identify_movement)]
 
 
 def _fit_joint(recording: Recording) -> None:
@@ -58,10 +58,10 @@ def _fit_joint(recording: Recording) -> None:
     """
     samples = from_recording(recording)
     try:
-        found = estimate_joint(samples)
+        parameters = estimate_joint(samples)
     except (EstimationError, InputError) as error:
         raise NotIdentifiableError(str(error), ("I", "B", "K")) from error
-    refuse_joint_size(float(found.values[0]), float(found.sd[0]))
+    refuse_joint_size(float(parameters.values[0]), float(parameters.sd[0]))
 
 
 def _fitted(

@@ -66,10 +66,10 @@ def _study_all(arguments: argparse.Namespace, workers: Crew) -> dict[str, Studie
         conditions = _quick_conditions(name, subject) if arguments.quick else None
         out = arguments.out / "recordings" / name
         pieces.append(workers.share(_studied, name, subject, seed, sets, conditions, out))
-    found = dict(zip(LONGEST_FIRST, workers.finish(pieces), strict=True))
+    results = dict(zip(LONGEST_FIRST, workers.finish(pieces), strict=True))
     for name in EXPERIMENTS:
-        print(f"  {name}: {len(found[name].trials)} disturbances", flush=True)
-    return {name: found[name] for name in EXPERIMENTS}
+        print(f"  {name}: {len(results[name].trials)} disturbances", flush=True)
+    return {name: results[name] for name in EXPERIMENTS}
 
 
 def _studied(

@@ -35,18 +35,18 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.show.text import TABLE_WIDTH, aligned_table
 
     check_outputs(Output("--out", arguments.out, TABLE), reads=[arguments.exam])
-    found = look_at_exam(arguments.exam, arguments.side)
+    look = look_at_exam(arguments.exam, arguments.side)
     if arguments.out is not None:
-        write_content(table_content(found.trials), arguments.out)
+        write_content(table_content(look.trials), arguments.out)
     print(arguments.exam)
-    for line in found.head:
+    for line in look.head:
         print(textwrap.fill(line, TABLE_WIDTH, initial_indent="  ", subsequent_indent="    "))
-    for title, header, rows in found.tables:
+    for title, header, rows in look.tables:
         print(f"\n{title}\n{aligned_table(header, rows)}")
-    call, *notes = found.next
+    call, *notes = look.next
     print(f"\nNext\n  {call}")
     for note in notes:
         print(textwrap.fill(note, TABLE_WIDTH, initial_indent="  ", subsequent_indent="  "))
     if arguments.out is not None:
-        print(f"\n{len(found.trials)} trials written to {arguments.out}")
+        print(f"\n{len(look.trials)} trials written to {arguments.out}")
     return 0

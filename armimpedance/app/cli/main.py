@@ -305,8 +305,9 @@ def _status(arguments: argparse.Namespace, asked: AskedToEnd) -> int:
 
 
 def _settle_what_was_printed(error: BaseException) -> None:
-    """What was printed before a refusal belongs to it; beside another error it may tell of files
-    that are not there.
+    """Print the buffered text before a refusal; drop it before another error.
+
+    It may name files that were never written.
     """
     if isinstance(sys.stdout, Screen):
         if isinstance(error, InputError):

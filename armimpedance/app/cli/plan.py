@@ -78,8 +78,8 @@ def _of_movement(args: argparse.Namespace) -> int:
         else args.max_displacement_mm / 1e3,
     }
     chosen = {name: value for name, value in given.items() if value is not None}
-    made = plan_movement(args.movement, force_by=args.force_by, despite=args.despite, **chosen)
-    print(movement_plan_text(made))
+    result = plan_movement(args.movement, force_by=args.force_by, despite=args.despite, **chosen)
+    print(movement_plan_text(result))
     return 0
 
 
@@ -120,23 +120,23 @@ def run(args: argparse.Namespace) -> int:
     if args.trials < 8:
         raise InputError(f"--trials {args.trials}", expected="8 or more: one set")
     with bar("planning") as progress:
-        made = plan(**PLAN.keywords(args), servo=_servo(args), progress=progress)
-    if args.out_profile is not None and made.profile is not None:
-        made.write_profile(args.out_profile)
-    print(plan_text(made, args.trials))
+        result = plan(**PLAN.keywords(args), servo=_servo(args), progress=progress)
+    if args.out_profile is not None and result.profile is not None:
+        result.write_profile(args.out_profile)
+    print(plan_text(result, args.trials))
     if args.out_profile is not None:
-        if made.profile is None:
+        if result.profile is None:
             raise InputError("no profile to write: none of these can be recommended")
-        print(f"\n{made.profile.shape.name} written to {args.out_profile}")
+        print(f"\n{result.profile.shape.name} written to {args.out_profile}")
     draw_picture(
         args,
-        lambda: plan_figure(made),
+        lambda: plan_figure(result),
         "Disturbances by shape, each with the duration of the smallest interval: commanded "
         "displacement (a) and acceleration (b), and half the 95 % interval of K against the "
         "number of trials (c).",
     )
-    if made.obstacle:
-        raise InputError(f"cannot be met: {made.obstacle}")
+    if result.obstacle:
+        raise InputError(f"cannot be met: {result.obstacle}")
     return 0
 
 

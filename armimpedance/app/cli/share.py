@@ -41,22 +41,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--out", required=True, type=OutputPath, metavar="PLACE", help="folder or file"
     )
     add_replace(parser)
-    said = parser.add_argument_group("what only you can say")
-    said.add_argument("--name", metavar="TEXT")
-    said.add_argument("--description", metavar="TEXT")
+    group = parser.add_argument_group("what only you can say")
+    group.add_argument("--name", metavar="TEXT")
+    group.add_argument("--description", metavar="TEXT")
     for option, what in (("creator", "a person"), ("keyword", "a word"), ("funding", "a grant")):
-        said.add_argument(
+        group.add_argument(
             f"--{option}",
             action="append",
             default=[],
             metavar="TEXT",
             help=f"{what}; may be repeated",
         )
-    said.add_argument("--licence", metavar="NAME", help="such as CC0-1.0, or an address")
-    said.add_argument("--identifier", metavar="DOI")
-    said.add_argument("--url", metavar="URL", help="where the data are (derivative: the source's)")
-    said.add_argument("--subject", metavar="LABEL", help="of the person, letters and digits")
-    said.add_argument("--task", metavar="LABEL", help="what the person did, letters and digits")
+    group.add_argument("--licence", metavar="NAME", help="such as CC0-1.0, or an address")
+    group.add_argument("--identifier", metavar="DOI")
+    group.add_argument("--url", metavar="URL", help="where the data are (derivative: the source's)")
+    group.add_argument("--subject", metavar="LABEL", help="of the person, letters and digits")
+    group.add_argument("--task", metavar="LABEL", help="what the person did, letters and digits")
     add_reading(parser)
     parser.add_argument("--skeleton", type=Path, metavar="FILE.json", help="of markers or angles")
 
@@ -65,9 +65,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was left out."""
     form = SHARED_FORMS.named(arguments.form)
     _check(arguments, form)
-    told = _written(form, arguments)
+    notes = _written(form, arguments)
     print(f"{' '.join(map(str, arguments.inputs))} -> {arguments.out} ({form.what})")
-    for sentence in told:
+    for sentence in notes:
         print(f"  {sentence}")
     return 0
 
@@ -80,18 +80,18 @@ def _check(arguments: argparse.Namespace, form: Any) -> None:
     inputs = [path.resolve() for path in arguments.inputs]
     if form.endings:
         check_outputs(Output("--out", out, form.endings), reads=arguments.inputs)
-        there = out.exists()
+        exists = out.exists()
     else:
         if any(p == out.resolve() or p in out.resolve().parents for p in inputs):
             raise InputError("lies in what is read", file=out, expected="another folder")
         check_replaceable(out, _MARK, _known(out))
-        there = out.exists() and any(out.iterdir())
-    if there and not arguments.replace:
+        exists = out.exists() and any(out.iterdir())
+    if exists and not arguments.replace:
         raise InputError("exists already", file=out, expected="another place, or --replace")
 
 
 def _known(folder: Path) -> tuple[str, ...]:
-    """What an earlier dataset may hold at its top."""
+    """Names that an earlier dataset may hold at its top level."""
     people = [p.name for p in folder.glob("sub-*")] if folder.is_dir() else []
     return (*_TOP, *people)
 
@@ -116,7 +116,7 @@ def _written(form: Any, arguments: argparse.Namespace) -> tuple[str, ...]:
     out = arguments.out
     place = staged_file(out) if form.endings else staged_folder(out, _MARK, _known(out))
     with place as staged:
-        told: tuple[str, ...] = form.share(
+        notes: tuple[str, ...] = form.share(
             recordings,
             tables,
             Path(staged),
@@ -126,7 +126,7 @@ def _written(form: Any, arguments: argparse.Namespace) -> tuple[str, ...]:
             version=__version__,
         )
         before.check()  # the sums that are written are of what was read
-    return told
+    return notes
 
 
 def _recordings(arguments: argparse.Namespace) -> list[tuple[Path, Any]]:
@@ -140,8 +140,8 @@ def _recordings(arguments: argparse.Namespace) -> list[tuple[Path, Any]]:
 
 
 def _said(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What the owner of the data says."""
+    """The owner's statement on the data, from the options."""
     plain = ("name", "description", "licence", "identifier", "url")
     lists = {"creators": "creator", "keywords": "keyword", "funding": "funding"}
-    said: dict[str, Any] = {name: getattr(arguments, name) for name in plain}
-    return said | {field: tuple(getattr(arguments, option)) for field, option in lists.items()}
+    statement: dict[str, Any] = {name: getattr(arguments, name) for name in plain}
+    return statement | {field: tuple(getattr(arguments, option)) for field, option in lists.items()}

@@ -122,11 +122,11 @@ def check_folders(data: Path, out: Path, resume: bool = False) -> None:
         raise InputError("lies in the data's folder, or around it", file=out, expected=expected)
     if out.exists() and not out.is_dir():
         raise InputError("is a file", file=out, expected="a folder for the results")
-    held = [entry.name for entry in out.iterdir()] if out.is_dir() else []
-    if held and STORE not in held:
-        problem = f"holds {sorted(held)[0]}, and no earlier study"
+    names = [entry.name for entry in out.iterdir()] if out.is_dir() else []
+    if names and STORE not in names:
+        problem = f"holds {sorted(names)[0]}, and no earlier study"
         raise InputError(problem, file=out, expected="a new or empty folder, or a study's")
-    if resume and STORE not in held:
+    if resume and STORE not in names:
         raise InputError("--resume: no study there", file=out, expected="the folder of a study")
 
 
@@ -158,7 +158,7 @@ def _participants(
 
 
 def _engine(arguments: argparse.Namespace) -> Engine:
-    """What does the work: processes here, workers of Dask, or jobs of SLURM."""
+    """The engine: processes of this machine, workers of Dask, or jobs of SLURM."""
     from armimpedance.app.study import Dask, Processes, SlurmJobs
 
     if arguments.scheduler:
@@ -186,22 +186,22 @@ def _script(arguments: argparse.Namespace) -> int:
 def _group(arguments: argparse.Namespace, design: StudyDesign, sessions: list[StudySession]) -> int:
     from armimpedance.app.study import run_group
 
-    made = run_group(sessions, design, arguments.data, arguments.out.resolve(), command)
-    for name, rows in made.rows:
+    gathered = run_group(sessions, design, arguments.data, arguments.out.resolve(), command)
+    for name, rows in gathered.rows:
         print(f"{rows} rows in {arguments.out / 'group' / name}")
-    for one in made.outcome.done:
+    for one in gathered.outcome.done:
         print(f"\n$ armimpedance {one.step}\n{_shortly(one.result.printed)}".rstrip())
-    if made.unusable:
-        count = f"{made.unusable} of {len(sessions)} sessions"
+    if gathered.unusable:
+        count = f"{gathered.unusable} of {len(sessions)} sessions"
         print(f"\n{count} are not in these tables: see {arguments.out / 'group/sessions.csv'}")
-    print(f"\npage of all sessions: {arguments.out / 'group' / made.page.name}")
-    return _told({"group": made.outcome.reason} if made.outcome.reason else {}) or (
-        SOME_FAILED if made.unusable else 0
+    print(f"\npage of all sessions: {arguments.out / 'group' / gathered.page.name}")
+    return _told({"group": gathered.outcome.reason} if gathered.outcome.reason else {}) or (
+        SOME_FAILED if gathered.unusable else 0
     )
 
 
 def _shortly(printed: str) -> str:
-    """What a step printed; of much, its last lines, the rest is in its log."""
+    """Text that a step printed; if it is long, its last lines (the log has the rest)."""
     lines = printed.strip().splitlines()
     if len(lines) <= MOST_LINES:
         return "\n".join(lines)
@@ -252,12 +252,12 @@ def parse(words: list[str]) -> argparse.Namespace:
     from armimpedance.app.cli.main import make_parser
     from armimpedance.core.errors import InputError
 
-    told = io.StringIO()
+    complaints = io.StringIO()
     try:
-        with redirect_stderr(told), redirect_stdout(io.StringIO()):
+        with redirect_stderr(complaints), redirect_stdout(io.StringIO()):
             return make_parser(words).parse_args(words)
     except SystemExit:
-        raise InputError(told.getvalue().strip() or "no command") from None
+        raise InputError(complaints.getvalue().strip() or "no command") from None
 
 
 def command(words: list[str]) -> int:

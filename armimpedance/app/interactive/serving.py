@@ -29,16 +29,16 @@ def listen(port: int) -> socket.socket:
 
     Raises InputError: the port is taken, or not this user's to take.
     """
-    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     if os.name == "posix":  # elsewhere it would take a port from whoever has it
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        made.bind((_HERE, port))
-        made.listen()  # a browser that comes early waits
+        listening.bind((_HERE, port))
+        listening.listen()  # a browser that comes early waits
     except (OSError, OverflowError):
-        made.close()
+        listening.close()
         raise InputError(f"port {port} cannot be used", expected="a free one, or 0") from None
-    return made
+    return listening
 
 
 def address_of(listening: socket.socket) -> str:
@@ -61,15 +61,15 @@ def server_of(address: str, token: str) -> uvicorn.Server:
     import marimo
     import uvicorn
 
-    made: list[Any] = []
+    pages_made: list[Any] = []
 
     def taking(page: Any) -> Any:
-        made.append(page)
+        pages_made.append(page)
         return page
 
     pages: Any = marimo.create_asgi_app(quiet=True, token=token)
     pages.with_app(path="/", root=str(_PAGE), middleware=[taking]).build()
-    [page] = made
+    [page] = pages_made
     own = OwnAddressOnly(page, address)
     return uvicorn.Server(uvicorn.Config(own, log_level="error", timeout_graceful_shutdown=2))
 

@@ -174,11 +174,11 @@ def shown_trials(recording: Recording, table: Any) -> dict[str, Any]:
     return {f"{recording.n_trials} trials": table, "Their courses": picture}
 
 
-def image(figure: Any, said: str) -> Any:
+def image(figure: Any, caption: str) -> Any:
     """A picture as wide as the page at most. `said`: what is read aloud in its place."""
     content = written(lambda path: save(figure, path.with_suffix(""), ["png"]), "picture.png")
     size = {"width": f"{_PX_PER_INCH * figure.get_figwidth():.0f}px", "max-width": "100%"}
-    return mo.image(content, alt=said, style={**size, "background": "white"})
+    return mo.image(content, alt=caption, style={**size, "background": "white"})
 
 
 # What is estimated.

@@ -41,19 +41,19 @@ def page_of(asked: Asked) -> Page:
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         expected = "what a command wrote to --out"
         raise InputError("not a FIT.json", file=asked.source, expected=expected) from error
-    told = told_by(warnings, checks)
+    notes = told_by(warnings, checks)
     caption = "Fitted parameters, ± half the 95 % interval"
     table = Table(caption, PARAMETER_HEADS, tuple(rows), "parameters")
     return page_from(
         asked,
-        told,
+        notes,
         title="Fit",
         lead=f"Method {method}; the file holds no samples, so that nothing is drawn.",
         count=counted(len(rows), "parameter"),
         next_step="Give the recording instead of this file to see pictures and residuals.",
         reader=[Section("Parameters", (table,))],
-        reviewer=reviewed(told),
-        methods=methods_of([f"Fitted with {software()}, method {method}"], findings=told),
+        reviewer=reviewed(notes),
+        methods=methods_of([f"Fitted with {software()}, method {method}"], findings=notes),
         options=[("method", method)],
         data={"parameters": pd.DataFrame(rows, columns=list(PARAMETER_HEADS))},
     )

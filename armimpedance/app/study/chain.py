@@ -98,13 +98,13 @@ class Outcome:
 def known_outcome(task: ChainTask, store: Store, prints: Fingerprints) -> Outcome | None:
     """The outcome of a chain all of whose steps are in the store; None where one is missing."""
     done: list[Done] = []
-    held = {path.name: prints.of(path) for path in task.given}
+    hashes = {path.name: prints.of(path) for path in task.given}
     for step in task.steps:
-        key = _key(task, step, held, prints)
+        key = _key(task, step, hashes, prints)
         result = store.get(key)
         if result is None:
             return None
-        held |= result.files
+        hashes |= result.files
         done.append(Done(step, key, _with_paths(result, task), reused=True))
     return Outcome(task.name, tuple(done))
 
@@ -118,15 +118,15 @@ def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Comm
     Raises OSError: a disk is full, or cannot be written to.
     """
     done: list[Done] = []
-    held = {path.name: prints.of(path) for path in task.given}
+    hashes = {path.name: prints.of(path) for path in task.given}
     work = Path(tempfile.mkdtemp(prefix="armimpedance-study-"))
     try:
         for path in task.given:
             shutil.copyfile(path, work / path.name)
         for step in task.steps:
-            key = _key(task, step, held, prints)
+            key = _key(task, step, hashes, prints)
             result = store.get(key)
-            found = result is not None
+            stored = result is not None
             if result is None:
                 result = _without_paths(_do(step.filled(task.places), work, command), task)
                 _check_disk(result, work)
@@ -135,8 +135,8 @@ def carry_out(task: ChainTask, store: Store, prints: Fingerprints, command: Comm
                     continue
                 store.put(key, result, work)
             store.lay(key, result, work)
-            held |= result.files
-            done.append(Done(step, key, _with_paths(result, task), found))
+            hashes |= result.files
+            done.append(Done(step, key, _with_paths(result, task), stored))
     finally:
         shutil.rmtree(work, ignore_errors=True)
     return Outcome(task.name, tuple(done))
@@ -152,7 +152,7 @@ def _check_disk(result: StepResult, work: Path) -> None:
         raise OSError(errno.ENOSPC, problem, os.fspath(work.parent))
 
 
-def _key(task: ChainTask, step: StudyStep, held: Mapping[str, str], prints: Fingerprints) -> str:
+def _key(task: ChainTask, step: StudyStep, hashes: Mapping[str, str], prints: Fingerprints) -> str:
     """Key of a step's inputs: program, words, values of their places, bytes of files it reads.
 
     A path's folders are no part of it: data that were moved are the same data.
@@ -163,7 +163,7 @@ def _key(task: ChainTask, step: StudyStep, held: Mapping[str, str], prints: Fing
         if step.names(name) and name != "study"
     }
     outside = [prints.of(path) for path in _outside(step.filled(task.places))]
-    inside = {name: held[name] for name in sorted(held) if _is_named(name, step.words)}
+    inside = {name: hashes[name] for name in sorted(hashes) if _is_named(name, step.words)}
     return of_words(of_program(), step.words, places, outside, inside)
 
 
@@ -181,18 +181,18 @@ def _is_named(name: str, words: Sequence[str]) -> bool:
 
 def _without_paths(result: StepResult, task: ChainTask) -> StepResult:
     """The printed text with places for paths: equal recordings may lie at two paths."""
-    told = [result.printed, result.complained]
+    texts = [result.printed, result.complained]
     for name in _PATHS:
-        told = [text.replace(task.places[name], f"{{{name}}}") for text in told]
-    return replace(result, printed=told[0], complained=told[1])
+        texts = [text.replace(task.places[name], f"{{{name}}}") for text in texts]
+    return replace(result, printed=texts[0], complained=texts[1])
 
 
 def _with_paths(result: StepResult, task: ChainTask) -> StepResult:
     """The printed text with the paths of this task."""
-    told = [result.printed, result.complained]
+    texts = [result.printed, result.complained]
     for name in _PATHS:
-        told = [text.replace(f"{{{name}}}", task.places[name]) for text in told]
-    return replace(result, printed=told[0], complained=told[1])
+        texts = [text.replace(f"{{{name}}}", task.places[name]) for text in texts]
+    return replace(result, printed=texts[0], complained=texts[1])
 
 
 def _do(words: list[str], work: Path, command: Command) -> StepResult:

@@ -74,8 +74,8 @@ def cohort_of(
         for i, one in enumerate(sessions)
         if not one.copy_of and one.state not in ("unusable", "missing")
     }
-    known = list(dict.fromkeys(column for row in people.values() for column in row))
-    own = [*known, *(f"participant_{column}" for column in known)]
+    columns = list(dict.fromkeys(column for row in people.values() for column in row))
+    own = [*columns, *(f"participant_{column}" for column in columns)]
     strips = strips_of(tables, numbers, own)
     persons = [one.session.participant for one in sessions]
     groups: list[GroupsChange] = []
@@ -208,12 +208,12 @@ def run_group(
         raise InputError(
             "no session was worked on", file=out, expected="the level participant first"
         )
-    known = people(data)
+    people_by_name = people(data)
     names = table_names(ended, design.tables)
     folder = out / GROUP
     folder.mkdir(parents=True, exist_ok=True)
     unusable = sessions_table(ended, missing, data, folder / SESSIONS_FILE)
-    rows = tuple((name, gather(name, ended, known, folder / name)) for name in names)
+    rows = tuple((name, gather(name, ended, people_by_name, folder / name)) for name in names)
     design = replace(design, group_steps=design.group_steps or _default_steps(folder, names))
     places = {"recording": "", "study": str(design.folder), "participant": "", "session": ""}
     given = (folder / SESSIONS_FILE, *(folder / name for name in names))
@@ -222,7 +222,7 @@ def run_group(
     task = ChainTask(GROUP, design.group_steps, places, given)
     outcome = carry_out(task, store, prints, command)
     lay_out(outcome, store, out)
-    cohort = cohort_of(ended, missing, {name: folder / name for name in names}, known)
+    cohort = cohort_of(ended, missing, {name: folder / name for name in names}, people_by_name)
     wrote = [name for one in outcome.done for name in one.result.files]
     write_group_page(cohort, folder, design, wrote, data.resolve().name)
     return Gathered(folder, rows, unusable, outcome, folder / PAGE_FILE)
@@ -255,6 +255,6 @@ def _enough(groups: Sequence[tuple[str, ...]]) -> bool:
     for person, *group in groups:
         if group[0]:
             people.setdefault(tuple(group), set()).add(person)
-    held = list(people.values())
-    both = (one & other for i, one in enumerate(held) for other in held[i + 1 :])
-    return len(held) <= MOST_GROUPS and any(len(shared) >= FEWEST_PEOPLE for shared in both)
+    members = list(people.values())
+    both = (one & other for i, one in enumerate(members) for other in members[i + 1 :])
+    return len(members) <= MOST_GROUPS and any(len(shared) >= FEWEST_PEOPLE for shared in both)

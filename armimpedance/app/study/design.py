@@ -163,6 +163,6 @@ def _step(line: str) -> StudyStep:
         raise InputError("an empty step", expected='a command such as "inspect {recording}"')
     for _, name, form, conversion in fields:
         if name is not None and (name not in PLACES or form or conversion):
-            known = ", ".join(f"{{{place}}}" for place in PLACES)
-            raise InputError(f"the step {line!r}: {{{name}}}", expected=f"one of {known} as it is")
+            places = ", ".join(f"{{{place}}}" for place in PLACES)
+            raise InputError(f"the step {line!r}: {{{name}}}", expected=f"one of {places} as it is")
     return StudyStep(tuple(words))

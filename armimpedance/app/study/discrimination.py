@@ -110,8 +110,8 @@ def _value(person: Person, parameter: str, joint: int | None) -> NamedParameter:
             f"a person as {type(person).__name__}", expected="what passive gives, or its FIT.json"
         )
     if joint is None and len(person) > 1:
-        known = ", ".join(str(fit.number) for fit in person)
-        raise InputError(f"{parameter} of several joints", expected=f"a joint: {known}")
+        numbers = ", ".join(str(fit.number) for fit in person)
+        raise InputError(f"{parameter} of several joints", expected=f"a joint: {numbers}")
     fits = [fit for fit in person if joint in (None, fit.number)]
     if not fits:
         raise InputError(f"no joint {joint}", expected=f"1 to {len(person)}")

@@ -74,16 +74,16 @@ def people(data: Path) -> dict[str, dict[str, str]]:
     file = data / PEOPLE_FILE
     if not file.is_file():
         return {}
-    found: dict[str, dict[str, str]] = {}
+    rows_by_person: dict[str, dict[str, str]] = {}
     table = read_text_table(file, TSV)
     for number, row in zip(table.lines, table.dicts(), strict=True):
         if PERSON not in row:
             raise InputError(f"no column {PERSON}", file=file, expected=PERSON)
         name = row.pop(PERSON).removeprefix("sub-")
-        if name in found:
+        if name in rows_by_person:
             raise InputError(f"{name!r} appears twice", file=file, row=number, expected="once")
-        found[name] = row
-    return found
+        rows_by_person[name] = row
+    return rows_by_person
 
 
 def table_names(ended: Sequence[Ended], tables: Sequence[str]) -> list[str]:

@@ -65,10 +65,10 @@ def judged_sessions(ended: Sequence[Ended], missing: Sequence[StudySession]) -> 
     `missing`: not worked on.
     """
     twice = _copies(ended)
-    found = [_judged(one, twice.get(one.session.folder, "")) for one in ended]
+    judged = [_judged(one, twice.get(one.session.folder, "")) for one in ended]
     why = "no results yet"
-    found += [JudgedSession(one, "missing", why, why, (), "", "") for one in missing]
-    return sorted(found, key=lambda one: (one.session.participant, one.session.session))
+    judged += [JudgedSession(one, "missing", why, why, (), "", "") for one in missing]
+    return sorted(judged, key=lambda one: (one.session.participant, one.session.session))
 
 
 def _judged(one: Ended, copy_of: str) -> JudgedSession:
@@ -98,9 +98,9 @@ def _kind_of(one: Ended, state: str, reason: str, checks: Sequence[Check]) -> st
     if state != "failed":
         return ""
     own = str(one.session.recording)
-    told = reason.replace(f"{own}: ", "").replace(own, "the recording")
+    kind = reason.replace(f"{own}: ", "").replace(own, "the recording")
     # What would have been expected is in the log, and here in the way.
-    return told.split(" (expected ")[0].removeprefix("armimpedance ")
+    return kind.split(" (expected ")[0].removeprefix("armimpedance ")
 
 
 def _checks_rows(one: Ended) -> list[dict[str, str]]:
@@ -129,13 +129,13 @@ def _report(one: Ended) -> str:
 
 def worst(checks: Sequence[Check]) -> dict[str, Check]:
     """Name of a check -> the worst that it said; what has no name stands under "other"."""
-    found: dict[str, Check] = {}
+    worst_by_name: dict[str, Check] = {}
     for one in checks:
         name = one.name or "other"
         rank = _rank(one)
-        if name not in found or rank < _rank(found[name]):
-            found[name] = one
-    return found
+        if name not in worst_by_name or rank < _rank(worst_by_name[name]):
+            worst_by_name[name] = one
+    return worst_by_name
 
 
 def _rank(one: Check) -> int:
@@ -145,15 +145,15 @@ def _rank(one: Check) -> int:
 def _copies(ended: Sequence[Ended]) -> dict[str, str]:
     """Folder of a session -> name of an earlier one with the same bytes."""
     seen: dict[tuple[str, str], str] = {}
-    found: dict[str, str] = {}
+    copies: dict[str, str] = {}
     for one in sorted(ended, key=lambda one: (one.session.participant, one.session.session)):
         marks = list(_marks(one))
         first = next((seen[mark] for mark in marks if mark in seen), None)
         if first is not None:
-            found[one.session.folder] = first
+            copies[one.session.folder] = first
         for mark in marks:
             seen.setdefault(mark, first or str(one.session))
-    return found
+    return copies
 
 
 def _marks(one: Ended) -> Iterator[tuple[str, str]]:

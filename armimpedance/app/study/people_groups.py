@@ -86,13 +86,13 @@ def groups_of_people(
     `present`: people who have results.
     Returns: column -> its values, in the order of the alphabet.
     """
-    found = {}
+    groups = {}
     for column in dict.fromkeys(name for row in people.values() for name in row):
-        held = [people[who].get(column, "") for who in dict.fromkeys(present) if who in people]
-        count = {value: held.count(value) for value in held if value not in _UNKNOWN}
+        cells = [people[who].get(column, "") for who in dict.fromkeys(present) if who in people]
+        count = {value: cells.count(value) for value in cells if value not in _UNKNOWN}
         if 2 <= len(count) <= MOST_GROUPS and min(count.values()) >= FEWEST:
-            found[column] = tuple(sorted(count))
-    return found
+            groups[column] = tuple(sorted(count))
+    return groups
 
 
 def compare_people(
@@ -109,7 +109,7 @@ def compare_people(
     `names`: its values.
     Returns: of every strip and pair with `FEWEST` people in each group.
     """
-    found = []
+    changes = []
     for strip in strips:
         of = [people.get(persons[i], {}).get(column, "") for i in strip.sessions]
         who = np.array([persons[i] for i in strip.sessions])
@@ -117,8 +117,8 @@ def compare_people(
         for pair in combinations(names, 2):
             both = [sides[name] for name in pair]
             if min(len(values) for values, _ in both) >= FEWEST:
-                found.append(_change(strip, column, pair, both))
-    return _adjusted(found)
+                changes.append(_change(strip, column, pair, both))
+    return _adjusted(changes)
 
 
 def difference_of_means(first: Mean, second: Mean) -> tuple[float, ...]:
@@ -159,13 +159,13 @@ def _adjusted(found: Sequence[GroupsChange]) -> list[GroupsChange]:
     families: dict[tuple[str, str], list[int]] = {}
     for i, one in enumerate(found):
         families.setdefault((one.table, one.quantity), []).append(i)
-    made = list(found)
+    adjusted = list(found)
     for family in families.values():
         least = 0.0
         for rank, i in enumerate(sorted(family, key=lambda i: found[i].p)):
             least = max(least, min(1.0, (len(family) - rank) * found[i].p))
-            made[i] = replace(found[i], p_adjusted=least)
-    return made
+            adjusted[i] = replace(found[i], p_adjusted=least)
+    return adjusted
 
 
 # Who is far from the others: median and MAD, with each session's own error taken off.
@@ -222,9 +222,9 @@ def far_from_others(strips: Sequence[Strip]) -> list[Outlier]:
 
     `strips`: those of fewer than `FEWEST_OTHERS` sessions are passed over.
     """
-    found = [one for strip in strips for one in _scored(strip)]
+    scores = [one for strip in strips for one in _scored(strip)]
     own: dict[int, list[Outlier]] = {}
-    for one in found:
+    for one in scores:
         own.setdefault(one.session, []).append(one)
     limit = _limit(
         np.array([len(values) * min(one.p for one in values) for values in own.values()])

@@ -74,13 +74,13 @@ def find_sessions(
         raise InputError("no such folder", file=data, expected="a folder of people's recordings")
     top = data.resolve()
     if pattern is not None:
-        found = [_named(top, path) for path in sorted(top.glob(pattern))]
+        sessions = [_named(top, path) for path in sorted(top.glob(pattern))]
     else:
-        found = [_named(top, path) for path in _recordings(top, is_recording)]
-    if not found:
+        sessions = [_named(top, path) for path in _recordings(top, is_recording)]
+    if not sessions:
         what = f"nothing fits {pattern!r}" if pattern else "holds no recording"
         raise InputError(what, file=data, expected="recordings, one folder a person")
-    return _told_apart(sorted(found, key=lambda one: (one.participant, one.session)), top)
+    return _told_apart(sorted(sessions, key=lambda one: (one.participant, one.session)), top)
 
 
 def chosen(sessions: Iterable[StudySession], labels: Iterable[str] | None) -> list[StudySession]:
@@ -101,16 +101,16 @@ def chosen(sessions: Iterable[StudySession], labels: Iterable[str] | None) -> li
     InputError
         Nobody has one of the labels.
     """
-    held = list(sessions)
+    all_sessions = list(sessions)
     if labels is None:
-        return held
+        return all_sessions
     wanted = [label.removeprefix("sub-") for label in labels]
-    known = {one.participant for one in held}
+    participants = {one.participant for one in all_sessions}
     for label in wanted:
-        if label not in known:
-            some = ", ".join(sorted(known)[:8]) + (", ..." if len(known) > 8 else "")
+        if label not in participants:
+            some = ", ".join(sorted(participants)[:8]) + (", ..." if len(participants) > 8 else "")
             raise InputError(f"no participant {label!r}", expected=f"one of {some}")
-    return [one for one in held if one.participant in wanted]
+    return [one for one in all_sessions if one.participant in wanted]
 
 
 def share_of(sessions: Sequence[StudySession], index: int, count: int) -> list[StudySession]:
@@ -173,11 +173,16 @@ def _named(top: Path, recording: Path) -> StudySession:
     if not session and len(parts) > 1:
         session = _stem(parts[-1]) if recording.is_file() else parts[-1]
     first = person if len(parts) > 1 or recording.is_dir() else _stem(person)
-    made = StudySession(first.removeprefix("sub-"), session.removeprefix("ses-"), recording)
+    session_record = StudySession(
+        first.removeprefix("sub-"), session.removeprefix("ses-"), recording
+    )
     # In the words of a step such a name would stand for a folder above.
-    if any(label and not label.strip(".") for label in (made.participant, made.session)):
+    if any(
+        label and not label.strip(".")
+        for label in (session_record.participant, session_record.session)
+    ):
         raise InputError("a name of dots alone", file=recording, expected="letters or digits")
-    return made
+    return session_record
 
 
 def _told_apart(sessions: list[StudySession], top: Path) -> list[StudySession]:
@@ -185,14 +190,14 @@ def _told_apart(sessions: list[StudySession], top: Path) -> list[StudySession]:
     count: dict[str, int] = {}
     for one in sessions:
         count[one.folder] = count.get(one.folder, 0) + 1
-    made = []
+    distinct = []
     for one in sessions:
         name = one.session
         if count[one.folder] > 1 and _stem(one.recording.name) != name:
             name = f"{name} {_stem(one.recording.name)}".strip()
-        made.append(StudySession(one.participant, name, one.recording))
+        distinct.append(StudySession(one.participant, name, one.recording))
     folders: dict[str, Path] = {}
-    for one in made:
+    for one in distinct:
         if one.folder in folders:
             first = folders[one.folder].relative_to(top)
             raise InputError(
@@ -201,7 +206,7 @@ def _told_apart(sessions: list[StudySession], top: Path) -> list[StudySession]:
                 expected="names that tell people and sessions apart",
             )
         folders[one.folder] = one.recording
-    return made
+    return distinct
 
 
 def _stem(name: str) -> str:

@@ -65,15 +65,15 @@ class Fingerprints:
     def _of_file(self, file: Path) -> str:
         state = os.stat(file)
         now = [state.st_size, state.st_mtime_ns, state.st_ino]
-        known = self._known.get(str(file))
-        if known is not None and known[:3] == now:
-            return str(known[3])
-        found = _sum_of(file)
+        remembered = self._known.get(str(file))
+        if remembered is not None and remembered[:3] == now:
+            return str(remembered[3])
+        checksum = _sum_of(file)
         newest = max(state.st_mtime_ns, state.st_ctime_ns)
         if time.time_ns() - newest > _YOUNG_NS:
-            self._known[str(file)] = [*now, found]
+            self._known[str(file)] = [*now, checksum]
             self._changed = True
-        return found
+        return checksum
 
 
 def _sum_of(file: Path) -> str:
@@ -229,13 +229,13 @@ def are_files_below(files: Any) -> bool:
 
 def states(work: Path) -> dict[str, tuple[int, int, int]]:
     """Name of every file below a folder -> what changes when it is written again."""
-    found = {}
+    states_by_key = {}
     for path in work.rglob("*"):
         if path.is_file() and not path.is_symlink():
             state = path.stat()
-            found[path.relative_to(work).as_posix()] = (
+            states_by_key[path.relative_to(work).as_posix()] = (
                 state.st_ino,
                 state.st_mtime_ns,
                 state.st_size,
             )
-    return found
+    return states_by_key

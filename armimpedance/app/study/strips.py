@@ -94,7 +94,7 @@ def strips_of(
 def _of_table(
     name: str, file: Path, numbers: Mapping[tuple[str, str], int], known: Sequence[str]
 ) -> Iterator[Strip]:
-    found: dict[tuple[str, str, str], list[tuple[float, ...]]] = {}
+    points: dict[tuple[str, str, str], list[tuple[float, ...]]] = {}
     header = list(text_header(file))
     read = _reader(header, [*KEYS, *known])
     if read is None:
@@ -103,12 +103,14 @@ def _of_table(
         session = numbers.get((row[header.index(KEYS[0])], row[header.index(KEYS[1])]))
         if session is None:
             continue
-        for quantity, condition, unit, told in read(row):
-            if all(map(math.isfinite, told[:3])):
-                found.setdefault((quantity, condition, unit), []).append((session, *told))
-    order = {quantity: i for i, quantity in enumerate(dict.fromkeys(key[0] for key in found))}
-    for key in sorted(found, key=lambda key: order[key[0]]):
-        yield _strip(name, *key, np.array(found[key]).T)
+        for quantity, condition, unit, numbers_of_row in read(row):
+            if all(map(math.isfinite, numbers_of_row[:3])):
+                points.setdefault((quantity, condition, unit), []).append(
+                    (session, *numbers_of_row)
+                )
+    order = {quantity: i for i, quantity in enumerate(dict.fromkeys(key[0] for key in points))}
+    for key in sorted(points, key=lambda key: order[key[0]]):
+        yield _strip(name, *key, np.array(points[key]).T)
 
 
 def _strip(table: str, quantity: str, condition: str, unit: str, columns: FloatArray) -> Strip:
@@ -155,8 +157,8 @@ def _wide(at: Mapping[str, int], own: Sequence[str]) -> _Read:
         condition = ", ".join(row[i] for i in heads)
         of = row[level] if level is not None else ""
         for quantity, places in cells:
-            told = tuple(_number(row, place) for place in places)
-            yield quantity, condition, _unit(quantity, of), told
+            numbers_of_row = tuple(_number(row, place) for place in places)
+            yield quantity, condition, _unit(quantity, of), numbers_of_row
 
     return read
 

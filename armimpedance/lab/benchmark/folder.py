@@ -111,8 +111,8 @@ class BenchmarkFolder:
     def holds_sealed(self, task: str, truth: Sequence[KnownTruth], key: Key) -> bool:
         """Return True if a sealed truth is the one whose hash was published."""
         file = self._checked(f"tasks/{task}/{SEALED_TRUTH}")
-        made = commitment(key.salt(VERSION, task), known_text(truth))
-        return made == file.read_text(encoding="ascii").strip()
+        hash_now = commitment(key.salt(VERSION, task), known_text(truth))
+        return hash_now == file.read_text(encoding="ascii").strip()
 
     def _checked(self, name: str) -> Path:
         file = self.path / name
@@ -167,7 +167,7 @@ def _read_sums(file: Path) -> dict[str, str]:
     try:
         lines = file.read_text(encoding="utf-8").splitlines()
         pairs = [line.split("  ", 1) for line in lines]
-        return {name: told for told, name in pairs}
+        return {name: checksum for checksum, name in pairs}
     except (OSError, ValueError) as error:
         raise InputError("no list of checksums", file=file) from error
 
@@ -203,8 +203,8 @@ def write_task(top: Path, task: str, truth: Sequence[KnownTruth], key: Key | Non
             file.write_text(known_text(own), encoding="utf-8")
     if key is not None:
         sealed = [known for known in truth if half_of(known.asked.record) == "sealed"]
-        told = commitment(key.salt(VERSION, task), known_text(sealed))
-        (folder / SEALED_TRUTH).write_text(told + "\n", encoding="ascii")
+        published = commitment(key.salt(VERSION, task), known_text(sealed))
+        (folder / SEALED_TRUTH).write_text(published + "\n", encoding="ascii")
 
 
 def write_index(top: Path, lines: Mapping[str, str], key: Key | None) -> None:

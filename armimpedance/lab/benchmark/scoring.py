@@ -81,17 +81,17 @@ def read_submission(file: Path, asked: Collection[AskedQuantity]) -> dict[Place,
     return claims
 
 
-def _check_header(file: Path, found: Sequence[str]) -> None:
+def _check_header(file: Path, columns: Sequence[str]) -> None:
     for name in _REQUIRED:
-        if name not in found:
+        if name not in columns:
             raise InputError("no such column", file=file, column=name, expected="a submission")
-    for name in found:
+    for name in columns:
         if name not in (*_REQUIRED, *_OPTIONAL):
             expected = f"each at most once: {', '.join((*_REQUIRED, *_OPTIONAL))}"
             raise InputError(
                 "unknown or repeated column", file=file, column=name, expected=expected
             )
-    if ("low" in found) != ("high" in found):
+    if ("low" in columns) != ("high" in columns):
         raise InputError("low without high", file=file, expected="both columns, or none")
 
 
@@ -259,16 +259,16 @@ def _scored(
         claim = claims.get((known.asked.task, known.asked.record, known.asked.quantity))
         if claim is not None and claim.answers:
             judged.append(_Judged.of(known, claim))
-    told = [j for j in judged if j.has_interval]
+    with_interval = [j for j in judged if j.has_interval]
     unsaid = [UNSAID] * (len(rows) - len(judged))
     return Score(
         *key,
         len(rows),
         len(judged),
         *_errors(judged),
-        len(told),
-        len([j for j in told if j.holds]) / len(told) if told else None,
-        median(j.high - j.low for j in told) if told else None,
+        len(with_interval),
+        len([j for j in with_interval if j.holds]) / len(with_interval) if with_interval else None,
+        median(j.high - j.low for j in with_interval) if with_interval else None,
         _mean([j.interval_score for j in judged] + unsaid),
         len([j for j in judged if j.silently_wrong]) / len(rows),
         len([j for j in judged if j.warned]) / len(judged) if judged else 0.0,

@@ -97,8 +97,8 @@ def score_submission(
     """
     claims = read_submission(file, benchmark.asked)
     hidden = list(sealed)
-    found = score([*benchmark.public_truth(), *hidden], claims)
-    return Scores(name, benchmark.sha256, file_sha256(file), bool(hidden), found)
+    scores = score([*benchmark.public_truth(), *hidden], claims)
+    return Scores(name, benchmark.sha256, file_sha256(file), bool(hidden), scores)
 
 
 def _told(value: Any) -> Any:
@@ -188,11 +188,11 @@ def described(score: Score) -> str:
     -------
     str
     """
-    told = []
+    parts = []
     for heading, cell in _COLUMNS.items():
         name, _, unit = heading.partition(", ")
-        told.append(f"{name} {_number(cell(score))} {unit}".rstrip())
-    return f"{score.task} {score.half} {score.group}: {', '.join(told)}"
+        parts.append(f"{name} {_number(cell(score))} {unit}".rstrip())
+    return f"{score.task} {score.half} {score.group}: {', '.join(parts)}"
 
 
 def _task(task: str, line: str, submissions: Sequence[Scores]) -> str:

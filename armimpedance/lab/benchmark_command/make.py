@@ -69,10 +69,10 @@ def run(arguments: argparse.Namespace) -> int:
         truth = write_benchmark(wanted, staged, progress)
     if key is not None:
         keep_truth(arguments.key, truth)
-    made = BenchmarkFolder.open(arguments.out)
+    folder = BenchmarkFolder.open(arguments.out)
     halves = "public" if key is None else "public and sealed"
     print(f"{arguments.out}: {len(tasks)} tasks, {count} records each, {halves}")
-    print(f"  SHA-256 of its SHA256SUMS: {made.sha256}")
+    print(f"  SHA-256 of its SHA256SUMS: {folder.sha256}")
     return 0
 
 

@@ -45,15 +45,15 @@ def _draw_posture_model(seed: int) -> Made:
 
 def joint_groups(B: np.ndarray, K: np.ndarray) -> tuple[AskedGroup, ...]:
     """B and K at the joints (C, 2, 2) of conditions that are counted from 1."""
-    made = []
+    groups = []
     for name, values in (("B", B), ("K", K)):
         parts = {
             f"{element}@{n}": value
             for n, rows in enumerate(values, 1)
             for element, value in AskedGroup.matrix(name, UNITS[name], rows).values.items()
         }
-        made.append(AskedGroup(name, UNITS[name], parts))
-    return tuple(made)
+        groups.append(AskedGroup(name, UNITS[name], parts))
+    return tuple(groups)
 
 
 # Joint impedance at activations that nobody measured.

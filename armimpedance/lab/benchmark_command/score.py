@@ -41,10 +41,10 @@ def run(arguments: argparse.Namespace) -> int:
     benchmark = BenchmarkFolder.open(arguments.benchmark)
     sealed = [] if arguments.key is None else _sealed_truth(benchmark, arguments.key)
     name = arguments.name or arguments.submission.stem
-    made = score_submission(benchmark, arguments.submission, name, sealed)
+    result = score_submission(benchmark, arguments.submission, name, sealed)
     with staged_file(arguments.out) as staged:
-        staged.write_text(made.text, encoding="utf-8")
-    for row in made.scores:
+        staged.write_text(result.text, encoding="utf-8")
+    for row in result.scores:
         print(described(row))
     return 0
 

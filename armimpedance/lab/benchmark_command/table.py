@@ -28,9 +28,9 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.lab.benchmark_command.tasks import TASKS
 
     check_outputs(Output("--out", arguments.out, (".md",)), reads=arguments.scores)
-    made = [Scores.read(file) for file in arguments.scores]
-    text = table_text(made, {name: TASKS[name].line for name in TASKS})
+    submissions = [Scores.read(file) for file in arguments.scores]
+    text = table_text(submissions, {name: TASKS[name].line for name in TASKS})
     with staged_file(arguments.out) as staged:
         staged.write_text(text, encoding="utf-8")
-    print(f"{len(made)} submissions -> {arguments.out}")
+    print(f"{len(submissions)} submissions -> {arguments.out}")
     return 0

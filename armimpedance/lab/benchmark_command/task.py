@@ -60,8 +60,8 @@ def nameless(recording: Any, body_told: bool) -> Any:
     """A recording that tells neither its seed nor how it was simulated, as a laboratory's."""
     subject = recording.subject
     if subject is not None:
-        told = {} if body_told else {"mass_kg": None, "height_m": None}
-        subject = replace(subject, id="person", **told)
+        hidden = {} if body_told else {"mass_kg": None, "height_m": None}
+        subject = replace(subject, id="person", **hidden)
     return replace(recording, provenance=("armimpedance benchmark",), subject=subject)
 
 

@@ -135,14 +135,14 @@ def _write_datasheet(top: Path, tasks: Sequence[str]) -> None:
         for task in tasks
         for place in sorted(record_folder(top, task, record).rglob("recording.json"))
     ]
-    said = {
+    facts = {
         "name": f"armimpedance benchmark {VERSION}",
         "description": _PURPOSE,
         "creators": ("The armimpedance developers",),
         "licence": _LICENCE,
     }
     recordings = [(folder, open_recording(folder)) for folder in folders]
-    SHARED_FORMS["datasheet"].share(recordings, [], file, said=said, version=__version__)
+    SHARED_FORMS["datasheet"].share(recordings, [], file, said=facts, version=__version__)
     lines = file.read_text(encoding="utf-8").split("\n")
     for question, answer in _ANSWERS.items():
         lines[lines.index(f"**{question}**") + 2] = answer

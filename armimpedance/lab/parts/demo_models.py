@@ -180,10 +180,10 @@ def _compare(each: StudiedExperiment) -> Iterator[_Compared]:
         name = hand.keys["condition"]
         row = truth.index(name)
         true = np.stack([truth.M_e[row], truth.B_e[row], truth.K_e[row]])
-        found = np.stack([hand.inertia, hand.viscosity, hand.stiffness])
-        symmetric = (found + found.transpose(0, 2, 1)) / 2
+        estimated = np.stack([hand.inertia, hand.viscosity, hand.stiffness])
+        symmetric = (estimated + estimated.transpose(0, 2, 1)) / 2
         limits = t_interval(hand.parameters, hand.sd.ravel(), hand.dof)
-        held = (limits[:, 0] <= true.ravel()) & (true.ravel() <= limits[:, 1])
+        covered = (limits[:, 0] <= true.ravel()) & (true.ravel() <= limits[:, 1])
         posture_error = joint.stiffness - truth.K_j[row]
         without = posture_error + _gamma(each, joint)
         size = np.linalg.norm(truth.K_j[row])
@@ -192,7 +192,7 @@ def _compare(each: StudiedExperiment) -> Iterator[_Compared]:
             hand,
             truth.K_e[row],
             100 * np.linalg.norm(symmetric - true, axis=(1, 2)) / np.linalg.norm(true, axis=(1, 2)),
-            held,
+            covered,
             float(100 * np.linalg.norm(posture_error) / size),
             float(100 * np.linalg.norm(without) / size),
         )
@@ -238,9 +238,9 @@ def _axes(estimate: ImpedanceEstimate) -> list[tuple[float, float]]:
 
 
 def _verdicts(everything: list[_Compared]) -> Iterator[str]:
-    held = np.array([one.held for one in everything])
-    share = 100 * held.mean()
-    yield f"{share:.1f} % of {held.size} elements of M, B and K lie within their 95 % intervals."
+    covered = np.array([one.held for one in everything])
+    share = 100 * covered.mean()
+    yield f"{share:.1f} % of {covered.size} elements of M, B and K lie within their 95 % intervals."
     errors = np.array([one.errors_percent for one in everything])
     m, b, k = np.median(errors, axis=0)
     yield f"Median error of M {m:.1f} %, B {b:.1f} %, K {k:.1f} %."

@@ -78,8 +78,8 @@ class SimulatedRig:
     @property
     def about(self) -> str:
         """First lines of the subcommand's help."""
-        said = self.line[0].upper() + self.line[1:]
-        return f"{said}.\n\nExample:\n  armimpedance simulate {self.name} {self.options}"
+        sentence = self.line[0].upper() + self.line[1:]
+        return f"{sentence}.\n\nExample:\n  armimpedance simulate {self.name} {self.options}"
 
     def configure(self, parser: argparse.ArgumentParser) -> None:
         """Arguments of the subcommand."""
@@ -122,10 +122,10 @@ def run(rig: SimulatedRig, arguments: argparse.Namespace) -> int:
         made = rig.simulate(rig.name, arguments, progress)
     if arguments.form is None:
         write_simulated(made.recording, made.truth, arguments.out, arguments.table, made.beside)
-        told = arguments.out
+        place = arguments.out
     else:
-        told = write_as(arguments.form, made, arguments.out)
-    print(describe(made.recording, str(told)))
+        place = write_as(arguments.form, made, arguments.out)
+    print(describe(made.recording, str(place)))
     for name in made.beside:
         print(f"\nbeside it: {arguments.out / name}")
     return 0

@@ -131,7 +131,7 @@ def _check_folder(out: Path) -> None:
 
     if out.exists() and not out.is_dir():
         raise InputError("is a file", file=out, expected="a folder for the results")
-    held = [entry.name for entry in out.iterdir()] if out.is_dir() else []
-    if held and STORE not in held:
-        problem = f"holds {sorted(held)[0]}, and no earlier study"
+    names = [entry.name for entry in out.iterdir()] if out.is_dir() else []
+    if names and STORE not in names:
+        problem = f"holds {sorted(names)[0]}, and no earlier study"
         raise InputError(problem, file=out, expected="a new or empty folder, or a study's")

@@ -114,12 +114,12 @@ class Blocks:
         body = content[_DIGEST:]
         if hashlib.sha256(body).digest() != content[:_DIGEST]:
             return None
-        held = body[0]
-        if held < count:
+        stored = body[0]
+        if stored < count:
             return None
-        size = self._bytes(cell, held)
+        size = self._bytes(cell, stored)
         numbers = np.frombuffer(body[1 : 1 + size], "<f8").reshape(shape)[:, :count]
-        problems = json.loads(body[1 + size :]) if held == count else {}
+        problems = json.loads(body[1 + size :]) if stored == count else {}
         quantities = len(cell.rig.quantities)
         values, extras = np.split(numbers, [quantities * len(COLUMNS)], axis=2)
         return Numbers(values.reshape(*values.shape[:2], quantities, -1), extras, problems)

@@ -123,11 +123,19 @@ def _change_errors(left_out: list[ChangeSums], drawn: ChangeSums) -> dict[str, F
 
 
 def _known(cell: Cell, config: Config, blocks: Blocks) -> dict[str, _Condition]:
-    found = [numbers for _, numbers in sessions_of(cell, config, blocks)]
+    numbers_of_blocks = [numbers for _, numbers in sessions_of(cell, config, blocks)]
     known = {}
     for c, name in enumerate(cell.conditions):
-        values = np.concatenate([one.values[c] for one in found]) if found else np.empty((0, 1, 7))
-        extras = np.concatenate([one.extras[c] for one in found]) if found else np.empty((0, 1))
+        values = (
+            np.concatenate([one.values[c] for one in numbers_of_blocks])
+            if numbers_of_blocks
+            else np.empty((0, 1, 7))
+        )
+        extras = (
+            np.concatenate([one.extras[c] for one in numbers_of_blocks])
+            if numbers_of_blocks
+            else np.empty((0, 1))
+        )
         there = np.isfinite(extras).all(axis=1)
         if there.sum() < (1 - MOST_FAILED) * config.sessions:
             failed = config.sessions - int(there.sum())

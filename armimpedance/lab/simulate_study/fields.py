@@ -31,9 +31,9 @@ def one_of(names: Callable[[], Iterable[str]]) -> Callable[[object], Value]:
     """A name among others, which are looked up when they are needed."""
 
     def check(value: object) -> Value:
-        known = list(names())
-        if not isinstance(value, str) or value not in known:
-            raise InputError(f"unknown {value!r}", expected=f"one of {', '.join(known)}")
+        allowed = list(names())
+        if not isinstance(value, str) or value not in allowed:
+            raise InputError(f"unknown {value!r}", expected=f"one of {', '.join(allowed)}")
         return value
 
     return check

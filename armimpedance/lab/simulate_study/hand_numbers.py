@@ -51,27 +51,27 @@ def numbers_of(estimate: ImpedanceEstimate, truth: FloatArray) -> tuple[FloatArr
     values[:12] = np.column_stack([estimate.parameters, low, high, sd, dof, truth.ravel(), bound])
     angle = np.nan
     for block, which in enumerate(FIELDS):
-        found = ellipse_of(estimate, which)
-        if found is None:
+        shown_ellipse = ellipse_of(estimate, which)
+        if shown_ellipse is None:
             continue
-        angle = found.reference_angle_rad
+        angle = shown_ellipse.reference_angle_rad
         true = ellipse(truth[block], reference_angle_rad=angle)
-        values[12 + 3 * block : 15 + 3 * block] = _ellipse_rows(found, true)
+        values[12 + 3 * block : 15 + 3 * block] = _ellipse_rows(shown_ellipse, true)
     extras = np.concatenate(
         [estimate.parameters, *_roots(estimate.covariance), [np.log(estimate.dof), angle]]
     )
     return values, extras
 
 
-def _ellipse_rows(found: Ellipse, true: Ellipse) -> FloatArray:
+def _ellipse_rows(estimated: Ellipse, true: Ellipse) -> FloatArray:
     """Size, orientation and shape, (3, 7)."""
-    covariance = np.asarray(found.covariance)
+    covariance = np.asarray(estimated.covariance)
     return np.column_stack(
         [
-            [found.size, found.orientation_rad, found.shape],
-            found.interval(),
+            [estimated.size, estimated.orientation_rad, estimated.shape],
+            estimated.interval(),
             np.sqrt(np.diag(covariance)),
-            np.full(3, found.dof),
+            np.full(3, estimated.dof),
             [true.size, true.orientation_rad, true.shape],
             np.full(3, np.nan),
         ]
@@ -274,11 +274,11 @@ def estimate_all(settings: Settings, made: list[PreparedWindows]) -> Numbers:
     for c, one in enumerate(made):
         for s, window in enumerate(one.windows):
             try:
-                found = estimate_window(window, one.group, options)
+                result = estimate_window(window, one.group, options)
             except ArmImpedanceError as error:
                 problems[str(error)] += 1
                 continue
-            values[c, s], extras[c, s] = numbers_of(found, one.truth)
+            values[c, s], extras[c, s] = numbers_of(result, one.truth)
     return Numbers(values, extras, dict(problems))
 
 

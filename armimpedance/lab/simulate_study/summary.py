@@ -82,21 +82,21 @@ def sums_of(values: FloatArray, quantities: tuple[StudyQuantity, ...]) -> Sums:
 
     `values` (n, Q, 7).
     """
-    there = np.isfinite(values[..., ESTIMATE])
+    finite = np.isfinite(values[..., ESTIMATE])
     truth = values[..., TRUTH]
-    error, held = errors_of(values, quantities)
-    squared = np.where(there, error**2, 0)
+    error, covered = errors_of(values, quantities)
+    squared = np.where(finite, error**2, 0)
     bound = values[..., BOUND]
-    bounded = there & np.isfinite(bound)
+    bounded = finite & np.isfinite(bound)
     return Sums(
-        n=there.sum(axis=0).astype(float),
-        failed=(~there).sum(axis=0).astype(float),
-        truth=np.where(there, truth, 0).sum(axis=0),
-        error=np.where(there, error, 0).sum(axis=0),
+        n=finite.sum(axis=0).astype(float),
+        failed=(~finite).sum(axis=0).astype(float),
+        truth=np.where(finite, truth, 0).sum(axis=0),
+        error=np.where(finite, error, 0).sum(axis=0),
         squared=squared.sum(axis=0),
         fourth=(squared**2).sum(axis=0),
-        sd=np.where(there, values[..., SD], 0).sum(axis=0),
-        held=(held & there).sum(axis=0).astype(float),
+        sd=np.where(finite, values[..., SD], 0).sum(axis=0),
+        held=(covered & finite).sum(axis=0).astype(float),
         bounded=bounded.sum(axis=0).astype(float),
         bound=np.where(bounded, bound**2, 0).sum(axis=0),
         bounded_squared=np.where(bounded, squared, 0).sum(axis=0),
@@ -109,23 +109,23 @@ def errors_of(
     """Error (n, Q) of every estimate, and whether its interval holds the truth."""
     truth, low, high = values[..., TRUTH], values[..., LOW], values[..., HIGH]
     error = values[..., ESTIMATE] - truth
-    held = (low <= truth) & (truth <= high)
+    covered = (low <= truth) & (truth <= high)
     for q, quantity in enumerate(quantities):
         if quantity.kind == "axis":
             error[:, q] = half_turn(error[:, q])
             for turn in (-np.pi, np.pi):
                 turned = truth[:, q] + turn
-                held[:, q] |= (low[:, q] <= turned) & (turned <= high[:, q])
-    return error, held
+                covered[:, q] |= (low[:, q] <= turned) & (turned <= high[:, q])
+    return error, covered
 
 
-def wilson(held: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
+def wilson(covered: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
     """95 % limits of a share after Wilson.
 
     `held`, `n` (Q,): how many of how many.
     Returns: `low`, `high` (Q,).
     """
-    share = held / n
+    share = covered / n
     middle = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)
     reach = Z / (1 + Z**2 / n) * np.sqrt(share * (1 - share) / n + Z**2 / (4 * n**2))
     # rounding must not leave the share itself outside
@@ -171,20 +171,22 @@ def change_sums(
     # what has no ellipse is nan all through, and a shape next to nothing has no logarithm
     with np.errstate(all="ignore"):
         change, low, high, truth = changes(first, second, quantities)
-    there = np.isfinite(change)
-    found, held = (low > 0) | (high < 0), (low <= truth) & (truth <= high)
+    finite = np.isfinite(change)
+    detected, covered = (low > 0) | (high < 0), (low <= truth) & (truth <= high)
     for q, quantity in enumerate(quantities):
         if quantity.kind == "axis":
             for turn in (-np.pi, np.pi):
-                found[:, q] &= (low[:, q] > turn) | (high[:, q] < turn)
-                held[:, q] |= (low[:, q] <= truth[:, q] + turn) & (truth[:, q] + turn <= high[:, q])
+                detected[:, q] &= (low[:, q] > turn) | (high[:, q] < turn)
+                covered[:, q] |= (low[:, q] <= truth[:, q] + turn) & (
+                    truth[:, q] + turn <= high[:, q]
+                )
     return ChangeSums(
-        there.sum(axis=0).astype(float),
-        (~there).sum(axis=0).astype(float),
-        np.where(there, truth, 0).sum(axis=0),
-        np.where(there, change, 0).sum(axis=0),
-        (found & there).sum(axis=0).astype(float),
-        (held & there).sum(axis=0).astype(float),
+        finite.sum(axis=0).astype(float),
+        (~finite).sum(axis=0).astype(float),
+        np.where(finite, truth, 0).sum(axis=0),
+        np.where(finite, change, 0).sum(axis=0),
+        (detected & finite).sum(axis=0).astype(float),
+        (covered & finite).sum(axis=0).astype(float),
     )
 
 
@@ -238,5 +240,5 @@ def _t(dof: FloatArray) -> FloatArray:
     # In 1/dof the quantile is all but straight; below one degree of freedom there is no table.
     inverse = np.concatenate([[0.0], nodes])
     normal = float(stdtrit(1e12, 0.975))
-    found = np.interp(1 / dof, inverse, np.concatenate([[normal], quantiles]))
-    return np.asarray(np.where(np.isfinite(dof), found, np.where(np.isnan(dof), np.nan, normal)))
+    value = np.interp(1 / dof, inverse, np.concatenate([[normal], quantiles]))
+    return np.asarray(np.where(np.isfinite(dof), value, np.where(np.isnan(dof), np.nan, normal)))

@@ -169,13 +169,13 @@ def _write_sessions(config: Config, blocks: Blocks) -> None:
                 writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
 
 
-def _session_columns(number: int, cell: Cell, start: int, found: Numbers) -> list[object]:
+def _session_columns(number: int, cell: Cell, start: int, numbers: Numbers) -> list[object]:
     """The columns of a block: a session's conditions stand together."""
     import pyarrow as pa
 
-    conditions, sessions, quantities = found.values.shape[:3]
+    conditions, sessions, quantities = numbers.values.shape[:3]
     rows = sessions * conditions * quantities
-    values = found.values.transpose(1, 0, 2, 3).reshape(rows, -1)
+    values = numbers.values.transpose(1, 0, 2, 3).reshape(rows, -1)
     condition = np.tile(np.repeat(np.arange(conditions), quantities), sessions)
     quantity = np.tile(np.arange(quantities), sessions * conditions)
     return [
@@ -199,13 +199,13 @@ def differing(cells: Sequence[Cell]) -> list[str]:
     """Settings in which each cell differs from others, such as ``noise=sensor method=exact``."""
     shown = [cell.shown for cell in cells]
     rigs = {one["rig"] for one in shown}
-    told = []
+    settings = []
     for one in shown:
         alike = [other for other in shown if other["rig"] == one["rig"]]
         apart = [name for name in one if len({other[name] for other in alike}) > 1]
         words = [*(["rig"] if len(rigs) > 1 else []), *apart]
-        told.append(" ".join(f"{name}={one[name]}" for name in words))
-    return told
+        settings.append(" ".join(f"{name}={one[name]}" for name in words))
+    return settings
 
 
 def printed(results: Sequence[Result], config: Config) -> Iterator[str]:
@@ -245,8 +245,8 @@ def _line(names: list[str], columns: Columns) -> str:
     if not np.isfinite(columns["coverage"]).any():
         return f"{count}, no estimate"
     words = f"{count}, coverage {_range(names, columns['coverage'])}"
-    known = columns["efficiency"][np.isfinite(columns["efficiency"])]
-    return words + (f", efficiency {np.median(known):.2f}" if len(known) else "")
+    efficiencies = columns["efficiency"][np.isfinite(columns["efficiency"])]
+    return words + (f", efficiency {np.median(efficiencies):.2f}" if len(efficiencies) else "")
 
 
 def _range(names: list[str], shares: FloatArray) -> str:

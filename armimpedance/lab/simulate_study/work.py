@@ -163,9 +163,9 @@ def sessions_of(cell: Cell, config: Config, blocks: Blocks) -> Iterator[tuple[in
     """Number of the first session, and the numbers, of every block that was done."""
     start = 0
     for block, count in blocks_of(config.sessions):
-        found = blocks.get(cell, block, count)
-        if found is not None:
-            yield start, found
+        stored = blocks.get(cell, block, count)
+        if stored is not None:
+            yield start, stored
         start += count
 
 

@@ -62,7 +62,7 @@ def _places(arguments: argparse.Namespace) -> list[tuple[float, float]] | None:
     """Hand locations of --at and --grid; None for the source's own."""
     import numpy as np
 
-    told = [(x, y) for x, y in getattr(arguments, "at", None) or ()]
+    places = [(x, y) for x, y in getattr(arguments, "at", None) or ()]
     if (grid := getattr(arguments, "grid", None)) is not None:
         left, right, columns, near, far, rows = grid
         if min(columns, rows) < 1 or not float(columns * rows).is_integer():
@@ -70,8 +70,8 @@ def _places(arguments: argparse.Namespace) -> list[tuple[float, float]] | None:
                 f"--grid with {columns:g} columns and {rows:g} rows", expected="1 or more of each"
             )
         across = np.linspace(left, right, int(columns)).tolist()
-        told += [(x, y) for y in np.linspace(near, far, int(rows)).tolist() for x in across]
-    return told or None
+        places += [(x, y) for y in np.linspace(near, far, int(rows)).tolist() for x in across]
+    return places or None
 
 
 def _read_subject(file: Path) -> SimulatedSubject:
@@ -99,9 +99,9 @@ def _subject(arguments: argparse.Namespace) -> SimulatedSubject:
     from manipulandum_sim.hand import find_subject
 
     name = arguments.subject or "A"
-    found = _read_subject(Path(name)) if name.endswith(".json") else find_subject(name)
+    subject = _read_subject(Path(name)) if name.endswith(".json") else find_subject(name)
     strength = getattr(arguments, "strength", None)
-    return found if strength is None else replace(found, strength=strength)
+    return subject if strength is None else replace(subject, strength=strength)
 
 
 def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:

@@ -81,7 +81,7 @@ def holdable(
     InputError
         The muscles bear none of them.
     """
-    kept, found = [], []
+    kept, holds = [], []
     for row, (x, own, F) in enumerate(zip(q, level, force, strict=True)):
         tau, G = arm.posture(x).torque_under(F), muscles.paths.moment_arms(x)
         near = np.full(len(muscles.max_tension), own)
@@ -90,10 +90,10 @@ def holdable(
         except (InputError, EstimationError):
             continue
         kept.append(row)
-        found.append(tension / muscles.max_tension)
+        holds.append(tension / muscles.max_tension)
     if not kept:
         raise InputError("no condition that the muscles can bear", expected="less force")
-    return Conditions(q[kept], level[kept], force[kept], np.array(found))
+    return Conditions(q[kept], level[kept], force[kept], np.array(holds))
 
 
 @dataclass(frozen=True)

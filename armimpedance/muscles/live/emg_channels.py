@@ -120,7 +120,7 @@ class EmgFaults:
 
     def _hums(self, band: FloatArray) -> BoolArray:
         """True for each channel (m,) that repeats itself with a period of the mains."""
-        found = np.zeros(band.shape[1], dtype=bool)
+        humming = np.zeros(band.shape[1], dtype=bool)
         for period in self._periods:
             now = band[2 * period :]
             power = (now**2).sum(axis=0)
@@ -129,8 +129,8 @@ class EmgFaults:
                 then = band[2 * period - lag : len(band) - lag]
                 size = np.sqrt(power * (then**2).sum(axis=0))
                 alike &= (now * then).sum(axis=0) > HUM * np.maximum(size, 1e-300)
-            found |= alike
-        return found
+            humming |= alike
+        return humming
 
     def _moves(self, raw: FloatArray, band: FloatArray) -> BoolArray:
         """True for channels whose signal below the band exceeds the EMG: the electrode moves."""

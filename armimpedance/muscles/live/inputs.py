@@ -131,8 +131,8 @@ class EmgLevels(FrozenRecord):
         safe = np.where(told, square, 1.0)
         # own_l = gain scale then_l: least squares through zero, muscle by muscle
         gain = np.where(told, (own * then).sum(axis=0) / (safe * scale), 1.0)
-        left = own / scale - gain * then
-        sd = np.sqrt((left**2).sum(axis=0) / (len(loads) - 1) / safe)
+        residual = own / scale - gain * then
+        sd = np.sqrt((residual**2).sum(axis=0) / (len(loads) - 1) / safe)
         moved = np.hypot(gain * scale, rest)
         levels = replace(
             self,

@@ -70,14 +70,14 @@ def _object(packet: bytes) -> dict[str, Any]:
 
 
 def _channels(fields: dict[str, Any], name: str) -> list[float]:
-    given = fields.get(name)
-    if given is None:
+    numbers = fields.get(name)
+    if numbers is None:
         raise InputError(f"a packet without {name}", expected="one number a muscle")
-    if isinstance(given, list) and None in given:
-        given = [_LOST if value is None else value for value in given]
-        if all(value is _LOST or is_number(value) for value in given):
-            return given
-    return _numbers(given, name)
+    if isinstance(numbers, list) and None in numbers:
+        numbers = [_LOST if value is None else value for value in numbers]
+        if all(value is _LOST or is_number(value) for value in numbers):
+            return numbers
+    return _numbers(numbers, name)
 
 
 def _numbers(value: object, name: str) -> list[float]:
@@ -174,14 +174,14 @@ def _datagrams(host: str, port: int) -> Iterator[bytes]:
 def _inlet(name: str, live: Live) -> Iterator[bytes]:
     """Samples of a stream of the Lab Streaming Layer; NaN there is a channel that dropped out."""
     pylsl = needed("pylsl", "lsl", f"{LSL}{name}")
-    found = pylsl.resolve_byprop("name", name, timeout=_PATIENCE_S)
+    streams = pylsl.resolve_byprop("name", name, timeout=_PATIENCE_S)
     n, m = live.form.joints, len(live.muscles)
-    if not found:
+    if not streams:
         raise InputError(f"no stream of the name {name}", expected=f"one within {_PATIENCE_S:g} s")
-    if found[0].channel_count() != n + m:
-        problem = f"the stream {name} has {found[0].channel_count()} channels"
+    if streams[0].channel_count() != n + m:
+        problem = f"the stream {name} has {streams[0].channel_count()} channels"
         raise InputError(problem, expected=f"{n} joint angles (rad) and {m} of muscles")
-    inlet = pylsl.StreamInlet(found[0])
+    inlet = pylsl.StreamInlet(streams[0])
     while True:
         sample, stamp = inlet.pull_sample()
         values = [v if abs(v) < np.inf else None for v in sample]
@@ -250,12 +250,12 @@ class Served:
 
     def __str__(self) -> str:
         parts = [f"{self.taken} samples", f"{self.refused} refused"]
-        told = {
+        counts = {
             "extrapolating": self.extrapolating,
             "not definite": self.indefinite,
             "flagged": self.flagged,
         }
-        return ", ".join(parts + [f"{count} {name}" for name, count in told.items() if count])
+        return ", ".join(parts + [f"{count} {name}" for name, count in counts.items() if count])
 
 
 def serve(

@@ -93,8 +93,8 @@ class Live:
         self._equations = HandEquations(self.form, self.arm, posture_step_rad, self.moving)
         self._channels: Channels = ActivationChannels(self.form.muscles, self.form.highest)
         if levels is not None:
-            known = levels_for(levels, self.form.muscles)
-            self._channels = EmgChannels(self.form, known, rate_hz, raw=not envelope)
+            emg_levels = levels_for(levels, self.form.muscles)
+            self._channels = EmgChannels(self.form, emg_levels, rate_hz, raw=not envelope)
         self.reset()
 
     @property

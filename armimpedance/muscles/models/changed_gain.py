@@ -123,14 +123,14 @@ def gain_change(rows: WhiteRows) -> GainChange | None:
     if not tried:
         return None
     limit = -float(ndtri(LEVEL / 2 / len(tried)))
-    made = [_change(rows, *one, limit) for one in tried]
-    best = int(np.argmax([one.z if 1 / MOST < 1 + one.part < MOST else 0.0 for one in made]))
-    if not made[best].seen:
-        return made[best]
+    changes = [_change(rows, *one, limit) for one in tried]
+    best = int(np.argmax([one.z if 1 / MOST < 1 + one.part < MOST else 0.0 for one in changes]))
+    if not changes[best].seen:
+        return changes[best]
     muscle, first, w = tried[best]
     alone = (_change(one, muscle, first, w, limit) for one in map(rows.without, range(len(w))))
-    held = all(one.z > WITHOUT_ONE * made[best].z for one in alone)
-    return made[best] if held else replace(made[best], z=0.0)
+    stable = all(one.z > WITHOUT_ONE * changes[best].z for one in alone)
+    return changes[best] if stable else replace(changes[best], z=0.0)
 
 
 def _tried(rows: WhiteRows) -> Iterator[tuple[int | None, int | None, FloatArray]]:
@@ -157,9 +157,9 @@ def _change(
     changed = w[:, None] * D
     S = np.einsum("pri,pr->i", rows.design, changed)
     # H g = u, theta (p,) free beside it: H = sum w^2 D^T D - S^T C S, u = sum w D^T e
-    known = float((changed**2).sum())
-    H = known - float(S @ rows.covariance @ S)
-    if H / max(known, 1e-300) < LEAST_TOLD:
+    information = float((changed**2).sum())
+    H = information - float(S @ rows.covariance @ S)
+    if H / max(information, 1e-300) < LEAST_TOLD:
         return GainChange(muscle, first, 0.0, 1.0, 0.0, limit, np.zeros((2, len(S))))
     g = float((changed * rows.error).sum()) / H
     shift = -rows.covariance @ S * g

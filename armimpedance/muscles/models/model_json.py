@@ -76,8 +76,8 @@ def read_model(path: str | Path) -> FittedModel:
     content = _content(Path(path))
     kind = content.get("kind")
     if kind not in MODEL_KINDS:
-        known = " or ".join(MODEL_KINDS)
-        raise InputError(f"kind {kind!r}", file=path, column="kind", expected=known)
+        kinds = " or ".join(MODEL_KINDS)
+        raise InputError(f"kind {kind!r}", file=path, column="kind", expected=kinds)
     plain = content.get("model")
     if not isinstance(plain, Mapping):
         raise InputError("no model", file=path, column="model", expected="an object")

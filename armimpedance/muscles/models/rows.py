@@ -35,8 +35,8 @@ def shared_blocks(errors: Sequence[Mapping[str, FloatArray]], axes: int) -> Floa
     """
     names = dict.fromkeys(name for one in errors for name in one)
     none = np.zeros(3 * axes**2)
-    found = [[one.get(name, none) for name in names] for one in errors]
-    return np.reshape(found, (len(errors), len(names), 3, axes, axes)).astype(float)
+    blocks = [[one.get(name, none) for name in names] for one in errors]
+    return np.reshape(blocks, (len(errors), len(names), 3, axes, axes)).astype(float)
 
 
 def main_errors(shared: FloatArray, sd: FloatArray | None) -> FloatArray:
@@ -197,8 +197,8 @@ class JointRows(FrozenRecord):
     @staticmethod
     def doubts_in(warnings: Iterable[str]) -> tuple[str, ...]:
         """Which departures warnings begin with that make all conditions wrong alike."""
-        told = {warning.split(":")[0].strip() for warning in warnings}
-        return tuple(name for name in ALIKE if name in told)
+        doubted = {warning.split(":")[0].strip() for warning in warnings}
+        return tuple(name for name in ALIKE if name in doubted)
 
     @staticmethod
     def shared_of(errors: Sequence[Mapping[str, FloatArray]], joints: int) -> dict[str, Any]:
@@ -258,15 +258,15 @@ class JointRows(FrozenRecord):
 
     def select(self, rows: ArrayLike) -> JointRows:
         """These rows only (numbers from 0, or a mask)."""
-        asked = np.asarray(rows)
+        which = np.asarray(rows)
         # an empty list has no kind of its own
-        chosen = np.arange(self.n_rows)[asked if asked.size else asked.astype(np.intp)]
-        taken: dict[str, Any] = {
+        chosen = np.arange(self.n_rows)[which if which.size else which.astype(np.intp)]
+        fields_of_rows: dict[str, Any] = {
             name: None if value is None else value[chosen]
             for name, value in self.__dict__.items()
             if name not in ("labels", "muscles", "moving", "doubts")
         }
-        return replace(self, **taken, labels=tuple(self.labels[i] for i in chosen))
+        return replace(self, **fields_of_rows, labels=tuple(self.labels[i] for i in chosen))
 
     def of_muscles(self, names: tuple[str, ...]) -> JointRows:
         """The same rows with the activations of these muscles, in this order.

@@ -140,8 +140,8 @@ def run(args: argparse.Namespace) -> int:
     print(f"\nwritten to {args.out}")
 
     def draw() -> Any:
-        given = {"postures": rows.joint_angles, "activations": rows.activation}
-        needed = {name: given[name] for name in kind_of(model).needs}
+        inputs = {"postures": rows.joint_angles, "activations": rows.activation}
+        needed = {name: inputs[name] for name in kind_of(model).needs}
         return plot_model_fit(predict(model, **needed), cast(JointRows, rows))
 
     draw_picture(
@@ -177,8 +177,10 @@ def _options(args: argparse.Namespace) -> dict[str, Any]:
     from armimpedance.core.errors import InputError
     from armimpedance.muscles.models import MODEL_KINDS
 
-    known = sorted({name for kind in MODEL_KINDS.values() for name in kind.options})
-    given = {name: getattr(args, name) for name in known if getattr(args, name) is not None}
+    names_of_options = sorted({name for kind in MODEL_KINDS.values() for name in kind.options})
+    given = {
+        name: getattr(args, name) for name in names_of_options if getattr(args, name) is not None
+    }
     keywords = MODEL_KINDS[args.kind].options
     for name in given:
         if name not in keywords:

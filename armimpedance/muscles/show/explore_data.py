@@ -191,12 +191,12 @@ def owner_of(
             "the arm's lengths are not known",
             expected="--recording SESSION, or --upper-arm-m and --forearm-hand-m",
         )
-    found = _with_lengths(
+    person = _with_lengths(
         replace(who, upper_arm_m=lengths[0], forearm_hand_m=lengths[1]),
         who.upper_arm_m,
         who.forearm_hand_m,
     )
-    return replace(owner, subject=found, said="found from hand positions and joint angles")
+    return replace(owner, subject=person, said="found from hand positions and joint angles")
 
 
 def _recorded(recording: str | os.PathLike[str] | Subject | Owner | None) -> Owner:
@@ -206,9 +206,9 @@ def _recorded(recording: str | os.PathLike[str] | Subject | Owner | None) -> Own
         return Owner(Subject())
     if isinstance(recording, Subject):
         return Owner(recording, "those of the subject")
-    found = read_subject(recording)
-    said = "those of the recording's subject"
-    return Owner(found.subject, said, found.muscles, found.gravity_m_s2)
+    subject = read_subject(recording)
+    source = "those of the recording's subject"
+    return Owner(subject.subject, source, subject.muscles, subject.gravity_m_s2)
 
 
 def _with_lengths(who: Subject, upper_arm_m: float | None, forearm_hand_m: float | None) -> Subject:
@@ -246,10 +246,10 @@ def measured_data(
         )
     if refused:
         notes.append(f"{len(refused)} of {len(rows)} estimates are left out; {refused[0]}")
-    said = [f"{one['name']}: {text}" for one in data if (text := one.pop("said"))]
-    if said:
-        more = f" (and {len(said) - 1} more)" if len(said) > 1 else ""
-        notes.append(f"{said[0]}{more}")
+    sentences = [f"{one['name']}: {text}" for one in data if (text := one.pop("said"))]
+    if sentences:
+        more = f" (and {len(sentences) - 1} more)" if len(sentences) > 1 else ""
+        notes.append(f"{sentences[0]}{more}")
     return data, notes
 
 
@@ -266,7 +266,7 @@ def _row(row: ImpedanceEstimate, owner: Owner) -> dict[str, Any]:
         [hand], [joint] = to_hand([row], recording=whose), [row]
     if joint.joint_angles is None:
         raise InputError("no joint angles", expected="q_shoulder_rad, q_elbow_rad")
-    said = next((w for w in joint.warnings if w.startswith(("lengths", "shoulder"))), "")
+    note = next((w for w in joint.warnings if w.startswith(("lengths", "shoulder"))), "")
     return {
         "name": group_name(row.keys),
         "q": joint.joint_angles.tolist(),
@@ -278,19 +278,19 @@ def _row(row: ImpedanceEstimate, owner: Owner) -> dict[str, Any]:
         "hand": _matrices(hand),
         "joint": _matrices(joint),
         "warnings": len(row.warnings),
-        "said": said,
+        "said": note,
     }
 
 
 def _matrices(estimate: ImpedanceEstimate) -> dict[str, Any]:
-    found = {}
+    matrices = {}
     for i, (name, (symbol, _)) in enumerate(MATRICES.items()):
         covariance = estimate.covariance[4 * i : 4 * i + 4, 4 * i : 4 * i + 4]
-        found[symbol] = {
+        matrices[symbol] = {
             "value": _rounded(triple(getattr(estimate, name))),
             "covariance": _rounded(np.array(lower_triangle(_FOLD @ covariance @ _FOLD.T))),
         }
-    return found
+    return matrices
 
 
 def _rounded(values: FloatArray) -> list[float]:

@@ -146,21 +146,21 @@ def _mark_missing(ax: Axes, surface: Surface) -> None:
 
 
 def _draw_points(ax: Axes, points: MeasuredPoints, filled: QuadContourSet) -> None:
-    known = np.isfinite(points.values)
+    finite = np.isfinite(points.values)
     # a light ring around the dark one: seen on dark and on light ground
-    ax.plot(points.x[known], points.y[known], "o", color="white", markersize=6.8, zorder=2.9)
+    ax.plot(points.x[finite], points.y[finite], "o", color="white", markersize=6.8, zorder=2.9)
     ax.scatter(
-        points.x[known],
-        points.y[known],
+        points.x[finite],
+        points.y[finite],
         s=26,
-        c=points.values[known],
+        c=points.values[finite],
         cmap=filled.get_cmap(),
         norm=filled.norm,  # type: ignore[arg-type]
         edgecolors="black",
         linewidths=0.8,
         zorder=3,
     )
-    ax.plot(points.x[~known], points.y[~known], "x", color="black", markersize=5, zorder=3)
+    ax.plot(points.x[~finite], points.y[~finite], "x", color="black", markersize=5, zorder=3)
 
 
 # Size, orientation and shape of the hand's ellipses in many places. Without matplotlib.
@@ -192,14 +192,14 @@ def predicted_field(hand: HandPrediction, which: Predicted) -> EllipseField:
     a, b, c = A[:, 0, 0], A[:, 1, 1], (A[:, 0, 1] + A[:, 1, 0]) / 2
     mean, radius = (a + b) / 2, np.hypot((a - b) / 2, c)
     # where `ellipse` refuses
-    known = mean - radius > 1e-13 * mean
-    major, minor = (np.where(known, axis, np.nan) for axis in (mean + radius, mean - radius))
+    anisotropic = mean - radius > 1e-13 * mean
+    major, minor = (np.where(anisotropic, axis, np.nan) for axis in (mean + radius, mean - radius))
     size, axis = np.pi * major * minor, half_turn(np.arctan2(c, (a - b) / 2) / 2)
     turned = half_turn(axis - hand.reference_angle_rad)
     sd = _sd_of_size(a, b, c, np.asarray(covariance))
     return EllipseField(
         size=size,
-        orientation_deg=np.where(known, np.rad2deg(turned), np.nan),
+        orientation_deg=np.where(anisotropic, np.rad2deg(turned), np.nan),
         shape=minor / major,
         size_half_width=t_factor(hand.dof) * sd / size,
     )
@@ -223,8 +223,8 @@ def turned_near(angle_deg: FloatArray, centre_deg: float) -> FloatArray:
 
 def mean_axis_deg(angle_deg: FloatArray) -> float:
     """Mean direction of axes (which repeat after 180 degrees), nan left out."""
-    known = angle_deg[np.isfinite(angle_deg)]
-    return float(np.rad2deg(np.angle(np.exp(2j * np.deg2rad(known)).sum())) / 2)
+    finite = angle_deg[np.isfinite(angle_deg)]
+    return float(np.rad2deg(np.angle(np.exp(2j * np.deg2rad(finite)).sum())) / 2)
 
 
 def _sd_of_size(a: FloatArray, b: FloatArray, c: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -237,8 +237,8 @@ def _sd_of_size(a: FloatArray, b: FloatArray, c: FloatArray, covariance: FloatAr
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
-def _field(found: Sequence[Ellipse | None]) -> EllipseField:
-    rows = [_numbers(one) for one in found]
+def _field(ellipses: Sequence[Ellipse | None]) -> EllipseField:
+    rows = [_numbers(one) for one in ellipses]
     columns = np.array(rows, dtype=float).reshape(-1, 4).T
     names = ("size", "orientation_deg", "shape", "size_half_width")
     return EllipseField(**dict(zip(names, columns, strict=True)))

@@ -130,21 +130,21 @@ def _check(args: argparse.Namespace) -> None:
     from armimpedance.core.errors import InputError
 
     options = ("recording", "force", "elbow", "joint", "figure", "postures", "activations")
-    given = [name for name in options if getattr(args, name) is not None]
+    stated = [name for name in options if getattr(args, name) is not None]
     refused = {
         "joint": ("recording", "force", "elbow", "joint"),
         "hand": ("joint",),
         "moment-arms": ("recording", "force", "elbow", "figure", "activations"),
         "muscle": ("recording", "force", "elbow", "figure", "joint", "postures"),
     }[args.to]
-    for name in given:
+    for name in stated:
         if name in refused:
             where = dict.fromkeys(("recording", "force", "elbow"), "--to hand")
             where["joint"] = "--to moment-arms"
             problem = f"--{name} with --to {args.to}"
             raise InputError(problem, expected=where.get(name, "it without"))
     needed = {"hand": "recording", "moment-arms": "postures", "muscle": "activations"}
-    if args.to in needed and needed[args.to] not in given:
+    if args.to in needed and needed[args.to] not in stated:
         what = {"recording": "the subject's arm lengths", "postures": "angles of the joints"}
         wanted = what.get(needed[args.to], "activations of the muscles")
         raise InputError(f"--to {args.to} without --{needed[args.to]}", expected=wanted)

@@ -147,15 +147,15 @@ def _postures(given: ArrayLike | PathLike | None) -> FloatArray | None:
     if given is None:
         return None
     file = given if isinstance(given, str | os.PathLike) else None
-    found = np.atleast_2d(
+    postures = np.atleast_2d(
         np.asarray(given, dtype=float) if file is None else read_postures(Path(file))
     )
-    largest = float(np.abs(found).max(initial=0.0))
+    largest = float(np.abs(postures).max(initial=0.0))
     if np.isfinite(largest) and largest > _MOST_RAD:
         raise InputError(
             f"a joint angle of {largest:g} rad", file=file, expected="radians: 60 degrees are 1.047"
         )
-    return found
+    return postures
 
 
 def _activations(given: ArrayLike | PathLike | None, model: Any) -> FloatArray | None:

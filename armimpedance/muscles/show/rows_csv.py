@@ -102,13 +102,13 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
 
 def _joints(rows: Sequence[TableRow]) -> tuple[tuple[str, ...], tuple[int, ...]]:
     """Columns of the angles, and which joints the matrices are of: the same in every row."""
-    found = [_joints_of(row) for row in rows]
-    for row, one in zip(rows, found, strict=True):
-        if one != found[0]:
+    joints = [_joints_of(row) for row in rows]
+    for row, one in zip(rows, joints, strict=True):
+        if one != joints[0]:
             problem = f"{len(one[1])} of {len(one[0])} joints, while other rows have "
-            first = f"{len(found[0][1])} of {len(found[0][0])}"
+            first = f"{len(joints[0][1])} of {len(joints[0][0])}"
             raise row.error(problem + first, one[0][0], "the same joints in every row")
-    return found[0]
+    return joints[0]
 
 
 def _joints_of(row: TableRow) -> tuple[tuple[str, ...], tuple[int, ...]]:
@@ -136,9 +136,9 @@ def posture_columns(row: TableRow) -> tuple[str, ...]:
 
 def _names(rows: Sequence[TableRow]) -> tuple[str, ...]:
     """The muscles' names, where the rows say them, the same in all."""
-    said = [row.cells.get("muscles", "") for row in rows]
-    named = next((names for names in said if names), "")
-    for row, names in zip(rows, said, strict=True):
+    texts = [row.cells.get("muscles", "") for row in rows]
+    named = next((names for names in texts if names), "")
+    for row, names in zip(rows, texts, strict=True):
         if names != named:
             raise InputError(
                 f"{names or 'no names'}, while other rows have {named}",
@@ -160,12 +160,12 @@ def _muscles(rows: Sequence[TableRow]) -> int:
     muscles = 0
     for row in rows:
         for name, text in row.cells.items():
-            found = _ACTIVATION.fullmatch(name)
-            if not found or not text:
+            match = _ACTIVATION.fullmatch(name)
+            if not match or not text:
                 continue
-            if len(found[1]) > 2:
+            if len(match[1]) > 2:
                 raise row.error("so many muscles", name, "alpha_1 to alpha_99, without a gap")
-            muscles = max(muscles, int(found[1]))
+            muscles = max(muscles, int(match[1]))
     return muscles
 
 
@@ -291,8 +291,8 @@ def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
     rows = []
     for A, C, line in zip(matrices, covariance, reference, strict=True):
         try:
-            found = ellipse(A, reference_angle_rad=line, covariance=C, dof=predicted.dof)
-            rows.append(ellipse_cells(symbol, limits_of(found)))
+            ellipse_of_row = ellipse(A, reference_angle_rad=line, covariance=C, dof=predicted.dof)
+            rows.append(ellipse_cells(symbol, limits_of(ellipse_of_row)))
         except NotPositiveDefiniteError:
             rows.append(ellipse_cells(symbol, {}))
     return rows

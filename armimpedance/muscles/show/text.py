@@ -35,8 +35,8 @@ def model_text(model: FittedModel) -> str:
     notes = [textwrap.fill(f"- {w}", _WIDTH, subsequent_indent="  ") for w in s.warnings]
     parts = [textwrap.fill(head, _WIDTH), quality_table(model.quality)]
     checks = "\n".join(checks_lines(s.checks)).strip("\n")
-    told = (part for part in (checks, "\n".join(notes)) if part)
-    parts += [textwrap.fill(_LEGEND, _WIDTH), *told]
+    paragraphs = (part for part in (checks, "\n".join(notes)) if part)
+    parts += [textwrap.fill(_LEGEND, _WIDTH), *paragraphs]
     return "\n\n".join(parts)
 
 

@@ -312,16 +312,16 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
     if len(moving_joints(LOCKED_WRIST, recording, None)) < LOCKED_WRIST:
         expected = "it mapped: map hand.csv --recording session --to joint"
         raise InputError("a hand whose elbow was held", expected=expected)
-    given = [rows] if isinstance(rows, str | os.PathLike) else list(cast(Sequence[Any], rows))
+    sources = [rows] if isinstance(rows, str | os.PathLike) else list(cast(Sequence[Any], rows))
     estimates: list[ImpedanceEstimate] = []
-    for one in given:
+    for one in sources:
         with naming(one):
             if isinstance(one, str | os.PathLike):
                 estimates += read_results(Path(one))
             else:
                 estimates.append(one)
-    known = {0 if e.joint_angles is None else len(e.joint_angles) for e in estimates}
-    joints = FREE_WRIST if known == {FREE_WRIST} else LOCKED_WRIST
+    joint_counts = {0 if e.joint_angles is None else len(e.joint_angles) for e in estimates}
+    joints = FREE_WRIST if joint_counts == {FREE_WRIST} else LOCKED_WRIST
     if len(moving_joints(joints, recording, None)) < joints:
         expected = "four angles, or the elbow held and the hand mapped"
         raise InputError("seven angles of a hand whose wrist was locked", expected=expected)

@@ -160,8 +160,10 @@ def told(error: BaseException) -> tuple[str, int]:
         hint = _LIBRARIES.get(lacks[1], "install it with the system's packages")
         return f"this system lacks the library {lacks[1]} ({hint})", FAILED
     what = _line(f"{type(error).__name__}: {error}")
-    asked = f"set {TRACEBACK}=1 to see where, and report it, please"
-    return shortened(f"an error that was not foreseen: {what}", 280) + f" ({asked})", FAILED
+    hint_to_report = f"set {TRACEBACK}=1 to see where, and report it, please"
+    return shortened(
+        f"an error that was not foreseen: {what}", 280
+    ) + f" ({hint_to_report})", FAILED
 
 
 def naming(line: str, options: Mapping[str, object]) -> str:

@@ -249,10 +249,10 @@ class OneLineParser(argparse.ArgumentParser):
 
 def _did_you_mean(message: str) -> str:
     """Replace a long list of choices in argparse's message by those nearest to the word."""
-    found = re.search(r"argument (\w+): invalid choice: '(.*)' \(choose from (.*)\)$", message)
-    if found is None:
+    match = re.search(r"argument (\w+): invalid choice: '(.*)' \(choose from (.*)\)$", message)
+    if match is None:
         return message
-    kind, word, listed = found.groups()
+    kind, word, listed = match.groups()
     choices = [choice.strip("' ") for choice in listed.split(",")]
     near = _close(word, choices, most=2, alike=0.7)
     if near:
@@ -270,8 +270,8 @@ def _close(word: str, choices: Sequence[str], most: int, alike: float) -> list[s
 def nearest_options(parser: argparse.ArgumentParser, prog: str, words: Sequence[str]) -> str:
     """The options of a subcommand that are nearest to words it does not know; "" for none."""
     if parser.prog == prog:
-        known = [name for action in parser._actions for name in action.option_strings]
-        near = [_close(word.partition("=")[0], known, most=1, alike=0.6) for word in words]
+        options = [name for action in parser._actions for name in action.option_strings]
+        near = [_close(word.partition("=")[0], options, most=1, alike=0.6) for word in words]
         return " or ".join(dict.fromkeys(name for found in near for name in found))
     for action in parser._actions:
         choices: Any = action.choices if isinstance(action.choices, dict) else {}

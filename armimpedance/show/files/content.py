@@ -230,13 +230,13 @@ _MOST_STEPS: Final = 6
 def methods_paragraph(content: Content) -> str:
     """Sentences on what was done: program, methods, steps that rows share, intervals, checks."""
     methods = ", ".join(dict.fromkeys(str(r["method"]) for r in content.rows if r.get("method")))
-    said = [f"The results were computed with {software()}"]
-    said += [f"Method: {methods}"] if methods else []
-    said += [f"{step[0].upper()}{step[1:]}" for step in _shared_steps(content)]
+    sentences = [f"The results were computed with {software()}"]
+    sentences += [f"Method: {methods}"] if methods else []
+    sentences += [f"{step[0].upper()}{step[1:]}" for step in _shared_steps(content)]
     if any(one.lower is not None for one in content.long):
-        said.append("Intervals are 95 % intervals")
-    said += [checked_sentence(content.about.checks)]
-    return " ".join(s if s.endswith((".", "!", "?")) else f"{s}." for s in said if s)
+        sentences.append("Intervals are 95 % intervals")
+    sentences += [checked_sentence(content.about.checks)]
+    return " ".join(s if s.endswith((".", "!", "?")) else f"{s}." for s in sentences if s)
 
 
 def _shared_steps(content: Content) -> list[str]:

@@ -41,8 +41,8 @@ def fit_content(
     Content
     """
     rows = [{**cells(PARAMETER_ROW, one), "method": summary.method} for one in summary.parameters]
-    said = {check.sentence for check in summary.checks}
-    more = (Finding("", "warning", w) for w in summary.warnings if w not in said)
+    check_sentences = {check.sentence for check in summary.checks}
+    more = (Finding("", "warning", w) for w in summary.warnings if w not in check_sentences)
     return table_content(
         rows,
         described=meanings(FIT_COLUMNS),
@@ -95,20 +95,20 @@ def read_parameter(path: str | Path, name: str, joint: int | None = None) -> Nam
     """
     content = _load(Path(path))
     named = [p for p in content if p.get("name") == name]
-    found = [p for p in named if joint is None or p.get("joint") == joint]
-    if not found:
-        known = ", ".join(_label(p) for p in content)
+    matching = [p for p in named if joint is None or p.get("joint") == joint]
+    if not matching:
+        labels = ", ".join(_label(p) for p in content)
         wanted = name if joint is None else f"{name} of joint {joint}"
-        raise InputError(f"no parameter {wanted}", file=path, expected=f"one of {known}")
-    if len(found) > 1:
-        joints = ", ".join(str(p.get("joint")) for p in found)
+        raise InputError(f"no parameter {wanted}", file=path, expected=f"one of {labels}")
+    if len(matching) > 1:
+        joints = ", ".join(str(p.get("joint")) for p in matching)
         raise InputError(f"{name} of several joints", file=path, expected=f"a joint: {joints}")
-    given = found[0]
+    entry = matching[0]
     keys = ("value", "sd", "sd_robust")
-    if any(type(given.get(key)) not in (int, float) for key in keys):
+    if any(type(entry.get(key)) not in (int, float) for key in keys):
         raise InputError(f"{name} has no finite value and standard errors", file=path)
-    value, sd, robust = (float(given[key]) for key in keys)
-    return NamedParameter(name, value, sd, robust, str(given.get("unit", "")), joint=joint)
+    value, sd, robust = (float(entry[key]) for key in keys)
+    return NamedParameter(name, value, sd, robust, str(entry.get("unit", "")), joint=joint)
 
 
 def _load(path: Path) -> list[dict[str, Any]]:

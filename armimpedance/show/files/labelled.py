@@ -97,12 +97,12 @@ def _size(dim: str, data: Mapping[str, tuple[Any, ...]]) -> int:
 
 def _axes(rows: Sequence[Cells]) -> RowAxes:
     """The axes that all rows have; those of the most, where some have fewer."""
-    found = sorted(map(RowAxes.of, rows), key=lambda one: one.count)
-    levels = dict.fromkeys(one.level for one in found)
+    axes_of_rows = sorted(map(RowAxes.of, rows), key=lambda one: one.count)
+    levels = dict.fromkeys(one.level for one in axes_of_rows)
     if len(levels) != 1:
         problem = f"rows at the levels {', '.join(levels)}" if levels else "a result without rows"
         raise InputError(problem, expected="rows of one level")
-    return found[-1]
+    return axes_of_rows[-1]
 
 
 def _places(content: Content, axes: RowAxes) -> Iterator[_Place]:

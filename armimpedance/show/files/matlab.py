@@ -114,9 +114,9 @@ def _numbers(value: Any) -> Any:
 
 
 def _cells(values: Iterable[Any], names: Names) -> Any:
-    made = [matlab_value(one, names) for one in values]
-    cells = np.empty((len(made), 1), dtype=object)
-    for row, one in enumerate(made):
+    values_of_cells = [matlab_value(one, names) for one in values]
+    cells = np.empty((len(values_of_cells), 1), dtype=object)
+    for row, one in enumerate(values_of_cells):
         cells[row, 0] = one
     return cells
 
@@ -167,8 +167,8 @@ def write_mat(content: Content, path: Path) -> None:
 def _structs(content: Content) -> list[dict[str, Any]]:
     """Row by row: its texts as `keys`, its numbers by their columns' names, their units."""
     # of columns: where each row has a unit of its own, it stands among the row's keys
-    known = {one.quantity: one.unit for one in content.long}
-    units = {name: known[name] for name in content.columns if name in known}
+    unit_of = {one.quantity: one.unit for one in content.long}
+    units = {name: unit_of[name] for name in content.columns if name in unit_of}
     return [_struct(content.columns, row, units) for row in content.rows]
 
 

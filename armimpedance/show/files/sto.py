@@ -76,11 +76,11 @@ def _cell(value: float) -> str:
 def _labels(names: Sequence[str]) -> list[str]:
     """Names without what ends a cell; none is `time`, none appears twice."""
     labels = ["_".join(name.translate(_BREAKS).split()) or "column" for name in names]
-    taken = {"time"}
+    used = {"time"}
     for i in range(len(labels)):
-        while labels[i].lower() in taken:
+        while labels[i].lower() in used:
             labels[i] += "_"
-        taken.add(labels[i].lower())
+        used.add(labels[i].lower())
     return labels
 
 
@@ -89,7 +89,7 @@ def _told(name: str, cells: Sequence[Any]) -> str:
     texts = ["" if cell is None else str(cell).translate(_BREAKS) for cell in cells]
     label = name.translate(_BREAKS)
     if len(set(texts)) == 1:
-        said = f"all rows: {texts[0]}"
+        sentence = f"all rows: {texts[0]}"
     else:
-        said = "; ".join(f"row {i}: {text}" for i, text in enumerate(texts) if text)
-    return f"Not in the table: {label}: {said}".replace("=", ":")
+        sentence = "; ".join(f"row {i}: {text}" for i, text in enumerate(texts) if text)
+    return f"Not in the table: {label}: {sentence}".replace("=", ":")

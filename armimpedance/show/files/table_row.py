@@ -96,8 +96,8 @@ class TableRow:
         count = 3 * k * k
         expected = f"a JSON object of lists of {count} finite numbers, or nothing"
         try:
-            found = dict(json.loads(text or "{}"))
-            errors = {name: np.array(values, dtype=float) for name, values in found.items()}
+            by_cause = dict(json.loads(text or "{}"))
+            errors = {name: np.array(values, dtype=float) for name, values in by_cause.items()}
         except (ValueError, TypeError, OverflowError, RecursionError):
             raise self.error("not what rows share", "shared_errors", expected) from None
         for name, values in errors.items():
@@ -175,12 +175,12 @@ def read_left_out(path: str | Path) -> dict[int, str]:
     InputError
         The file cannot be read, a number is none, or a trial appears twice; it names the row.
     """
-    found: dict[int, str] = {}
+    reasons: dict[int, str] = {}
     for row in table_rows(Path(path), "a list of trials, as `trials` saves it"):
         number = row.count("trial", low=-(2**31))
-        if number in found:
+        if number in reasons:
             raise InputError(
                 f"trial {number} appears twice", file=path, row=row.line, column="trial"
             )
-        found[number] = row.cells.get("why", "")
-    return found
+        reasons[number] = row.cells.get("why", "")
+    return reasons

@@ -70,9 +70,19 @@ def table_content(
         dict.fromkeys(name for row in table for name in row) if columns is None else columns
     )
     named = [name for name in keys if name in header]
-    known = described or {}
-    made = quantities or (lambda: quantities_of(header, table, named, known))
-    return Content(header, table, made, objects, structs, about or About(), digits, named, known)
+    meanings = described or {}
+    quantities_or_default = quantities or (lambda: quantities_of(header, table, named, meanings))
+    return Content(
+        header,
+        table,
+        quantities_or_default,
+        objects,
+        structs,
+        about or About(),
+        digits,
+        named,
+        meanings,
+    )
 
 
 def write_table(
@@ -150,9 +160,9 @@ def write_content(
 def _told(content: Content) -> About:
     """The text beside the numbers, with the program's version and a methods paragraph."""
     about = content.about
-    made = dict((("software", software()), *about.made))
+    facts = dict((("software", software()), *about.made))
     return replace(
-        about, methods=about.methods or methods_paragraph(content), made=tuple(made.items())
+        about, methods=about.methods or methods_paragraph(content), made=tuple(facts.items())
     )
 
 
@@ -163,8 +173,8 @@ def ending_of(path: str | os.PathLike[str]) -> Ending:
     """
     ending = Path(path).suffix
     if ending[1:] not in ENDINGS:
-        known = ", ".join(f".{name}" for name in ENDINGS)
-        raise InputError(f"no ending {ending!r}", file=path, expected=f"one of {known}")
+        endings = ", ".join(f".{name}" for name in ENDINGS)
+        raise InputError(f"no ending {ending!r}", file=path, expected=f"one of {endings}")
     return ENDINGS[ending[1:]]
 
 

@@ -107,8 +107,8 @@ class RowAxes:
     @classmethod
     def of(cls, row: Cells) -> RowAxes:
         """Those of a row: as many axes as the highest number in ``K_ij``."""
-        told = row.get("level")
-        level = told if told in UNITS else "hand"
+        stated_level = row.get("level")
+        level = stated_level if stated_level in UNITS else "hand"
         filled = [name for name, cell in row.items() if cell is not None]
         found = (_COUNTED.fullmatch(name) for name in filled)
         count = max((int(match[1]) for match in found if match), default=2)
@@ -178,15 +178,15 @@ def _of_impedance(column: str, axes: RowAxes) -> Meaning:
 
 def _of_a_matrix(column: str, axes: RowAxes) -> Meaning | None:
     """An element, an ellipse or a sum over muscles; None: it is none of these."""
-    if axes.level == "muscle" and (found := _OF_MUSCLES.fullmatch(column)):
-        return _of_muscles(found[1], found[2])
+    if axes.level == "muscle" and (match := _OF_MUSCLES.fullmatch(column)):
+        return _of_muscles(match[1], match[2])
     element = _ELEMENT.fullmatch(column)
     if element and element[1] in _NAMED:
         return _element(element[1], int(element[2]), int(element[3]), axes)
-    if found := _OF_ELLIPSE.fullmatch(column):
-        return _of_ellipse(found[1], found[2], axes)
-    if found := _OF_AXIS.fullmatch(column):
-        return _of_axis(found[1], found[2], found[3] or "", axes.level)
+    if match := _OF_ELLIPSE.fullmatch(column):
+        return _of_ellipse(match[1], match[2], axes)
+    if match := _OF_AXIS.fullmatch(column):
+        return _of_axis(match[1], match[2], match[3] or "", axes.level)
     if (symbol := column.removesuffix("_antisymmetric")) in _SYMBOLS and symbol != column:
         words = f"antisymmetric part of the {_SYMBOLS[symbol]}"
         return Meaning(words, UNITS[axes.level][symbol])
@@ -195,11 +195,11 @@ def _of_a_matrix(column: str, axes: RowAxes) -> Meaning | None:
 
 def _of_a_place(column: str, axes: RowAxes) -> Meaning | None:
     """A position, a force, an angle, a torque or an activation; None: it is none of these."""
-    if found := _NUMBERED.fullmatch(column):
-        return _numbered(column, found[1], int(found[2]), axes)
-    if found := _PLACES.fullmatch(column):
-        words = f"angle of {found[2]}" if found[1] else f"place of the shoulder: {found[4]}"
-        return Meaning(words, "rad" if found[1] else "m")
+    if match := _NUMBERED.fullmatch(column):
+        return _numbered(column, match[1], int(match[2]), axes)
+    if match := _PLACES.fullmatch(column):
+        words = f"angle of {match[2]}" if match[1] else f"place of the shoulder: {match[4]}"
+        return Meaning(words, "rad" if match[1] else "m")
     return None
 
 
@@ -307,18 +307,18 @@ def quantities_of(
 
 def _beside(columns: Sequence[str]) -> dict[str, dict[str, str]]:
     """Column -> what stands beside it: field -> its column."""
-    known = set(columns)
-    found: dict[str, dict[str, str]] = {}
+    names = set(columns)
+    neighbours: dict[str, dict[str, str]] = {}
     for name in columns:
         for beginning, one in BESIDE.items():
             base = name.removeprefix(beginning)
             if base == name:
                 continue
             # The sd of a percentage is told without the unit: share_percent, sd_share.
-            own = [column for column in (base, f"{base}_percent") if column in known]
+            own = [column for column in (base, f"{base}_percent") if column in names]
             for column in own or ([base] if beginning in _RANGES else []):
-                found.setdefault(column, {})[one.field] = name
-    return found
+                neighbours.setdefault(column, {})[one.field] = name
+    return neighbours
 
 
 def _of_row(

@@ -134,9 +134,9 @@ def _write_sheet(openpyxl: Any, book: Any, sheet: Sheet) -> None:
     wraps = any(column.wrapped for column in sheet.columns)
     for row in range(len(sheet.rows)):
         if wraps:
-            told = zip(sheet.columns, sheet.rows[row], strict=True)
+            cells = zip(sheet.columns, sheet.rows[row], strict=True)
             # no spreadsheet makes room by itself for what it did not write
-            lines = max(column.lines(cell) for column, cell in told)
+            lines = max(column.lines(cell) for column, cell in cells)
             page.row_dimensions[row + 2].height = min(_LINE_HEIGHT * lines, _HIGHEST)
         page.append(_cells(sheet, row, looks))
 

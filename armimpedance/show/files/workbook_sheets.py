@@ -170,23 +170,23 @@ def _leading_texts(content: Content) -> int:
 def _intervals(content: Content) -> Sheet:
     """One row a quantity that has an interval or a standard error."""
     within = [one for one in content.long if one.lower is not None or one.sd is not None]
-    told = sorted(within, key=lambda one: one.lower is None)
-    keys = tuple(dict.fromkeys(name for one in told for name in one.keys))
-    more = tuple(dict.fromkeys(name for one in told for name in one.more))
+    ordered = sorted(within, key=lambda one: one.lower is None)
+    keys = tuple(dict.fromkeys(name for one in ordered for name in one.keys))
+    more = tuple(dict.fromkeys(name for one in ordered for name in one.more))
     columns = (
-        *_key_columns(keys, [one.keys for one in told]),
-        _fitted("what it is", [one.words for one in told], most=60),
-        _fitted("symbol", [one.quantity for one in told]),
+        *_key_columns(keys, [one.keys for one in ordered]),
+        _fitted("what it is", [one.words for one in ordered], most=60),
+        _fitted("symbol", [one.quantity for one in ordered]),
         *(
             SheetColumn(n, 13, numbers=True, by_row=True)
             for n in ("value", "lower 95 %", "upper 95 %")
         ),
-        _fitted("unit", [one.unit for one in told]),
+        _fitted("unit", [one.unit for one in ordered]),
         SheetColumn("standard error", 16, numbers=True, by_row=True),
-        *_key_columns(more, [one.more for one in told]),
+        *_key_columns(more, [one.more for one in ordered]),
     )
-    rows = [_interval_cells(one, keys, more) for one in told]
-    decimals = [_decimals_of(one) for one in told]
+    rows = [_interval_cells(one, keys, more) for one in ordered]
+    decimals = [_decimals_of(one) for one in ordered]
     return Sheet("intervals", columns, rows, decimals, frozen=min(len(keys), 1))
 
 
@@ -213,10 +213,10 @@ def _fitted(name: str, cells: Sequence[Any], most: float = 40) -> SheetColumn:
 
 def _checks(content: Content) -> Sheet:
     """The sheet of checks: those of the data, then the warnings of the rows."""
-    known = {check.sentence for check in content.about.checks}
+    sentences = {check.sentence for check in content.about.checks}
     rows: list[list[Any]] = [_check(check) for check in content.about.checks]
     for warning, groups in _of_rows(content, "warnings").items():
-        if warning not in known:
+        if warning not in sentences:
             rows.append(["warning", "", warning, "", _some(groups, len(content.rows))])
     columns = (
         SheetColumn("verdict", 13),
@@ -234,15 +234,15 @@ def _check(check: Finding) -> list[Any]:
 
 def _of_rows(content: Content, column: str) -> dict[str, list[str]]:
     """The sentences of a column, each with the names of the rows that have it."""
-    found: dict[str, list[str]] = {}
+    groups_by_text: dict[str, list[str]] = {}
     naming = _naming(content)
     for row in content.rows:
         text = row.get(column)
         if isinstance(text, str) and text:
             name = ", ".join(str(row[key]) for key in naming if row.get(key) is not None)
             for sentence in of_one_cell(text):
-                found.setdefault(sentence, []).append(name)
-    return found
+                groups_by_text.setdefault(sentence, []).append(name)
+    return groups_by_text
 
 
 def _naming(content: Content) -> list[str]:

@@ -106,18 +106,18 @@ def made_from(asked: Asked, options: Sequence[tuple[str, Any]] = ()) -> tuple[tu
     `options` sequence of (str, value): what the topic adds, such as the method; None is left out.
     """
     versions = ", ".join(f"{name} {version(name)}" for name in NAMED)
-    said = [(name, str(value)) for name, value in options if value not in (None, (), "")]
+    pairs = [(name, str(value)) for name, value in options if value not in (None, (), "")]
     inputs = [(f"SHA-256 of {name}", digest) for name, digest in _hashes(asked)]
     command = [("command", asked.command)] if asked.command else []
     python = f"{platform.python_implementation()} {platform.python_version()}"
-    return (*command, *said, ("versions", f"{versions}, {python}"), *inputs)
+    return (*command, *pairs, ("versions", f"{versions}, {python}"), *inputs)
 
 
 def _hashes(asked: Asked) -> Iterator[tuple[str, str]]:
     """The name and the SHA-256 of every file that was read."""
-    given = (*asked.sources, asked.leave_out, asked.robot, asked.arm)
+    paths = (*asked.sources, asked.leave_out, asked.robot, asked.arm)
     # a recording that lives in memory has a name, no file
-    for path in (path for path in given if path is not None and path.exists()):
+    for path in (path for path in paths if path is not None and path.exists()):
         files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
         for file in files[:MOST_HASHED]:
             with file.open("rb") as stream:
@@ -202,9 +202,9 @@ def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdi
     `count`: what is judged, such as "7 conditions".
     """
     bad = [f for f in gravest_first(findings) if f.verdict in _BAD]
-    held = sum(f.verdict == "ok" for f in findings)
+    passed = sum(f.verdict == "ok" for f in findings)
     if not bad:
-        looked = f"{held} checks looked for violations and found none." if held else _UNCHECKED
+        looked = f"{passed} checks looked for violations and found none." if passed else _UNCHECKED
         return Verdict("ok", f"The numbers can be used: {count}.", looked, next_step)
     first = bad[0]
     advice = ADVICE.get(first.name, _OTHERWISE)

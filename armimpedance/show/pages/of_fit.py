@@ -44,9 +44,9 @@ def methods_of(
     Methods
     """
     every = (*sentences, checked_sentence(findings))
-    said = [s if s.endswith((".", "!", "?")) else f"{s}." for s in every if s]
+    ended = [s if s.endswith((".", "!", "?")) else f"{s}." for s in every if s]
     cited = dict.fromkeys((*references, CITED.format(version("armimpedance"))))
-    return Methods(" ".join(said), tuple(cited))
+    return Methods(" ".join(ended), tuple(cited))
 
 
 def parameter_table(parameters: Sequence[NamedParameter], caption: str = "") -> Table:
@@ -82,8 +82,8 @@ def told_by(warnings: Sequence[str], checks: Sequence[Finding]) -> tuple[Finding
     -------
     tuple of Finding
     """
-    known = {check.sentence for check in checks}
-    return (*checks, *(Finding("", "warning", w) for w in warnings if w not in known))
+    sentences = {check.sentence for check in checks}
+    return (*checks, *(Finding("", "warning", w) for w in warnings if w not in sentences))
 
 
 def next_step(parameters: Sequence[NamedParameter]) -> str:

@@ -156,5 +156,5 @@ def _others(ax: Any) -> list[Any]:
     mine = {
         id(text) for names in ax.artists if isinstance(names, NamesBeside) for text in names.texts
     }
-    found = [text for text in ax.findobj(Text) if id(text) not in mine]
-    return [text for text in found if text.get_visible() and text.get_text().strip()]
+    drawn = [text for text in ax.findobj(Text) if id(text) not in mine]
+    return [text for text in drawn if text.get_visible() and text.get_text().strip()]

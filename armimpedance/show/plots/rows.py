@@ -156,12 +156,16 @@ def draw_ellipses(ax: Axes, series: Sequence[Series], symbol: str) -> None:
     from matplotlib.collections import EllipseCollection
 
     # The outline is K_s u, |u| = 1, of the symmetric part: half-axes are its principal values.
-    found = [np.linalg.eigh((m + m.transpose(0, 2, 1)) / 2) for m in (s.matrices for s in series)]
+    decompositions = [
+        np.linalg.eigh((m + m.transpose(0, 2, 1)) / 2) for m in (s.matrices for s in series)
+    ]
     # What is extrapolated may be a hundred times larger, and would make all others specks.
     kept = [np.ones(len(s.matrices), bool) if s.faded is None else ~s.faded for s in series]
-    known = [v[rows] if rows.any() else v for (v, _), rows in zip(found, kept, strict=True)]
-    largest = max(float(np.abs(values).max()) for values in known) or 1.0
-    for one, (values, vectors) in zip(series, found, strict=True):
+    eigenvalues = [
+        v[rows] if rows.any() else v for (v, _), rows in zip(decompositions, kept, strict=True)
+    ]
+    largest = max(float(np.abs(values).max()) for values in eigenvalues) or 1.0
+    for one, (values, vectors) in zip(series, decompositions, strict=True):
         definite = values[:, 0] > 0
         width, height = 0.94 * values[definite].T / largest
         at = np.column_stack([np.zeros(len(values)), np.arange(len(values))])

@@ -237,20 +237,20 @@ def _azimuth_deg(surface: Surface) -> float:
     """From where to look: from low x and y, or from the other side if the surface falls away."""
     rows, columns = surface.values.shape
     x, y = np.meshgrid(np.linspace(-1, 1, columns), np.linspace(-1, 1, rows))
-    known = np.isfinite(surface.inside)
-    near = -(np.cos(_LEAN) * x + np.sin(_LEAN) * y)[known]
-    z = surface.inside[known]
+    finite = np.isfinite(surface.inside)
+    near = -(np.cos(_LEAN) * x + np.sin(_LEAN) * y)[finite]
+    z = surface.inside[finite]
     falls_away = float(((near - near.mean()) * (z - z.mean())).sum()) > 0
     return float(np.rad2deg(_LEAN)) + (0.0 if falls_away else -180.0)
 
 
 def _draw_stems(ax: Any, points: MeasuredPoints) -> None:
-    known = np.isfinite(points.values) & np.isfinite(points.predicted)
+    finite = np.isfinite(points.values) & np.isfinite(points.predicted)
     for fill, word in (("black", "above"), ("white", "below")):
         look: dict[str, Any] = {"color": "black", "mfc": fill, "mew": 0.7, "markersize": 3.5}
         ax.plot([], [], [], "o", label=f"measured, {word} the surface", **look)
     for x, y, value, model in zip(
-        *(each[known] for each in (points.x, points.y, points.values, points.predicted)),
+        *(each[finite] for each in (points.x, points.y, points.values, points.predicted)),
         strict=True,
     ):
         fill = "black" if value >= model else "white"

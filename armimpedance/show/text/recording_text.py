@@ -46,8 +46,8 @@ def describe(recording: AnyRecording, title: str) -> str:
 
 def _not_taken(recording: AnyRecording) -> list[str]:
     """List the parts of the file that were not read."""
-    left = told_not_taken(recording.provenance)
-    return ["\nNot taken", *(f"  {sentence}" for sentence in left)] if left else []
+    sentences = told_not_taken(recording.provenance)
+    return ["\nNot taken", *(f"  {sentence}" for sentence in sentences)] if sentences else []
 
 
 def _of_limb(recording: Recording) -> list[str]:

@@ -139,10 +139,10 @@ def _response(recording: Recording, window: Window | None, own: TopicChecks) -> 
     """Copies of trials, and what the limb's response says."""
     try:
         fitted = spread(recording)
-        found = (check_copies(recording, window), *own.response(fitted))
+        findings = (check_copies(recording, window), *own.response(fitted))
     except ArmImpedanceError as error:
         return (Finding("response", "warning", f"cannot be judged: {error}"),)
-    return found if fitted is recording else (*found, _part(recording, fitted))
+    return findings if fitted is recording else (*findings, _part(recording, fitted))
 
 
 def _part(recording: Recording, fitted: Recording) -> Finding:

@@ -150,9 +150,9 @@ class Inspection(WrittenResult, FrozenRecord):
         return "\n".join([*lines, f"\n{self.verdict}"] if self.usable else lines)
 
     def __repr__(self) -> str:
-        told = [str(check) for check in self.checks if check.verdict in ("warning", "unusable")]
-        more = [f"and {len(told) - 8} further findings"] if len(told) > 8 else []
-        return "\n".join([*self.contents.split("\n", 2)[:2], *told[:8], *more, self.verdict])
+        serious = [str(check) for check in self.checks if check.verdict in ("warning", "unusable")]
+        more = [f"and {len(serious) - 8} further findings"] if len(serious) > 8 else []
+        return "\n".join([*self.contents.split("\n", 2)[:2], *serious[:8], *more, self.verdict])
 
     def _repr_html_(self) -> str:
         rows = [(check.verdict, check.name, check.message) for check in self.checks]
@@ -162,5 +162,5 @@ class Inspection(WrittenResult, FrozenRecord):
 
 def _fact_row(fact: Fact) -> dict[str, Any]:
     """A number is a value with its unit, a text a message."""
-    told = "message" if isinstance(fact.value, str) else "value"
-    return {"kind": "fact", "name": fact.name, told: fact.value, "unit": fact.unit}
+    column = "message" if isinstance(fact.value, str) else "value"
+    return {"kind": "fact", "name": fact.name, column: fact.value, "unit": fact.unit}

@@ -184,8 +184,8 @@ class Verb:
 
         The command does not state their defaults, so that `refuse` knows which were given.
         """
-        known = {option.command for other in others for option in other.options}
-        own = tuple(option for option in self.options if option.command not in known)
+        commands = {option.command for other in others for option in other.options}
+        own = tuple(option for option in self.options if option.command not in commands)
         Verb(self.name, own).configure(parser)
         stated = [option.dest for option in own if option.shown]
         parser.set_defaults(**dict.fromkeys(stated))
@@ -203,10 +203,10 @@ class Verb:
 
         Raises InputError: one of them was given; `expected` says where it belongs.
         """
-        known = {option.command for option in asked.options}
+        allowed = {option.command for option in asked.options}
         for option in self.options:
             given = vars(arguments)[option.dest]
-            if option.command not in known and _is_given(given):
+            if option.command not in allowed and _is_given(given):
                 raise InputError(option.command, expected=expected)
 
     def words(self, arguments: argparse.Namespace) -> list[str]:
@@ -223,8 +223,8 @@ class Verb:
     def differing(self, keywords: Mapping[str, Any]) -> tuple[str, ...]:
         """Options that differ from their defaults: a sentence for a methods section, or none."""
         values = [(one, keywords.get(one.name, one.default)) for one in self.options]
-        said = [f"{one.name} {value}" for one, value in values if value not in (one.default, ())]
-        return (f"Options of `{self.name}`: {', '.join(said)}",) if said else ()
+        words = [f"{one.name} {value}" for one, value in values if value not in (one.default, ())]
+        return (f"Options of `{self.name}`: {', '.join(words)}",) if words else ()
 
     def reads(self, arguments: argparse.Namespace) -> list[Path | None]:
         """Files and folders that options name and the function reads."""
@@ -236,19 +236,19 @@ class Verb:
 
         ``{options}`` in the docstring becomes the lines of the options, in the signature's order.
         """
-        known = {option.name: option for option in self.options}
+        by_name = {option.name: option for option in self.options}
 
         @wraps(function)
         def checked(*args: P.args, **given: P.kwargs) -> R:
             from armimpedance.core.workers import one_thread
 
-            for name in known.keys() & given.keys():
-                known[name].check(given[name])
+            for name in by_name.keys() & given.keys():
+                by_name[name].check(given[name])
             with one_thread():
                 return function(*args, **given)
 
-        names = [name for name in inspect.signature(function).parameters if name in known]
-        lines = [line for name in names for line in known[name].docs()]
+        names = [name for name in inspect.signature(function).parameters if name in by_name]
+        lines = [line for name in names for line in by_name[name].docs()]
         doc = inspect.getdoc(function) or ""
         checked.__doc__ = doc.replace("{options}", "\n".join(lines))
         return checked

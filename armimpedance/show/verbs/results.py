@@ -76,8 +76,8 @@ def read(
             "makes one of tables and lists of trials"
         )
     if isinstance(source, ChosenPath):
-        made = read(Path(source), force_by=force_by, **{**source.options, **options})
-        return made if source.leave_out is None else _without_trials(made, source)
+        recording = read(Path(source), force_by=force_by, **{**source.options, **options})
+        return recording if source.leave_out is None else _without_trials(recording, source)
     if isinstance(options.get("skeleton"), str | os.PathLike):
         options["skeleton"] = read_skeleton(options["skeleton"])
     return open_recording(source, ReadOptions(force_by=force_by, **options))
@@ -127,8 +127,8 @@ def of_condition(recording: Recording, condition: str | None) -> Recording:
         return recording
     chosen = (recording.trials["condition"].astype(str) == condition).to_numpy()
     if not chosen.any():
-        known = ", ".join(map(str, recording.trials["condition"].unique()))
-        raise InputError(f"no condition {condition!r}", expected=f"one of {known}")
+        conditions = ", ".join(map(str, recording.trials["condition"].unique()))
+        raise InputError(f"no condition {condition!r}", expected=f"one of {conditions}")
     return recording.select(chosen)
 
 
@@ -149,8 +149,8 @@ def without_trials(recording: Recording, left_out: LeftOut | None) -> Recording:
     chosen = left_out_trials(left_out)
     numbers = recording.trials["trial"].to_numpy()
     if unknown := sorted(set(chosen) - set(numbers.tolist())):
-        known = f"one of {numbers.min()} to {numbers.max()}"
-        raise InputError(f"no trial {unknown[0]} to leave out", file=file, expected=known)
+        span = f"one of {numbers.min()} to {numbers.max()}"
+        raise InputError(f"no trial {unknown[0]} to leave out", file=file, expected=span)
     kept = ~np.isin(numbers, list(chosen))
     if not kept.any():
         raise InputError("every trial is left out", file=file, expected="some that stay")
@@ -170,8 +170,8 @@ def left_out_trials(left_out: LeftOut | None) -> dict[int, str]:
 
 def left_out_sentence(chosen: Mapping[int, str]) -> str:
     """The sentence for the provenance: ``left out by hand: trials 3 (cough), 7``."""
-    told = ", ".join(f"{n} ({why})" if why else str(n) for n, why in sorted(chosen.items()))
-    return f"left out by hand: trial{'s' * (len(chosen) > 1)} {told}"
+    listed = ", ".join(f"{n} ({why})" if why else str(n) for n, why in sorted(chosen.items()))
+    return f"left out by hand: trial{'s' * (len(chosen) > 1)} {listed}"
 
 
 @contextmanager
@@ -213,8 +213,8 @@ def position_of(which: object, groups: Sequence[tuple[Any, ...]]) -> int:
         return fits[0]
     problem = "names several groups" if fits else "names no group"
     # a single name is looked up as a text, several as a tuple
-    known = ", ".join(repr(own[0] if len(own) == 1 else own) for own in texts)
-    raise InputError(f"{which!r} {problem}", expected=f"one of {known}")
+    names = ", ".join(repr(own[0] if len(own) == 1 else own) for own in texts)
+    raise InputError(f"{which!r} {problem}", expected=f"one of {names}")
 
 
 def as_columns(by: str | Sequence[str]) -> tuple[str, ...]:

@@ -79,9 +79,11 @@ def verdict_of_cohort(sessions: Sequence[SessionRow], far: Sequence[str]) -> Ver
         wrong.append(f"{counted(len(copies), 'session')} held twice ({_some(copies)})")
     if far:
         wrong.append(f"{counted(len(far), 'session')} far from the others ({_some(far)})")
-    said = "; ".join(wrong) or "No session failed, and none is far from the others"
+    problems = "; ".join(wrong) or "No session failed, and none is far from the others"
     state: State = "ok" if not wrong and not care else "warning" if good + care else "unusable"
-    return Verdict(state, trust, f"{said[0].upper()}{said[1:]}.", _next_step(count, copies, far))
+    return Verdict(
+        state, trust, f"{problems[0].upper()}{problems[1:]}.", _next_step(count, copies, far)
+    )
 
 
 def _next_step(count: Mapping[str, int], copies: Sequence[str], far: Sequence[str]) -> str:
@@ -106,10 +108,10 @@ def heat_of(sessions: Sequence[SessionRow]) -> Heat:
     """Sessions and checks, those with most trouble first."""
     columns, left = _columns(sessions)
     order = sorted(sessions, key=lambda s: (*_trouble(s), s["name"]))
-    told = f"; {left} more without any trouble are left out" if left else ""
+    left_out = f"; {left} more without any trouble are left out" if left else ""
     caption = (
-        f"{counted(len(sessions), 'session')} and {counted(len(columns), 'check')}{told}. Those "
-        "with most trouble stand first. A name leads to the session's report."
+        f"{counted(len(sessions), 'session')} and {counted(len(columns), 'check')}{left_out}. "
+        "Those with most trouble stand first. A name leads to the session's report."
     )
     none = Mark("", " ", "not looked at")
     legend = (Mark("ok", "✓", "in order"), *list(CELLS.values())[1:], none)
@@ -143,10 +145,10 @@ def _row(session: SessionRow, columns: Sequence[str]) -> Row:
         wrong.insert(0, session["kind"] or session["reason"])
     if session["copy_of"]:
         wrong.insert(0, f"holds the same as {session['copy_of']}")
-    told = "; ".join(wrong)
-    told = told if len(told) <= MOST_TOLD else f"{told[:MOST_TOLD]}..."
+    problems = "; ".join(wrong)
+    problems = problems if len(problems) <= MOST_TOLD else f"{problems[:MOST_TOLD]}..."
     link, log = (relative(session[name]) for name in ("report", "log"))
-    return Row(session["name"], link, log, SHOWN[session["state"]], cells, told)
+    return Row(session["name"], link, log, SHOWN[session["state"]], cells, problems)
 
 
 def _cell(state: str, message: str) -> Mark:
@@ -239,8 +241,8 @@ def conditions_table(file: Path) -> Table | None:
     if not set(text_header(file)) >= _OVER_SUBJECTS:
         return None
     rows = read_text_table(file).dicts()
-    known = dict.fromkeys((row["matrix"], row["quantity"]) for row in rows)
-    shown = [name for name in _SHOWN if name in known] or list(known)[: len(_SHOWN)]
+    quantities = dict.fromkeys((row["matrix"], row["quantity"]) for row in rows)
+    shown = [name for name in _SHOWN if name in quantities] or list(quantities)[: len(_SHOWN)]
     pairs: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
     people: dict[tuple[str, str], str] = {}
     for row in rows:
@@ -290,7 +292,7 @@ _HOW_GROUPS: Final = Prose(
 
 def groups_sections(rows: Sequence[Cells]) -> list[Section]:
     """One section for each column that parts the people into groups."""
-    found = []
+    sections = []
     for column in dict.fromkeys(row["column"] for row in rows):
         own = [row for row in rows if row["column"] == column]
         pairs = dict.fromkeys((row["first"], row["second"]) for row in own)
@@ -301,8 +303,8 @@ def groups_sections(rows: Sequence[Cells]) -> list[Section]:
                 column, [row for row in own if (row["first"], row["second"]) == pair]
             )
         ]
-        found.append(Section(f"Groups of people: {column}", (_HOW_GROUPS, *blocks)))
-    return found
+        sections.append(Section(f"Groups of people: {column}", (_HOW_GROUPS, *blocks)))
+    return sections
 
 
 def _pair_blocks(column: str, rows: Sequence[Cells]) -> tuple[Block, ...]:

@@ -158,15 +158,15 @@ def _far(sessions: Rows, strips: Rows, outliers: Rows) -> list[Section]:
 
 def _conditions(folder: Path, files: Sequence[str], sessions: Rows, strips: Rows) -> list[Section]:
     tables = [conditions_table(folder / name) for name in files if name.endswith(".csv")]
-    found: tuple[Block, ...] = tuple(table for table in tables if table is not None)
+    blocks: tuple[Block, ...] = tuple(table for table in tables if table is not None)
     copies = sum(1 for one in sessions if one["copy_of"])
-    if found and copies:
+    if blocks and copies:
         text = f"The gathered tables hold {counted(copies, 'session')} twice, and so does this one."
-        found = (Prose((text,)), *found)
-    if not found and len({strip["condition"] for strip in strips}) > 1:
+        blocks = (Prose((text,)), *blocks)
+    if not blocks and len({strip["condition"] for strip in strips}) > 1:
         # Too few people share two conditions, or nobody said which results belong together.
-        found = (Prose(("Not compared: name the comparison in group_steps of study.toml.",)),)
-    return [Section("Conditions over people", found)] if found else []
+        blocks = (Prose(("Not compared: name the comparison in group_steps of study.toml.",)),)
+    return [Section("Conditions over people", blocks)] if blocks else []
 
 
 def _methods(sessions: Rows, strips: Rows, groups: Rows, group_steps: Sequence[str]) -> Methods:

@@ -62,8 +62,8 @@ def _estimate(settings: Settings, made: list[tuple[JointSamples, FloatArray]]) -
 
 
 def _fit(samples: JointSamples, truth: FloatArray, method: str) -> FittedNumbers:
-    found = identify_elbow(samples, method=method).parameters
-    return FittedNumbers(found.values, found.sd, found.dof, truth)
+    fitted = identify_elbow(samples, method=method).parameters
+    return FittedNumbers(fitted.values, fitted.sd, fitted.dof, truth)
 
 
 RIG: Final = Rig(

@@ -74,9 +74,9 @@ def _fit(filmed: Filmed, method: str, cutoff_hz: float) -> FittedNumbers:
     motion, rest, truth = filmed
     samples = from_motion(motion, [JOINT], cutoff_hz=cutoff_hz)
     (fit,) = identify_passive(samples, rest_angle=rest, method=method, cross_validate=False)
-    found = [fit.parameters[quantity.name] for quantity in QUANTITIES]
-    values, sd = (np.array([getattr(p, name) for p in found]) for name in ("value", "sd_robust"))
-    return FittedNumbers(values, sd, found[0].dof, truth)
+    fitted = [fit.parameters[quantity.name] for quantity in QUANTITIES]
+    values, sd = (np.array([getattr(p, name) for p in fitted]) for name in ("value", "sd_robust"))
+    return FittedNumbers(values, sd, fitted[0].dof, truth)
 
 
 RIG: Final = Rig(

@@ -128,12 +128,12 @@ def _source(
 @contextmanager
 def _output(args: argparse.Namespace) -> Iterator[Callable[[str], bool]]:
     """Yield a function that writes a line of results and returns False after the last one."""
-    left = args.samples or 0
+    remaining = args.samples or 0
 
     def more() -> bool:
-        nonlocal left
-        left -= 1
-        return left != 0
+        nonlocal remaining
+        remaining -= 1
+        return remaining != 0
 
     if args.to is None:
         yield lambda line: _print(line) and more()

@@ -145,8 +145,10 @@ def _workspace(args: argparse.Namespace, limits: Any) -> Workspace:
         if (box[:, 0] >= box[:, 1]).any() or (
             np.abs(box - np.clip(box.T, *limits.T).T) > 1e-6
         ).any():
-            told = " ".join(f"{x:.0f}" for x in np.degrees(limits).ravel())
-            raise InputError("--box-deg", expected=f"rising, and within the moment arms' {told}")
+            degrees_text = " ".join(f"{x:.0f}" for x in np.degrees(limits).ravel())
+            raise InputError(
+                "--box-deg", expected=f"rising, and within the moment arms' {degrees_text}"
+            )
     if args.levels is not None:
         given["levels"] = tuple(percent / 100 for percent in args.levels)
         if not all(0 < level <= 1 for level in given["levels"]):
@@ -197,7 +199,7 @@ def _text(plan: CalibrationPlan) -> str:
             f"{c + 1:9d}  {posture:24s}  {100 * at.level[c]:8.0f}  {force:15s}  "
             f"{plan.expected_percent[c + 1]:8.1f}"
         )
-    said = (
+    sentence = (
         f"{len(plan.conditions)} conditions in {plan.minutes:.1f} minutes: K of the live hand is "
         f"foretold within {plan.expected_percent[-1]:.1f} % (root mean square over the workspace, "
         f"Frobenius norm; wanted {plan.wish.error_percent:g} %), of which errors of the "
@@ -205,4 +207,4 @@ def _text(plan: CalibrationPlan) -> str:
         "20 % of the table's and with muscles whose stiffness goes with activation as "
         "`fit muscles` has it."
     )
-    return "\n".join([*lines, "", textwrap.fill(said, 100)])
+    return "\n".join([*lines, "", textwrap.fill(sentence, 100)])

@@ -80,10 +80,10 @@ def plausible_size(K: FloatArray) -> Finding:
     low, high = PLAUSIBLE
     if low <= size <= high:
         return Finding("units", "ok", f"K of {size:.3g} N m/rad (median) is an arm's")
-    said = (
+    sentence = (
         f"K of {size:.3g} N m/rad (median of shoulder and elbow) is no arm's: the unit, or the sign"
     )
-    return Finding("units", "warning", said)
+    return Finding("units", "warning", sentence)
 
 
 def falling_muscles(
@@ -105,14 +105,14 @@ def falling_muscles(
     f = (powers(alpha, N) * c).sum(axis=-1)
     rise = f - f[0]
     size = np.abs(rise).max(axis=0)
-    found = []
+    findings = []
     for i in np.flatnonzero(rise.min(axis=0) < -1e-6 * np.maximum(size, 1e-12)):
         low = alpha[rise[:, i] < 0, i]
-        found.append(
+        findings.append(
             f"{muscles[i]}: its stiffness falls with activation, by up to "
             f"{-rise[:, i].min():.3g} N/m between {low[0]:.3g} and {low[-1]:.3g}"
         )
-    return tuple(found)
+    return tuple(findings)
 
 
 def unpredicted(quality: tuple[ElementQuality, ...]) -> tuple[str, ...]:
@@ -120,8 +120,8 @@ def unpredicted(quality: tuple[ElementQuality, ...]) -> tuple[str, ...]:
     lost = [q.element for q in quality if q.leave_one_out_r <= q.null_r]
     if not lost:
         return ()
-    said = f"{', '.join(lost)}: rows left out are predicted no better than noise would be"
-    return (f"{said}; is the arm the right one?",)
+    sentence = f"{', '.join(lost)}: rows left out are predicted no better than noise would be"
+    return (f"{sentence}; is the arm the right one?",)
 
 
 # Can these conditions tell the muscles apart?

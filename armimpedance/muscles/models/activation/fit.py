@@ -229,12 +229,12 @@ def _shared_spread(solved: SolvedEquations, shared: FloatArray) -> FloatArray:
 def _white(equations: ActivationEquations, solved: SolvedEquations) -> WhiteRows:
     """The solved equations as rows that are asked for a change of an EMG channel's gain."""
     design = solved.weight @ solved.design
-    left = solved.target - solved.design @ solved.theta
+    residual = solved.target - solved.design @ solved.theta
     slopes = equations.slopes(solved.activation, solved.theta) * solved.activation[:, None, :]
     m, order = len(equations.patterns), equations.order
     return WhiteRows(
         design,
-        np.einsum("pij,pj->pi", solved.weight, left),
+        np.einsum("pij,pj->pi", solved.weight, residual),
         solved.theta,
         solved.covariance,
         solved.weight @ slopes,
@@ -242,11 +242,11 @@ def _white(equations: ActivationEquations, solved: SolvedEquations) -> WhiteRows
     )
 
 
-def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:
+def _kappa(arm: MuscularArm, requested: float | str | None, *, torque: bool) -> float:
     """Stiffness per tension (1/m) to start from."""
-    if asked == "fit" and not torque:
+    if requested == "fit" and not torque:
         raise InputError("stiffness per tension to fit without torque", expected="torque=True")
-    kappa = arm.stiffness_per_tension if asked is None or asked == "fit" else asked
+    kappa = arm.stiffness_per_tension if requested is None or requested == "fit" else requested
     if not isinstance(kappa, int | float) or not (np.isfinite(kappa) and kappa > 0):
         raise InputError(
             f"stiffness per tension {kappa}", expected='a positive number, 1/m, or "fit"'

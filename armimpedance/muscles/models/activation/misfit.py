@@ -111,10 +111,10 @@ class MixedRows:
         from scipy.optimize import minimize
 
         start = np.asarray(np.clip(first, *np.array(limits).T))
-        made = minimize(
+        optimum = minimize(
             self.likelihood, start, jac=True, method="L-BFGS-B", bounds=limits, tol=1e-6
         )
-        return float(made.fun), np.asarray(made.x)
+        return float(optimum.fun), np.asarray(optimum.x)
 
     def solution(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Theta (p,) and its covariance (p, p) without shared errors; what those do, (p, c)."""
@@ -127,11 +127,11 @@ class MixedRows:
     def missed(self, x: FloatArray, C: FloatArray, moved: FloatArray) -> FloatArray:
         """Effect of shared errors on the prediction of a condition left out, (P, r, c)."""
         lower = self._own(x)
-        left = self._shared(x) - self.design @ moved
+        residual = self._shared(x) - self.design @ moved
         # (1 - H_p)^-1 left_p, H_p (r, r) = X_p C X_p^T V_p^-1
         V = lower @ lower.transpose(0, 2, 1)
         H = self.design @ C @ self.design.transpose(0, 2, 1) @ np.linalg.inv(V)
-        return np.asarray(np.linalg.pinv(np.eye(len(self.group)) - H) @ left)
+        return np.asarray(np.linalg.pinv(np.eye(len(self.group)) - H) @ residual)
 
     def _own(self, x: FloatArray) -> FloatArray:
         """Cholesky factors of V_p, (P, r, r)."""
@@ -160,9 +160,9 @@ class MixedRows:
 
 
 def _value(lower: FloatArray, white: FloatArray, root: FloatArray, half: FloatArray) -> float:
-    left = (white[..., -1] ** 2).sum() - half @ half
+    residual = (white[..., -1] ** 2).sum() - half @ half
     log_own = np.log(np.diagonal(lower, axis1=1, axis2=2)).sum()
-    return float(log_own - np.log(np.diag(root)).sum() + left / 2)
+    return float(log_own - np.log(np.diag(root)).sum() + residual / 2)
 
 
 #: Twice the gain of restricted log likelihood above which a lack of fit is told.
@@ -247,21 +247,21 @@ class ActivationMisfit:
         smallest = f"moment arms {100 * arms:.1f} % off, exponents {exponent:.2g} off"
         if self.seen:
             arms, exponent, single = self.sizes
-            said = (
+            sentence = (
                 f"rows of {symbol} differ from the model beyond their errors, as moment arms that "
                 f"are {100 * arms:.0f} % off, exponents of the law that are {exponent:.2f} off and "
                 f"moment arms that change by {100 * single:.0f} % between conditions would make "
                 "them: intervals allow for it; check the arm, the law's order and the activations"
             )
-            return Finding("lack of fit", "warning", said, smallest)
+            return Finding("lack of fit", "warning", sentence, smallest)
         hidden = self.likely[0]
         if 2 * hidden > 2 * doubt:
-            said = (
+            sentence = (
                 f"none is seen in {symbol}; but moment arms up to {100 * hidden:.0f} % off would "
                 "leave no trace, and single muscles would be off by twice that, which their "
                 "intervals allow for"
             )
-            return Finding("lack of fit", "cannot tell", said, smallest)
+            return Finding("lack of fit", "cannot tell", sentence, smallest)
         return Finding("lack of fit", "ok", f"rows of {symbol} differ by their errors", smallest)
 
 

@@ -133,50 +133,50 @@ def fit_muscle_model(
     measured = _measured(rows, torque_sd if torque else None, torque=torque)
     prior = prior_of(equations, arm, proportion_sd, torque=torque)
     steps = Steps(progress, 1 + shuffles(rows.joints))
-    found = solve_posterior(form, measured, prior, start_of(equations, prior))
+    posterior = solve_posterior(form, measured, prior, start_of(equations, prior))
     steps.step()
-    quality = muscle_quality(form, measured, prior, found, seed, steps)
-    changed = gain_change(_white(form, measured, found, alpha))
-    found = _with_shared(found, rows)
+    quality = muscle_quality(form, measured, prior, posterior, seed, steps)
+    changed = gain_change(_white(form, measured, posterior, alpha))
+    posterior = _with_shared(posterior, rows)
     session: tuple[Finding, ...] = ()
     if changed is not None:
         session = (changed.finding(arm.paths.muscles, rows.labels),)
         if changed.seen:
-            found = replace(found, covariance=found.covariance + changed.spread)
-    summary = muscle_summary(form, measured, prior, found, session)
-    return _model(arm.name, rows, form, found, quality, summary)
+            posterior = replace(posterior, covariance=posterior.covariance + changed.spread)
+    summary = muscle_summary(form, measured, prior, posterior, session)
+    return _model(arm.name, rows, form, posterior, quality, summary)
 
 
 def _white(
-    form: EvaluatedEquations, measured: Measured, found: MusclePosterior, alpha: FloatArray
+    form: EvaluatedEquations, measured: Measured, posterior: MusclePosterior, alpha: FloatArray
 ) -> WhiteRows:
     """The rows of K and B, to be asked for a change of an EMG channel's gain."""
-    layout, n = form.equations.layout, len(found.x)
+    layout, n = form.equations.layout, len(posterior.x)
     design, error, slopes = [], [], []
-    for symbol, block, weight in zip("KB", found.blocks, found.weights, strict=False):
+    for symbol, block, weight in zip("KB", posterior.blocks, posterior.weights, strict=False):
         P = len(weight)
-        by_activation = form.by_activation(found.x, symbol) * alpha[:, None]
-        slopes.append(weight @ measured.as_seen(form, found.x, symbol, by_activation))
-        design.append(found.jacobian[block].reshape(P, -1, n))
-        error.append(-found.error[block].reshape(P, -1))
+        by_activation = form.by_activation(posterior.x, symbol) * alpha[:, None]
+        slopes.append(weight @ measured.as_seen(form, posterior.x, symbol, by_activation))
+        design.append(posterior.jacobian[block].reshape(P, -1, n))
+        error.append(-posterior.error[block].reshape(P, -1))
     return WhiteRows(
         np.concatenate(design, axis=1),
         np.concatenate(error, axis=1),
-        found.x,
-        found.covariance,
+        posterior.x,
+        posterior.covariance,
         np.concatenate(slopes, axis=1),
         np.arange(n)[layout.f].reshape(layout.muscles, -1)[:, 1:],
     )
 
 
-def _with_shared(found: MusclePosterior, rows: JointRows | HandRows) -> MusclePosterior:
+def _with_shared(posterior: MusclePosterior, rows: JointRows | HandRows) -> MusclePosterior:
     """The posterior with what errors that all rows share add to its covariance."""
-    covariance = np.array(found.covariance)
-    for symbol, block, weight in zip("KB", found.blocks, found.weights, strict=False):
+    covariance = np.array(posterior.covariance)
+    for symbol, block, weight in zip("KB", posterior.blocks, posterior.weights, strict=False):
         P, E = weight.shape[:2]
-        design = found.jacobian[block].reshape(P, E, len(covariance))
-        covariance += spread_of(found.covariance, design, weight, rows.shared(symbol))
-    return replace(found, covariance=covariance)
+        design = posterior.jacobian[block].reshape(P, E, len(covariance))
+        covariance += spread_of(posterior.covariance, design, weight, rows.shared(symbol))
+    return replace(posterior, covariance=covariance)
 
 
 def _check_orders(
@@ -204,7 +204,11 @@ def _measured(
         if not (np.isfinite(tau_sd).all() and (tau_sd > 0).all()):
             raise InputError("a torque_sd that is not positive", expected="more than 0 N m")
     exact = np.zeros_like(np.asarray(rows.activation))
-    known = (rows.stiffness_sd is not None, rows.viscosity_sd is not None, torque_sd is not None)
+    has_errors = (
+        rows.stiffness_sd is not None,
+        rows.viscosity_sd is not None,
+        torque_sd is not None,
+    )
     least_torque = 1.0 if tau_sd is None else _LEAST_TORQUE / float(np.sqrt((tau_sd**2).mean()))
     least = [_LEAST, _LEAST, least_torque]
     return Measured(
@@ -215,8 +219,8 @@ def _measured(
         torque=tau,
         torque_sd=tau_sd,
         activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
-        known=known,
-        least=np.where(known, 1.0, least),
+        known=has_errors,
+        least=np.where(has_errors, 1.0, least),
         kept=rows.kept,
         moving=rows.moving,
         hand=rows if isinstance(rows, HandRows) else None,
@@ -270,7 +274,7 @@ def _model(
     arm: str,
     rows: JointRows | HandRows,
     form: EvaluatedEquations,
-    found: MusclePosterior,
+    posterior: MusclePosterior,
     quality: tuple[ElementQuality, ...],
     summary: FitSummary,
 ) -> MuscleModel:
@@ -289,13 +293,13 @@ def _model(
         change=lengths.change,
         box=lengths.box,
         highest=equations.highest,
-        values=found.x[:n],
-        covariance=found.covariance[:n, :n],
-        dof=float(max(len(found.error) - found.spent, 1.0)),
+        values=posterior.x[:n],
+        covariance=posterior.covariance[:n, :n],
+        dof=float(max(len(posterior.error) - posterior.spent, 1.0)),
         measured=hull.vertices,
         quality=quality,
         summary=summary,
-        scatter=(float(found.scatter[0]), float(found.scatter[1])),
+        scatter=(float(posterior.scatter[0]), float(posterior.scatter[1])),
     )
     least = model.smallest_eigenvalue()
     indefinite = (

@@ -130,7 +130,7 @@ def _corrections(
     `spans` (n,) bool.
     `swing` (n,): anatomical moment arm times half the range of the angle, m.
     """
-    found = {}
+    corrections = {}
     n = len(spans)
     names = "se" if n == 2 else [f"q{j}_" for j in range(1, n + 1)]
     for joint in np.flatnonzero(spans):
@@ -143,7 +143,7 @@ def _corrections(
             for power, value in enumerate(legendre.coef[1:], start=1):
                 at = (exponents == power * np.eye(n, dtype=np.int64)[joint]).all(axis=1)
                 term[at] = swing[joint] * value
-            found[f"{names[joint]}{k}"] = term
+            corrections[f"{names[joint]}{k}"] = term
     for one, other in combinations(np.flatnonzero(spans), 2):
         for a in range(1, order + 1):
             for b in range(1, order + 2 - a):
@@ -151,5 +151,5 @@ def _corrections(
                 powers[[one, other]] = a, b
                 both = (exponents == powers).all(axis=1)
                 size = np.sqrt(swing[one] * swing[other]) / max(a, b)
-                found[f"{names[one]}{a}{names[other]}{b}"] = np.where(both, size, 0.0)
-    return found
+                corrections[f"{names[one]}{a}{names[other]}{b}"] = np.where(both, size, 0.0)
+    return corrections

@@ -210,14 +210,14 @@ class MuscleModel(FittedModel):
     def _reasons(self, q: FloatArray, alpha: FloatArray) -> tuple[str, ...]:
         inside = Region(self.measured).contains(AngleScaling(self.box).scaled(q))
         above = alpha > self.highest + _EDGE
-        found = []
+        reasons = []
         for p in range(len(q)):
-            said = [] if inside[p] else ["posture outside of the measured ones"]
+            words = [] if inside[p] else ["posture outside of the measured ones"]
             if above[p].any():
                 names = ", ".join(np.array(self.muscles)[above[p]])
-                said.append(f"activation outside of the measured range: {names}")
-            found.append("; ".join(said))
-        return tuple(found)
+                words.append(f"activation outside of the measured range: {names}")
+            reasons.append("; ".join(words))
+        return tuple(reasons)
 
     def as_plain(self) -> dict[str, Any]:
         """Lists, numbers and texts from which `from_plain` makes the same model again."""

@@ -39,7 +39,7 @@ def muscle_quality(
     form: EvaluatedEquations,
     measured: Measured,
     prior: Prior,
-    found: MusclePosterior,
+    posterior: MusclePosterior,
     seed: int,
     steps: Steps,
 ) -> tuple[ElementQuality, ...]:
@@ -48,14 +48,14 @@ def muscle_quality(
     Left-out rows are predicted by one Newton step from the fit without them, bounds left out of
     account; the null R is the mean over a few searches with shuffled rows, weighted as scattered.
     """
-    null = _null(form, measured, prior, found, seed, steps)
-    held_out = _left_out(measured, found)
+    null = _null(form, measured, prior, posterior, seed, steps)
+    held_out = _left_out(measured, posterior)
     quality: list[ElementQuality] = []
     elements = measured.stiffness.shape[1] + measured.viscosity.shape[1]
     for which, data, out in zip(
         "KB", (measured.stiffness, measured.viscosity), held_out, strict=True
     ):
-        fit = measured.fitted(form, found.x, which)[0]
+        fit = measured.fitted(form, posterior.x, which)[0]
         symbol = "K_e" if which == "K" and measured.hand is not None else which
         labels = np.array(element_labels(form.equations.layout.joints))[measured.kept].tolist()
         if measured.hand is not None:
@@ -68,26 +68,26 @@ def muscle_quality(
                     fit[:, e],
                     held_out=out[:, e],
                     null_r=float(null[len(quality)]),
-                    coefficients=found.spent / elements,
+                    coefficients=posterior.spent / elements,
                 )
             )
     return tuple(quality)
 
 
-def _left_out(measured: Measured, found: MusclePosterior) -> tuple[FloatArray, FloatArray]:
+def _left_out(measured: Measured, posterior: MusclePosterior) -> tuple[FloatArray, FloatArray]:
     """Predictions (P, E) of K and B without the own row."""
-    C = found.covariance
+    C = posterior.covariance
     predicted = []
     P = len(measured.stiffness)
     own = np.concatenate(
         [
             np.arange(block.start, block.stop).reshape(P, -1)
-            for block in found.blocks
+            for block in posterior.blocks
             if block.stop > block.start
         ],
         axis=1,
     )
-    J, error = found.jacobian[own], found.error[own]
+    J, error = posterior.jacobian[own], posterior.error[own]
     # errors without the own row: (1 - H_p)^-1 e_p with H_p = J_p C J_p^T
     H = J @ C @ J.transpose(0, 2, 1)
     without = np.linalg.solve(np.eye(H.shape[1]) - H, error[..., None])[..., 0]
@@ -97,7 +97,7 @@ def _left_out(measured: Measured, found: MusclePosterior) -> tuple[FloatArray, F
         mine = slice(start, start + data.shape[1])
         start = mine.stop
         # weighted errors back to the element's unit
-        plain = np.linalg.inv(found.weights[k])
+        plain = np.linalg.inv(posterior.weights[k])
         moved = np.einsum("pij,pj->pi", plain, error[:, mine] + step[:, mine])
         predicted.append(data + moved)
     return predicted[0], predicted[1]
@@ -107,14 +107,14 @@ def _null(
     form: EvaluatedEquations,
     measured: Measured,
     prior: Prior,
-    found: MusclePosterior,
+    posterior: MusclePosterior,
     seed: int,
     steps: Steps,
 ) -> FloatArray:
     rng = np.random.default_rng(seed)
     rs = []
     elements = measured.stiffness.shape[1] + measured.viscosity.shape[1]
-    weights = _as_scattered(measured, found)
+    weights = _as_scattered(measured, posterior)
     for _ in range(shuffles(form.equations.layout.joints)):
         order = rng.permutation(len(measured.stiffness))
         shuffled = replace(
@@ -124,7 +124,7 @@ def _null(
             torque=None if measured.torque is None else measured.torque[order],
         )
         try:
-            again = minimised(form, shuffled, prior, weights, found.x)
+            again = minimised(form, shuffled, prior, weights, posterior.x)
         except EstimationError:
             # a search among noise may wander; the fit itself has arrived
             steps.step()
@@ -136,13 +136,13 @@ def _null(
     return np.asarray(np.mean(rs, axis=0) if rs else np.full(elements, np.nan))
 
 
-def _as_scattered(measured: Measured, found: MusclePosterior) -> tuple[FloatArray, ...]:
+def _as_scattered(measured: Measured, posterior: MusclePosterior) -> tuple[FloatArray, ...]:
     """Weights with which shuffled rows have errors of unit variance about their mean."""
     blocks = [measured.stiffness, measured.viscosity]
     if measured.torque is not None:
         blocks.append(measured.torque)
     weights = []
-    for data, weight in zip(blocks, found.weights, strict=True):
+    for data, weight in zip(blocks, posterior.weights, strict=True):
         scatter = np.einsum("pij,pj->pi", weight, data - data.mean(axis=0))
         weights.append(weight / max(np.linalg.norm(scatter) / np.sqrt(max(scatter.size, 1)), 1.0))
     return tuple(weights)
@@ -152,49 +152,48 @@ def muscle_summary(
     form: EvaluatedEquations,
     measured: Measured,
     prior: Prior,
-    found: MusclePosterior,
+    posterior: MusclePosterior,
     checks: tuple[Finding, ...],
 ) -> FitSummary:
     """Parameters with their standard errors, and warnings of those that the data do not tell."""
     names, units = parameter_names(form.equations)
-    n = len(found.x)
+    n = len(posterior.x)
     layout = form.equations.layout
     torques = layout.tau_p.stop - layout.tau_p.start
     names = (*names, *_torque_names(form))[:n]
     units = (*units, *("N m",) * torques, *("1",) * layout.muscles)[:n]
-    sd = np.sqrt(np.diag(found.covariance))
-    dof = float(max(len(found.error) - found.spent, 1.0))
-    parameters = tuple(Parameters(names, units, found.x, found.covariance, dof=dof))
-    scaled = found.jacobian * prior.sd
+    sd = np.sqrt(np.diag(posterior.covariance))
+    dof = float(max(len(posterior.error) - posterior.spent, 1.0))
+    parameters = tuple(Parameters(names, units, posterior.x, posterior.covariance, dof=dof))
+    scaled = posterior.jacobian * prior.sd
     s = np.linalg.svd(scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1e-300))[1]
-    raw = np.linalg.svd(found.jacobian)[1]
-    r2, vaf = explained(measured.stiffness, measured.fitted(form, found.x, "K")[0])
+    raw = np.linalg.svd(posterior.jacobian)[1]
+    r2, vaf = explained(measured.stiffness, measured.fitted(form, posterior.x, "K")[0])
     return FitSummary(
         method=f"muscles over posture and activation, order {form.equations.order}",
-        n=len(found.error),
+        n=len(posterior.error),
         cond_raw=float(raw[0] / max(raw[-1], 1e-300)),
         cond_scaled=float(s[0] / max(s[-1], 1e-300)),
         rank=int((s > 1e-3 * s[0]).sum()),
         r2=r2,
         vaf=vaf,
         parameters=parameters,
-        warnings=(*_warnings(names, sd / prior.sd, found), *warnings_of(checks)),
+        warnings=(*_warnings(names, sd / prior.sd, posterior), *warnings_of(checks)),
         checks=checks,
     )
 
 
 def _warnings(
-    names: tuple[str, ...], narrowed: FloatArray, found: MusclePosterior
+    names: tuple[str, ...], narrowed: FloatArray, posterior: MusclePosterior
 ) -> tuple[str, ...]:
     untold = [n for n, part in zip(names, narrowed, strict=True) if part > _PRIOR_ONLY]
-    said = [
-        f"{len(names)} parameters, of which the rows settle {found.spent:.0f}; the prior the rest"
-    ]
+    spent = f"the rows settle {posterior.spent:.0f}; the prior the rest"
+    warnings = [f"{len(names)} parameters, of which {spent}"]
     if untold:
         more = len(untold) - _NAMED
         tail = [f"and {more} more"] if more > 0 else []
-        said.append(f"not told by the rows: {', '.join(untold[:_NAMED] + tail)}")
-    return tuple(said)
+        warnings.append(f"not told by the rows: {', '.join(untold[:_NAMED] + tail)}")
+    return tuple(warnings)
 
 
 def parameter_names(equations: MuscleEquations) -> tuple[tuple[str, ...], tuple[str, ...]]:

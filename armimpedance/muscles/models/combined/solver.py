@@ -135,11 +135,11 @@ def solve_posterior(
     for _ in range(_ROUNDS):
         weights = _weights(form, measured, factor, scatter, x)
         x = minimised(form, measured, prior, weights, x)
-        found = _posterior(form, measured, prior, weights, x, factor, scatter)
-        grown, wider = _factors(found, measured), _scatters(form, found, measured)
+        posterior = _posterior(form, measured, prior, weights, x, factor, scatter)
+        grown, wider = _factors(posterior, measured), _scatters(form, posterior, measured)
         settled = np.abs(grown / factor - 1).max() < _SETTLED
         if settled and np.abs(wider - scatter).max() < _SETTLED_SCATTER:
-            return found
+            return posterior
         factor, scatter = grown, wider
     raise EstimationError("the errors of the muscle model's rows do not settle")
 
@@ -152,14 +152,14 @@ def _weights(
     x: FloatArray,
 ) -> tuple[FloatArray, ...]:
     """Whitening matrices (P, r, r) of K, B and torque."""
-    found = []
+    weights = []
     for k, which in enumerate("KB"):
         S, D = _covariances(form, measured, factor, x, which)
-        found.append(whitening(S + scatter[k] ** 2 * D))
+        weights.append(whitening(S + scatter[k] ** 2 * D))
     if measured.torque_sd is not None:
         sd = factor[2] * measured.torque_sd
-        found.append(np.eye(sd.shape[1]) / sd[..., None])
-    return tuple(found)
+        weights.append(np.eye(sd.shape[1]) / sd[..., None])
+    return tuple(weights)
 
 
 def _covariances(
@@ -225,11 +225,11 @@ def minimised(
         # |slope (y' - y) + error|^2 + damping |y' - y|^2, y' >= 0 where it is bounded
         R, target = _triangle(slope, slope @ y - error)
         X = np.vstack([R, np.sqrt(damping) * np.eye(n)])[:, order]
-        found = least_squares_in(
+        optimum = least_squares_in(
             X, np.append(target, np.sqrt(damping) * y), np.eye(len(bounded)), len(free)
         )
         trial = np.empty(n)
-        trial[order] = found
+        trial[order] = optimum
         error_there, slope_there = rows(trial)
         there = float(error_there @ error_there)
         if not there <= cost * (1 + 1e-12):
@@ -280,23 +280,25 @@ def _posterior(
     )
 
 
-def _factors(found: MusclePosterior, measured: Measured) -> FloatArray:
+def _factors(posterior: MusclePosterior, measured: Measured) -> FloatArray:
     """Factors of the standard errors that the residuals ask for; known ones of K and B stay."""
-    factor = found.factor.copy()
-    for g, block in enumerate(found.blocks):
-        if block.stop > block.start and not (g < len(found.scatter) and measured.known[g]):
-            factor[g] *= np.sqrt((found.error[block] ** 2).sum() / _spare(found, block))
+    factor = posterior.factor.copy()
+    for g, block in enumerate(posterior.blocks):
+        if block.stop > block.start and not (g < len(posterior.scatter) and measured.known[g]):
+            factor[g] *= np.sqrt((posterior.error[block] ** 2).sum() / _spare(posterior, block))
     return np.maximum(factor, measured.least)
 
 
-def _spare(found: MusclePosterior, block: slice) -> float:
+def _spare(posterior: MusclePosterior, block: slice) -> float:
     """Degrees of freedom that the fit left to a block of rows."""
-    jacobian = found.jacobian[block]
-    leverage = ((jacobian @ found.covariance) * jacobian).sum()
+    jacobian = posterior.jacobian[block]
+    leverage = ((jacobian @ posterior.covariance) * jacobian).sum()
     return max(block.stop - block.start - float(leverage), 1.0)
 
 
-def _scatters(form: EvaluatedEquations, found: MusclePosterior, measured: Measured) -> FloatArray:
+def _scatters(
+    form: EvaluatedEquations, posterior: MusclePosterior, measured: Measured
+) -> FloatArray:
     """Scatter (2,) of K and B with which residuals are as large as rows whose errors are known say.
 
     ``sum r^T (S + scatter^2 D)^-1 r = degrees of freedom``, S from the errors of the rows.
@@ -305,9 +307,9 @@ def _scatters(form: EvaluatedEquations, found: MusclePosterior, measured: Measur
     for k, (which, data) in enumerate((("K", measured.stiffness), ("B", measured.viscosity))):
         if not measured.known[k]:
             continue
-        S, D = _covariances(form, measured, found.factor, found.x, which)
-        value = measured.fitted(form, found.x, which)[0]
-        off, spare = (value - data)[..., None], _spare(found, found.blocks[k])
+        S, D = _covariances(form, measured, posterior.factor, posterior.x, which)
+        value = measured.fitted(form, posterior.x, which)[0]
+        off, spare = (value - data)[..., None], _spare(posterior, posterior.blocks[k])
         tried = np.linspace(0.0, _MOST_SCATTER, _TRIED)
         excess = [float((off * np.linalg.solve(S + s**2 * D, off)).sum()) - spare for s in tried]
         # falls with s: where it passes zero

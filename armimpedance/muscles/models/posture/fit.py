@@ -74,31 +74,31 @@ def judged_fit(
     symbol, unit = data.symbol, UNITS[data.symbol]
     X = monomials(data.scaled, fitted.powers)
     if len(X) - X.shape[1] < FEWEST:
-        said = (
+        sentence = (
             f"{len(X)} postures for {X.shape[1]} coefficients of an element of {symbol} do not "
             "show whether moment arms of this order describe it: record more, or lower the order"
         )
-        return fitted, (Finding("lack of fit", "cannot tell", said),)
+        return fitted, (Finding("lack of fit", "cannot tell", sentence),)
     seen, missed, rest, least = _course(data, X)
     scatter = _scatter(data, fitted, rest if seen else np.zeros(3), labels)
     smallest = f"a course of {least:.2g} {unit} rms"
     if seen or scatter.verdict == "warning":
         fitted = _widened(fitted, missed)
     if not seen and not np.isfinite(least):
-        said = (
+        sentence = (
             f"{len(X)} postures for {X.shape[1]} coefficients of an element of {symbol} leave too "
             "little over to show any course: record more, or lower the order"
         )
-        return fitted, (Finding("lack of fit", "cannot tell", said), scatter)
+        return fitted, (Finding("lack of fit", "cannot tell", sentence), scatter)
     if not seen:
-        said = f"what {symbol} leaves over shows no course over posture"
-        return fitted, (Finding("lack of fit", "ok", said, smallest), scatter)
-    said = (
+        sentence = f"what {symbol} leaves over shows no course over posture"
+        return fitted, (Finding("lack of fit", "ok", sentence, smallest), scatter)
+    sentence = (
         "neighbouring postures differ from the model alike, by "
         f"{float(np.sqrt(missed.mean())):.2g} {unit} rms of {symbol}: moment arms of this order do "
         "not describe it; use a higher order or a smaller workspace (intervals allow for it)"
     )
-    return fitted, (Finding("lack of fit", "warning", said, smallest), scatter)
+    return fitted, (Finding("lack of fit", "warning", sentence, smallest), scatter)
 
 
 def _widened(fitted: FittedMatrix, missed: FloatArray) -> FittedMatrix:
@@ -162,31 +162,33 @@ def _scatter(
     """Residuals against the errors that were stated; `rest` (3,) where a course was seen."""
     symbol = data.symbol
     if data.sd is None:
-        said = f"no errors of {symbol} are stated to hold the residuals against"
-        return Finding("scatter", "ok", said)
-    left = (data.values - monomials(data.scaled, fitted.powers) @ fitted.coefficients) / data.sd
+        sentence = f"no errors of {symbol} are stated to hold the residuals against"
+        return Finding("scatter", "ok", sentence)
+    standardised = (
+        data.values - monomials(data.scaled, fitted.powers) @ fitted.coefficients
+    ) / data.sd
     spare = np.maximum(data.n_rows - np.array(fitted.spent), 1.0)
-    excess = rest if rest.any() else (left**2).sum(axis=0) / spare
+    excess = rest if rest.any() else (standardised**2).sum(axis=0) / spare
     p = chi2.sf(excess * spare, spare)
     limits = chi2.isf(SCATTER_LEVEL / 3, spare) / spare
     smallest = f"errors {100 * (np.sqrt(max(SCATTER, limits.min())) - 1):.0f} % larger than stated"
-    told = (3 * p < SCATTER_LEVEL) & (excess > SCATTER)
-    if not told.any():
+    excessive = (3 * p < SCATTER_LEVEL) & (excess > SCATTER)
+    if not excessive.any():
         return Finding("scatter", "ok", f"rows of {symbol} differ by their errors", smallest)
     worst = int(np.argmax(excess))
-    row = int(np.argmax((left**2).sum(axis=1)))
-    part = float((left[row] ** 2).sum() / (left**2).sum())
+    row = int(np.argmax((standardised**2).sum(axis=1)))
+    part = float((standardised[row] ** 2).sum() / (standardised**2).sum())
     cause = (
         f"{100 * part:.0f} % of that is {labels[row]}: look at it first"
         if part > 0.5
         else "no row stands out: the person was not equally relaxed everywhere, or errors are "
         "stated too small"
     )
-    said = (
+    sentence = (
         f"{element_names(symbol)[worst]} lies {np.sqrt(excess[worst]):.1f} times its stated errors "
         f"from the model, without a course over posture; {cause} (intervals follow the residuals)"
     )
-    return Finding("scatter", "warning", said, smallest)
+    return Finding("scatter", "warning", sentence, smallest)
 
 
 def fit_posture_model(

@@ -270,14 +270,15 @@ def _condition(W: FloatArray) -> float:
     return conditioning(np.asarray(np.linalg.qr(W, mode="r")), p).cond_raw
 
 
-def _indefinite(symbol: str, made: PosturePolynomial) -> tuple[str, ...]:
-    found = made.certificate
-    if found.smallest_eigenvalue >= 0 or found.grams:
+def _indefinite(symbol: str, polynomial: PosturePolynomial) -> tuple[str, ...]:
+    certificate = polynomial.certificate
+    if certificate.smallest_eigenvalue >= 0 or certificate.grams:
         return ()
-    s, e = np.rad2deg(found.at)
+    s, e = np.rad2deg(certificate.at)
+    smallest = f"{certificate.smallest_eigenvalue:.3g} {UNITS[symbol]}"
     return (
-        f"{symbol} is not positive definite over the whole workspace: eigenvalue "
-        f"{found.smallest_eigenvalue:.3g} {UNITS[symbol]} at shoulder {s:.0f}, elbow {e:.0f} deg",
+        f"{symbol} is not positive definite over the whole workspace: eigenvalue {smallest} at "
+        f"shoulder {s:.0f}, elbow {e:.0f} deg",
     )
 
 

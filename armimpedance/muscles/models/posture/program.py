@@ -166,8 +166,8 @@ class GramProgram:
         # Free of cost, the fit is blown up: the tolerance is on its squared residuals.
         rough = cost * s**2 / v
         z = min(_ZOOM, float(np.sqrt(_LARGEST_COST / rough))) if rough > 0 else _ZOOM
-        found = self._compiled.solve(z * s * weights, values / v, z**2 * rough)
-        Q = tuple(v * _projected(one) for one in found)
+        solution = self._compiled.solve(z * s * weights, values / v, z**2 * rough)
+        Q = tuple(v * _projected(one) for one in solution)
         parts = [np.einsum("atij,ij->ta", T, q) for T, q in zip(self.maps, Q, strict=True)]
         return GramSolution(Q, np.asarray(np.sum(parts, axis=0)))
 

@@ -219,11 +219,13 @@ def _null_r(
     program: GramProgram, data: PostureData, cost: float, rng: np.random.Generator, work: Steps
 ) -> FloatArray:
     """Mean R (4,) of ss, se, es, ee over shuffles of the rows, at the same cost."""
-    found = np.zeros((_SHUFFLES, 4))
+    correlations = np.zeros((_SHUFFLES, 4))
     for n in range(_SHUFFLES):
         mixed = data.shuffled(rng.permutation(data.n_rows))
         fitted = program.X @ program.solve(mixed.values, mixed.weights, cost).coefficients
         measured = mixed.measured.reshape(-1, 4)
-        found[n] = [correlation(measured[:, i], fitted[:, j]) for i, j in enumerate((0, 1, 1, 2))]
+        correlations[n] = [
+            correlation(measured[:, i], fitted[:, j]) for i, j in enumerate((0, 1, 1, 2))
+        ]
         work.step()
-    return np.asarray(found.mean(axis=0))
+    return np.asarray(correlations.mean(axis=0))

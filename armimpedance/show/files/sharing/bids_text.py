@@ -102,7 +102,7 @@ def write_description(
 
     `sources`: the datasets that a derivative was made from.
     """
-    said = shared.statement
+    statement = shared.statement
     made_by = {"Name": "armimpedance", "Version": shared.version}
     content: dict[str, Any] = {
         "Name": dataset_name(shared),
@@ -110,15 +110,15 @@ def write_description(
         "DatasetType": kind,
         "GeneratedBy": [made_by],
     }
-    told: dict[str, Any] = {
-        "License": said.licence,
-        "Authors": list(said.creators),
-        "Keywords": list(said.keywords),
-        "Funding": list(said.funding),
-        "DatasetDOI": said.identifier,
+    description: dict[str, Any] = {
+        "License": statement.licence,
+        "Authors": list(statement.creators),
+        "Keywords": list(statement.keywords),
+        "Funding": list(statement.funding),
+        "DatasetDOI": statement.identifier,
         "SourceDatasets": list(sources),
     }
-    content |= {key: value for key, value in told.items() if value}
+    content |= {key: value for key, value in description.items() if value}
     write_json(folder / "dataset_description.json", content)
     return tuple(key for key in ("License", "Authors") if key not in content)
 

@@ -100,9 +100,9 @@ def _of_the_limb(recording: Recording) -> list[DescribedColumn]:
             )
     if recording.emg is not None:
         unit = "V" if recording.emg_unit == "V" else "n/a"
-        told = "" if recording.emg_unit == "V" else ", part of a maximal contraction"
+        unit_words = "" if recording.emg_unit == "V" else ", part of a maximal contraction"
         for i, muscle in enumerate(recording.muscles):
-            words = f"EMG of {muscle}{told}"
+            words = f"EMG of {muscle}{unit_words}"
             columns.append(DescribedColumn(f"emg_{muscle}", words, unit, recording.emg[:, i]))
     for name, values in recording.extra.items():
         columns.append(
@@ -217,23 +217,25 @@ class DataFile:
 
 def variables(shared: Shared) -> list[Variable]:
     """All variables, each name once: those of samples, of trials, of results."""
-    found: dict[str, Variable] = {}
+    variables_by_name: dict[str, Variable] = {}
     for _, recording in shared.recordings:
         samples: list[DescribedColumn] = sample_columns(recording)
-        found |= {c.name: Variable(c.name, c.words, c.unit) for c in samples}
+        variables_by_name |= {c.name: Variable(c.name, c.words, c.unit) for c in samples}
         if not isinstance(recording, Recording) and recording.emg is not None:
             unit = "V" if recording.emg.unit == "V" else "n/a"
             for muscle in recording.emg.muscles:
-                found[f"emg_{muscle}"] = Variable(f"emg_{muscle}", f"EMG of {muscle}", unit)
+                variables_by_name[f"emg_{muscle}"] = Variable(
+                    f"emg_{muscle}", f"EMG of {muscle}", unit
+                )
         for name in map(str, recording.trials.columns):
-            found.setdefault(name, Variable(name, *trial_column(name)))
+            variables_by_name.setdefault(name, Variable(name, *trial_column(name)))
     for table in shared.results:
         levels = {row.get("level", "") for row in table.rows}
         level = levels.pop() if len(levels) == 1 else ""
         for name in table.columns:
             words, unit = result_column(name, level or "hand")
-            found.setdefault(name, Variable(name, words or "column of the table", unit))
-    return list(found.values())
+            variables_by_name.setdefault(name, Variable(name, words or "column of the table", unit))
+    return list(variables_by_name.values())
 
 
 def data_files(shared: Shared) -> list[DataFile]:
@@ -269,7 +271,7 @@ def facts(recording: AnyRecording) -> list[tuple[str, str]]:
     }
     conditions = list(dict.fromkeys(map(str, recording.trials["condition"])))
     shown = ", ".join(conditions[:20]) + (", …" if len(conditions) > 20 else "")
-    told = [
+    pairs = [
         ("what was recorded", names[kind]),
         ("trials", str(len(recording.trials))),
         ("conditions", f"{len(conditions)}: {shown}"),
@@ -277,12 +279,12 @@ def facts(recording: AnyRecording) -> list[tuple[str, str]]:
         ("samples", str(len(recording.time_s))),
     ]
     if isinstance(recording, Recording):
-        told.append(("disturbances", recording.perturbation))
+        pairs.append(("disturbances", recording.perturbation))
     emg = recording.emg
     if emg is not None:
         names_of = recording.muscles if isinstance(recording, Recording) else emg.muscles  # type: ignore[union-attr]
-        told.append(("EMG", ", ".join(names_of)))
-    return told
+        pairs.append(("EMG", ", ".join(names_of)))
+    return pairs
 
 
 def steps(recording: AnyRecording) -> list[str]:
@@ -299,6 +301,6 @@ def missing_words(shared: Shared) -> tuple[str, ...]:
         "licence": "--licence",
         "identifier": "--identifier",
     }
-    said = shared.statement
-    absent = [f"{name} ({o})" for name, o in options.items() if not getattr(said, name)]
+    statement = shared.statement
+    absent = [f"{name} ({o})" for name, o in options.items() if not getattr(statement, name)]
     return (f"Not told, and left out: {', '.join(absent)}.",) if absent else ()

@@ -72,14 +72,14 @@ def write_motion_dataset(shared: Shared, folder: Path) -> tuple[str, ...]:
         raise InputError("a dataset of BIDS", expected="one recording")
     path, recording = shared.recordings[0]
     person, task = _labels(shared, path, recording)
-    told = list(_not_told(write_description(folder, shared, "raw")))
+    notes = list(_not_told(write_description(folder, shared, "raw")))
     _write_people(folder, person, recording)
     own = folder / f"sub-{person}" / "motion"
     own.mkdir(parents=True)
     (folder / "code").mkdir()
     columns = sample_columns(recording)
     for stretch in _stretches(recording):
-        told += _write_run(own, f"sub-{person}_task-{task}", task, recording, columns, stretch)
+        notes += _write_run(own, f"sub-{person}_task-{task}", task, recording, columns, stretch)
     if not isinstance(recording, Recording) and recording.emg is not None:
         _write_scans(own.parent)
     reading = _write_code(folder / "code", recording)
@@ -91,7 +91,7 @@ def write_motion_dataset(shared: Shared, folder: Path) -> tuple[str, ...]:
         reading=reading,
     )
     (folder / "README.md").write_text(text, encoding="utf-8")
-    return tuple(dict.fromkeys(told))
+    return tuple(dict.fromkeys(notes))
 
 
 _TRIALS: Final = {
@@ -119,13 +119,13 @@ def _labels(shared: Shared, path: Path, recording: AnyRecording) -> tuple[str, s
 
 def _write_people(folder: Path, person: str, recording: AnyRecording) -> None:
     sizes = {k: getattr(recording.subject, k) for k in _SIZES}
-    known = {_SIZES[k][0]: v for k, v in sizes.items() if v is not None}
-    row = {"participant_id": f"sub-{person}", **known}
+    sizes_of_person = {_SIZES[k][0]: v for k, v in sizes.items() if v is not None}
+    row = {"participant_id": f"sub-{person}", **sizes_of_person}
     write_table(folder / "participants.tsv", list(row), [row])
     described = {
         name: {"Description": f"{'mass' if unit == 'kg' else name} of the body", "Units": unit}
         for name, unit, _ in _SIZES.values()
-        if name in known
+        if name in sizes_of_person
     }
     if described:
         write_json(folder / "participants.json", described)
@@ -175,8 +175,8 @@ def _write_scans(person: Path) -> None:
     files = sorted(p for p in person.rglob("*") if p.name.endswith(("_motion.tsv", ".bdf")))
     rows = [{"filename": p.relative_to(person).as_posix(), "acq_time": _NO_DATE} for p in files]
     write_table(person / f"{person.name}_scans.tsv", ["filename", "acq_time"], rows)
-    told = "Not when it was recorded: equal dates mean that systems began together."
-    write_json(person / f"{person.name}_scans.json", {"acq_time": {"Description": told}})
+    note = "Not when it was recorded: equal dates mean that systems began together."
+    write_json(person / f"{person.name}_scans.json", {"acq_time": {"Description": note}})
 
 
 def _motion_json(

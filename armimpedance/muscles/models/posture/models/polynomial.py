@@ -116,7 +116,7 @@ def _held_out(data: PostureData, residual: FloatArray, leverage: FloatArray) -> 
 def _null_r(X: FloatArray, data: PostureData, rng: np.random.Generator) -> FloatArray:
     """Mean R (4,) of ss, se, es, ee over shuffles of the rows."""
     orders = rng.permuted(np.tile(np.arange(data.n_rows), (_SHUFFLES, 1)), axis=1)
-    found = np.zeros(4)
+    r_of_draws = np.zeros(4)
     for j, elements in enumerate((((0, 0),), ((0, 1), (1, 0)), ((1, 1),))):
         weight = np.ones(data.n_rows) if data.sd is None else 1 / data.sd[:, j]
         w, y = weight[orders], data.values[:, j][orders]
@@ -125,8 +125,8 @@ def _null_r(X: FloatArray, data: PostureData, rng: np.random.Generator) -> Float
         fitted = np.einsum("npi,ni->np", Z, np.einsum("npi,np->ni", Z, w * y)) / w
         for a, b in elements:
             measured = data.measured[:, a, b][orders]
-            found[2 * a + b] = correlations(measured, fitted).mean()
-    return found
+            r_of_draws[2 * a + b] = correlations(measured, fitted).mean()
+    return r_of_draws
 
 
 def _warnings(symbol: str, spare: int, order: int) -> tuple[str, ...]:

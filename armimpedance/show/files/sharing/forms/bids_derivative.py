@@ -30,25 +30,25 @@ table; `.bidsignore` says so to validators.
 def _write(shared: Shared, folder: Path) -> tuple[str, ...]:
     if not shared.results or shared.recordings:
         raise InputError("a BIDS derivative", expected="tables of results (RESULTS.csv)")
-    said = shared.statement
-    sources = [{"URL": said.url}] if said.url else []
+    statement = shared.statement
+    sources = [{"URL": statement.url}] if statement.url else []
     missing = write_description(folder, shared, "derivative", sources)
     (folder / ".bidsignore").write_text("**/*_impedance.tsv\n**/*_impedance.json\n")
     person = checked_label(shared.person, "--subject") if shared.person else "01"
     own = folder / f"sub-{person}" / "motion"
     own.mkdir(parents=True)
-    taken: set[str] = set()
+    used_names: set[str] = set()
     for table in shared.results:
         stem = _stem(table, shared, person)
-        if stem in taken:
+        if stem in used_names:
             expected = "files of different names"
             raise InputError("two tables of one name", file=table.path, expected=expected)
-        taken.add(stem)
+        used_names.add(stem)
         write_table(own / f"{stem}.tsv", table.columns, table.rows)
         write_json(own / f"{stem}.json", _described(table))
     text = _README.format(
-        name=said.name or shared.paths[0].resolve().stem,
-        description=said.description or "(No description was given.)",
+        name=statement.name or shared.paths[0].resolve().stem,
+        description=statement.description or "(No description was given.)",
         version=shared.version,
     )
     (folder / "README.md").write_text(text, encoding="utf-8")

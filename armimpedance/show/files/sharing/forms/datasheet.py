@@ -22,12 +22,12 @@ _OPEN = "*To be answered by the owner of the data.*"
 
 
 def _write(shared: Shared, file: Path) -> tuple[str, ...]:
-    said = shared.statement
+    statement = shared.statement
     sections: dict[str, list[tuple[str, str | None]]] = {
         "Motivation": [
-            ("For what purpose was the dataset made?", said.description),
-            ("Who made it?", ", ".join(said.creators) or None),
-            ("Who paid for it?", ", ".join(said.funding) or None),
+            ("For what purpose was the dataset made?", statement.description),
+            ("Who made it?", ", ".join(statement.creators) or None),
+            ("Who paid for it?", ", ".join(statement.funding) or None),
         ],
         "Composition": [
             ("What does it hold?", _facts(shared)),
@@ -47,8 +47,8 @@ def _write(shared: Shared, file: Path) -> tuple[str, ...]:
             ("What should they not be used for?", None),
         ],
         "Distribution": [
-            ("Under which licence?", said.licence),
-            ("Where are they, under which identifier?", said.identifier or said.url),
+            ("Under which licence?", statement.licence),
+            ("Where are they, under which identifier?", statement.identifier or statement.url),
         ],
         "Maintenance": [("Who answers questions, and corrects errors?", None)],
     }
@@ -83,8 +83,8 @@ def _files(shared: Shared) -> str:
 
 
 def _steps(shared: Shared) -> str | None:
-    told = [step for _, recording in shared.recordings for step in steps(recording)]
-    return "\n".join(f"- {_line(step)}" for step in dict.fromkeys(told)) or None
+    sentences = [step for _, recording in shared.recordings for step in steps(recording)]
+    return "\n".join(f"- {_line(step)}" for step in dict.fromkeys(sentences)) or None
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -22,21 +22,21 @@ _MEDIA = {
 
 
 def _write(shared: Shared, file: Path) -> tuple[str, ...]:
-    said = shared.statement
-    told: dict[str, Any] = {
-        "description": said.description,
-        "creator": [{"@type": "Person", "name": name} for name in said.creators],
-        "license": _licence(said.licence),
-        "identifier": said.identifier,
-        "url": said.url,
-        "keywords": list(said.keywords),
-        "funding": [{"@type": "Grant", "name": name} for name in said.funding],
+    statement = shared.statement
+    document: dict[str, Any] = {
+        "description": statement.description,
+        "creator": [{"@type": "Person", "name": name} for name in statement.creators],
+        "license": _licence(statement.licence),
+        "identifier": statement.identifier,
+        "url": statement.url,
+        "keywords": list(statement.keywords),
+        "funding": [{"@type": "Grant", "name": name} for name in statement.funding],
     }
     content = {
         "@context": "https://schema.org/",
         "@type": "Dataset",
         "name": dataset_name(shared),
-        **{key: value for key, value in told.items() if value},
+        **{key: value for key, value in document.items() if value},
         "variableMeasured": [
             {
                 "@type": "PropertyValue",
