@@ -1,4 +1,6 @@
-"""Count retired words on the faces and in the messages: their number may only fall.
+"""Count retired words on the faces and in the messages, and docstrings that begin with a question.
+
+Their numbers may only fall.
 
     python docs/english.py            exit status 1 where a word stands more often than it may
     python docs/english.py --where told
@@ -26,7 +28,7 @@ MOST = {
     "told": 3,
     "tells": 0,
     "said": 0,
-    "given": 8,
+    "given": 7,
     "found": 2,
     "known": 32,
     "held": 20,
@@ -36,6 +38,9 @@ MOST = {
     "none is": 2,
     "stands": 4,
 }
+#: Docstrings of the whole package that begin so.
+OPENING = re.compile(r"(What|Whether|How|Of)\b")
+MOST_OPENINGS = 900
 #: What is called with a message.
 MESSAGES = re.compile(r"(Error|Finding|add_argument|Option|warn)$")
 
@@ -76,6 +81,17 @@ def texts() -> Iterator[tuple[str, str]]:
             yield f"{place}:{line}", text
 
 
+def openings() -> Iterator[str]:
+    """Place and first line of every docstring that begins with a question."""
+    for path in sorted((ROOT / "armimpedance").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module):
+                text = ast.get_docstring(node) or ""
+                if OPENING.match(text):
+                    line = getattr(node, "lineno", 1)
+                    yield f"{path.relative_to(ROOT)}:{line}: {text.splitlines()[0]}"
+
+
 def main() -> int:
     """Print the counts, or where a word stands."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -92,7 +108,11 @@ def main() -> int:
     for word in above:
         print(f"{word}: {counts[word]} times (expected at most {MOST[word]}): docs/english.py")
     print("retired words: " + ", ".join(f"{word} {counts[word]}" for word in MOST))
-    return int(bool(above))
+    questions = list(openings())
+    if len(questions) > MOST_OPENINGS:
+        print("\n".join(questions))
+        print(f"{len(questions)} docstrings begin with a question (at most {MOST_OPENINGS})")
+    return int(bool(above) or len(questions) > MOST_OPENINGS)
 
 
 if __name__ == "__main__":

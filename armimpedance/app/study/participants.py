@@ -213,7 +213,7 @@ def lay_out(outcome: Outcome, store: Store, out: Path) -> None:
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:
-    """The record in a session's folder of how it was made; None if there is none."""
+    """The record in a session's folder of how it was made; None without one."""
     try:
         content = read_json(folder / SESSION_FILE)
     except InputError:

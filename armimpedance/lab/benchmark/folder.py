@@ -248,7 +248,7 @@ def keep_truth(key_file: Path, truth: Sequence[KnownTruth]) -> None:
 
 
 def kept_truth(key_file: Path) -> list[KnownTruth]:
-    """The truth that `keep_truth` stored; empty if there is none.
+    """The truth that `keep_truth` stored; an empty list without it.
 
     Parameters
     ----------
