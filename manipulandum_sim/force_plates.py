@@ -18,7 +18,7 @@ PLATE_ORIGINS_M: Final = np.array([[0.0, -0.4, 0.0], [0.0, 0.4, 0.0]])
 def foot_wrenches(
     whole: FloatArray, left_share: FloatArray, supports: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What the floor exerts on the right and on the left foot; they add up to the whole.
+    """Wrenches of the floor on the right and on the left foot; their sum is the whole.
 
     Both feet share the force in all directions alike, and the free moment about the vertical. The
     line between the feet's centres of pressure is that between their soles' centres, set off by as
@@ -65,7 +65,7 @@ def about(wrenches: FloatArray, origins_m: FloatArray) -> FloatArray:
 
 
 def support_torques(skeleton: Skeleton, motion: SegmentMotion, wrenches: FloatArray) -> FloatArray:
-    """What the feet's wrenches add to the generalised forces: ``sum_k J_k^T w_k`` (N, n).
+    """Generalised forces of the feet's wrenches: ``sum_k J_k^T w_k`` (N, n).
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ from manipulandum_sim.tree_dynamics import marker_positions, move
 
 @dataclass(frozen=True)
 class Studio:
-    """How well the studio sees.
+    """Accuracy of the studio's cameras.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ def film(
 
 
 def skin_slide(motion: MotionRecording, row: int, rng: np.random.Generator) -> FloatArray:
-    """How the skin carries each marker off its bone, (S, P, 3) m per m of sd.
+    """Shift of each marker off its bone with the skin, (S, P, 3) m per m of sd.
 
     In the segment's frame a marker slides along a random line, in proportion to a random mixture
     of the segment's joint angles: where the joint goes, the skin is pulled. The root's markers

@@ -1,4 +1,4 @@
-"""How the truths of all rigs lie on disk: one JSON object, arrays row by row."""
+"""Form of all rigs' truths on disk: one JSON object, arrays row by row."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ X, Y, Z = np.eye(3)
 
 @dataclass(frozen=True)
 class FootPath:
-    """How a foot moves; N samples.
+    """Motion of a foot over N samples.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a person means to do, and the coordinates that come of it: legs closed, body in balance."""
+"""The planned motion, and the coordinates that follow: legs closed, body in balance."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def centre_of_pressure(wrench: FloatArray) -> FloatArray:
 
 
 def _shift(time_s: FloatArray, wanted: FloatArray, height: float) -> FloatArray:
-    """How far (N, 2) the body must go to move its centre of pressure as wanted (N, 2).
+    """Shift of the body (N, 2) that moves its centre of pressure as wanted (N, 2).
 
     ``s - (h/g) s'' = c`` of an upright pendulum; the bounded solution, so the body starts to move
     before its weight does.

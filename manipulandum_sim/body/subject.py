@@ -39,7 +39,7 @@ class BodySubject:
 
     @property
     def record(self) -> Subject:
-        """What a recording says of the subject."""
+        """The subject as a recording holds it."""
         return Subject(self.id, self.mass_kg, self.height_m)
 
 

@@ -1,4 +1,4 @@
-"""What is true of a simulated body: its motion, forces and inertial parameters."""
+"""Truth of a simulated body: its motion, forces and inertial parameters."""
 
 from __future__ import annotations
 

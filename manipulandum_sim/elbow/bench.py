@@ -245,7 +245,7 @@ def _integrate_linear(
     firsts = np.arange(0, samples - 2, 2)
 
     def stepped(given: FloatArray, theta: float, rate: float) -> FloatArray:
-        """What each step alone makes of a beginning, (2, q, steps) for torques (q, S)."""
+        """Response of each step alone to an initial state, (2, q, steps) for torques (q, S)."""
 
         def acceleration(half: int, x: FloatArray, v: FloatArray) -> FloatArray:
             at = firsts + half

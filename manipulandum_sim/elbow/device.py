@@ -99,7 +99,7 @@ class Exoskeleton:
             )
 
     def resistance(self, rate: FloatArray) -> FloatArray:
-        """What viscous and Coulomb friction take, N m."""
+        """Torque of viscous and Coulomb friction, N m."""
         return np.asarray(self.viscosity * rate + self.friction * np.tanh(rate / self.slip))
 
 

@@ -19,7 +19,7 @@ ARTEFACT_ORDER: Final = 4
 
 @dataclass(frozen=True)
 class Electrodes:
-    """What the electrodes pick up beside the muscle.
+    """Signals that the electrodes pick up beside the muscle.
 
     Attributes
     ----------

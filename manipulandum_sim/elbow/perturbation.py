@@ -1,4 +1,4 @@
-"""What the exoskeleton is told to add: low-passed white noise, or a binary sequence."""
+"""The exoskeleton's perturbation: low-passed white noise, or a binary sequence."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ _STEPS_TOLD: Final = 500
 
 @dataclass(frozen=True)
 class Drive:
-    """What acts on arm and device in T trials.
+    """Inputs to arm and device in T trials.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Motion:
-    """What T trials did at S samples.
+    """Motion and torques of T trials at S samples.
 
     Attributes
     ----------
@@ -122,11 +122,11 @@ class Sensing:
         self._low, self._high, self._step = column[:, 0], column[:, 1], column[:, 2]
 
     def read(self, k: int, exact: FloatArray) -> FloatArray:
-        """What sample k shows of (4, T)."""
+        """Sensor readings of sample k from states (4, T)."""
         return exact if self._noise is None else self._convert(exact + self._noise[:, k])
 
     def read_all(self, exact: FloatArray) -> FloatArray:
-        """What all samples show of (4, S, T)."""
+        """Sensor readings of all samples from states (4, S, T)."""
         if self._noise is None:
             return exact
         return self._convert((exact + self._noise).transpose(1, 0, 2)).transpose(1, 0, 2)

@@ -102,12 +102,12 @@ class Protocol(FrozenRecord):
 
     @property
     def unperturbed(self) -> bool:
-        """Whether the device adds nothing of its own: isometric trials and rendered loads."""
+        """True if the device adds no perturbation: isometric trials and rendered loads."""
         return self.test == "calibration" or self.test in LOADS
 
     @property
     def constant(self) -> bool:
-        """Whether the activations of every trial stay as they are."""
+        """True if the activations of every trial are constant."""
         return not (self.rhythm_rad or self.swing.any())
 
     def intended(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -30,7 +30,7 @@ _TILTS: Final = (0.3, -0.3)
 
 @dataclass(frozen=True)
 class Wiring:
-    """How a session is recorded; see `simulate_elbow`."""
+    """Settings of a session's recording; see `simulate_elbow`."""
 
     electrodes: Electrodes
     converted: bool

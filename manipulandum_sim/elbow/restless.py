@@ -1,4 +1,4 @@
-"""What the subject does without being asked: slow voluntary torque, and tremor."""
+"""The subject's unintended torque: slow voluntary torque, and tremor."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ class ElbowSubject:
 
     @property
     def record(self) -> Subject:
-        """What a recording says of the subject."""
+        """The subject as a recording holds it."""
         return Subject(self.id, self.mass_kg, self.height_m)
 
     def muscle_stiffness(self, activation: FloatArray, law: Law = "linear") -> FloatArray:

@@ -1,4 +1,4 @@
-"""What is true of a recording of the simulated elbow: I, B, K, the laws, the device, the motion."""
+"""Truth of a recording of the simulated elbow: I, B, K, the laws, the device, the motion."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class PassiveJoints:
 
 
 class MuscleCommand(NamedTuple):
-    """What the nervous system sets, each (6, ...) to broadcast over the batch.
+    """Commands of the nervous system, each (6, ...) to broadcast over the batch.
 
     ``f = tension + stiffness (L - L_v) + viscosity dL + reflex stretch``, f >= 0, with the virtual
     length ``L_v = virtual_length + virtual_velocity t``.

@@ -45,7 +45,7 @@ def integrate_compiled(
     voluntary: FloatArray | None = None,
     reflex_delay_s: float | None = None,
 ) -> Track:
-    """What `coupled.integrate` gives, to within rounding.
+    """The same as `coupled.integrate`, to within rounding.
 
     Parameters
     ----------

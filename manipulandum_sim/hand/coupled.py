@@ -151,7 +151,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Track:
-    """What happened, at every sample: hand position, velocity and sensor force, (S, 2, T)."""
+    """Course of the trials: hand position, velocity and sensor force at every sample, (S, 2, T)."""
 
     position: FloatArray
     velocity: FloatArray

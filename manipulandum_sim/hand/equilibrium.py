@@ -107,7 +107,7 @@ def muscle_command(
     drift: FloatArray | None = None,
     reflex_gain: float = 0.0,
 ) -> MuscleCommand:
-    """What the muscles are told, with each posture the equilibrium at time 0.
+    """Command of the muscles for which each posture is the equilibrium at time 0.
 
     Parameters
     ----------

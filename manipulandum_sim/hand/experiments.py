@@ -27,7 +27,7 @@ _ELEVEN: Final = (0, 2, 4, 6, 8, 10, 12, 14, 16, 17, 18)
 
 @dataclass(frozen=True)
 class Condition:
-    """What a subject is asked to do.
+    """A condition: the subject's task.
 
     Attributes
     ----------

@@ -73,7 +73,7 @@ root: Final[Any] = intrinsic(_root)
 
 @njit(error_model="numpy", forceinline=True)
 def end_motion(chain: Chain, x: float, y: float, vx: float, vy: float) -> Moving:
-    """What `TwoLink.end_motion` says, of one chain."""
+    """The same as `TwoLink.end_motion`, for one chain."""
     half, product, square, ratio, inertia1, inertia2, base_x, base_y, elbow = chain
     rx, ry = x - base_x, y - base_y
     rr = rx * rx + ry * ry

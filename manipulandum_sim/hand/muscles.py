@@ -30,7 +30,7 @@ MOMENT_ARMS_M: Final = (
 
 @dataclass(frozen=True)
 class MomentArmCourse:
-    """How moment arms change with posture: ``1 + ripple cos(q - peak)`` times a constant.
+    """Moment arms that change with posture: ``1 + ripple cos(q - peak)`` times a constant.
 
     Attributes
     ----------

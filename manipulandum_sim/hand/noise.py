@@ -1,4 +1,4 @@
-"""What disturbs a measurement: the subject's own unsteadiness and the sensors."""
+"""Noise of a measurement: the subject's own unsteadiness and the sensors."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class NoiseLevel:
 
     @property
     def moves_the_hand(self) -> bool:
-        """Whether the subject is unsteady at the level of force."""
+        """True if the subject is unsteady at the level of force."""
         return self.tremor > 0 or self.voluntary_sd > 0
 
 

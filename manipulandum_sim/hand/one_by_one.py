@@ -24,7 +24,7 @@ ASKED_KEY = 200
 
 @dataclass(frozen=True)
 class AskedPush:
-    """What is asked for: a condition's name, a unit vector, and the course along it."""
+    """A requested push: a condition's name, a unit vector, and the course along it."""
 
     condition: str
     direction: tuple[float, float]
@@ -40,7 +40,7 @@ class AskedPush:
 
 @dataclass(frozen=True)
 class RecordedPush:
-    """What one push gave: position (m), force by the limb (N), joint angles (rad), (S, 2) each.
+    """Record of one push: position (m), force by the limb (N), joint angles (rad), (S, 2) each.
 
     `onset_s`, `end_s`: of the disturbance.
     """
@@ -75,7 +75,7 @@ class AskedArm:
 
     @property
     def truth(self) -> Truth:
-        """What is known of it before the first push."""
+        """Truth of the arm before the first push."""
         return self._truth(Arm.of(self.subject))
 
     def _truth(self, arm: Arm) -> Truth:

@@ -1,4 +1,4 @@
-"""How an experiment is run: servo, disturbance, noise, reflex, what is recorded."""
+"""Settings of an experiment: servo, disturbance, noise, reflex, recorded channels."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ class Rig:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What a recording's provenance says."""
+        """Sentences for a recording's provenance."""
         s = self.servo
         held = (
             "ideal servo"

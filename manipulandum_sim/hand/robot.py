@@ -58,7 +58,7 @@ class Servo:
 
     @property
     def is_ideal(self) -> bool:
-        """Whether the motion is prescribed."""
+        """True if the motion is prescribed."""
         return bool(np.isinf(self.stiffness))
 
 

@@ -73,7 +73,7 @@ class SimulatedSubject:
 
     @property
     def record(self) -> Subject:
-        """What a recording says of the subject."""
+        """The subject as a recording holds it."""
         return Subject(self.id, self.mass_kg, self.height_m, self.upper_arm_m, self.forearm_hand_m)
 
 

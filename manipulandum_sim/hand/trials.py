@@ -51,7 +51,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Sensed:
-    """What is recorded of a batch: position, force, joint angles (B, S, 2), EMG (B, S, 6).
+    """Recorded channels of a batch: position, force, joint angles (B, S, 2), EMG (B, S, 6).
 
     The commanded position (B, S, 2) goes beside them where the rig records it.
     """

@@ -1,4 +1,4 @@
-"""What is true of a simulated subject: the plant itself, differentiated numerically.
+"""Truth of a simulated subject: the plant itself, differentiated numerically.
 
 Nothing here maps one level to another by a formula: hand and joint matrices come from separate
 differences of the plant's force and torque, so that the analysis's mappings can be judged by them.

@@ -150,7 +150,7 @@ class TwoLink:
         return half, product**2, self.l1**2, self.coupling / product
 
     def reaches(self, x: FloatArray, y: FloatArray) -> bool:
-        """Whether every point lies within reach, neither folded nor stretched."""
+        """Return True if every point lies within reach, neither folded nor stretched."""
         r = np.hypot(x - self.base_x, y - self.base_y)
         return bool(np.all((r < self.l1 + self.l2) & (r > abs(self.l1 - self.l2))))
 

@@ -100,7 +100,7 @@ class KinarmExam:
         return -1.0 if self.side == "left" else 1.0
 
     def common(self) -> Groups:
-        """What all trials share."""
+        """Facts that all trials share."""
         side, other = self.side.upper(), "LEFT" if self.side == "right" else "RIGHT"
         names = ("I", "M", "C_AXIAL", "C_ANTERIOR")
         links: dict[str, Value] = {

@@ -40,7 +40,7 @@ def write_matlab_trials(recording: Recording, path: Path) -> None:
 
 
 def frame_column(recording: Recording, name: str) -> str:
-    """What a column of the samples is called in the file of `write_frames`.
+    """Name of a column of the samples in the file of `write_frames`.
 
     Parameters
     ----------

@@ -201,7 +201,7 @@ def _signals(trial: TrialColumns) -> list[str]:
 
 
 def _disturbed(trial: TrialColumns) -> list[bool]:
-    """Whether the disturbance is on, for each sample: after its onset and before its end."""
+    """True for each sample within the disturbance, after its onset and before its end."""
     time = trial.columns["time_s"]
     onset, end = (float(trial.facts.get(name, np.nan)) for name in ("onset_s", "end_s"))
     # The times of a table may miss their samples by rounding, not by half a step.
@@ -211,7 +211,7 @@ def _disturbed(trial: TrialColumns) -> list[bool]:
 
 
 def _all_facts(recording: Recording) -> dict[str, float | str]:
-    """What is known of any trial."""
+    """Names of all facts that any trial has."""
     found: dict[str, float | str] = {}
     for trial in trials_of(recording):
         found |= trial.facts

@@ -1,4 +1,4 @@
-"""What the muscles are told over a reach: tensions that make the torque, and co-contraction."""
+"""Commands of the muscles over a reach: tensions for the torque, and co-contraction."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ N_DRAWS: Final = 6
 
 @dataclass(frozen=True)
 class Variability:
-    """How much trials of one person differ, as standard deviations.
+    """Variability between trials of one person, as standard deviations.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""How the robot pushes a moving hand: force pulses, and displacements along the predicted path."""
+"""Pushes of a moving hand: force pulses, and displacements along the predicted path."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Push:
 
     @property
     def throughout(self) -> bool:
-        """Whether it is a random one."""
+        """True if the perturbation is random."""
         return self.kind.startswith("random")
 
     @property

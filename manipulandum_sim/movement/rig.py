@@ -17,7 +17,7 @@ from manipulandum_sim.movement.pushes import PUSHES, Push
 
 @dataclass(frozen=True)
 class Device:
-    """What the robot does to a hand that nobody pushes: ``F = -D v - S (p - p_0)``.
+    """Force of the robot on a hand that is not pushed: ``F = -D v - S (p - p_0)``.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ DEVICES: Final = {
 
 @dataclass(frozen=True)
 class MovementRig:
-    """How reaches are made and pushed.
+    """Settings of reaches and their pushes.
 
     Attributes
     ----------

@@ -46,7 +46,7 @@ class Reaches:
 
 @dataclass(frozen=True)
 class Ran:
-    """What happened: position, velocity, force at the sensor (S, 2, T), and push onsets (T,)."""
+    """Course of the reaches: position, velocity, force at the sensor (S, 2, T), onsets (T,)."""
 
     position: FloatArray
     velocity: FloatArray
@@ -61,7 +61,7 @@ def intended(reaches: Reaches, time_s: FloatArray) -> Motion2:
 
 
 def commands_of(reaches: Reaches, time_s: FloatArray) -> MuscleCommand:
-    """What the muscles are told (6, S, T)."""
+    """Commands of the muscles (6, S, T)."""
     rig, motion = reaches.rig, intended(reaches, time_s)
     device = rig.held_kg * motion.acceleration - rig.load.force(
         rig.line, motion.position, motion.velocity

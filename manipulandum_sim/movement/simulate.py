@@ -140,7 +140,7 @@ def _block(
 
 
 def _commanded(ran: Ran, commands: Commands | None) -> FloatArray:
-    """What the robot was told (T, S, 2), 0 where nobody pushed."""
+    """Commands of the robot (T, S, 2), 0 without a push."""
     samples, _, trials = ran.position.shape
     if commands is None:
         return np.zeros((trials, samples, 2))

@@ -1,4 +1,4 @@
-"""What is true of a reach: the plant differentiated along its course without any variability.
+"""Truth of a reach: the plant, differentiated along its course without variability.
 
 Nothing here maps one level to another by a formula: hand and joint matrices come from separate
 differences of the plant's force and torque.

@@ -73,7 +73,7 @@ class Chain:
 
     @cached_property
     def _jet_parts(self) -> FloatArray:
-        """What makes a joint's [[A A' A''], [0 A 2A'], [0 0 A]] of the features, (K, 7, 144).
+        """Map from the features to a joint's [[A A' A''], [0 A 2A'], [0 0 A]], (K, 7, 144).
 
         ``A = A_0 + s A_s + c A_c``; with dA/dq = A U and A_0 U = 0, ``A' = qd (s A_s + c A_c) U``
         and ``A'' = qd^2 (s A_s + c A_c) U^2`` (qdd apart). Features: 1, s, c, then s and c times
@@ -108,7 +108,7 @@ class Chain:
 
     @cached_property
     def _carries(self) -> FloatArray:
-        """Whether (1) a hinge carries a segment (K, S, 1, 1)."""
+        """1 where a hinge carries a segment, else 0, (K, S, 1, 1)."""
         carries = self._owner[:, None] <= np.arange(len(self.segments))
         return carries[:, :, None, None].astype(float)
 

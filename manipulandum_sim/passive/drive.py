@@ -1,4 +1,4 @@
-"""What the examiner does to the body in the two tests: the prescribed motion of trunk and shoulder.
+"""The examiner's part in the two tests: the prescribed motion of trunk and shoulder.
 
 ``p5``: the standing patient's shoulders are pushed round now and then; the trunk swings back
 about the vertical axis, sways a little all the time, and the arms follow freely. ``release``: the
@@ -30,7 +30,7 @@ DEGREE: Final = 5
 
 @dataclass(frozen=True)
 class Push:
-    """How the examiner pushes; ranges are of uniform draws.
+    """The examiner's pushes; ranges of uniform draws.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Drive:
         return self.spline(times), self.spline(times, nu=1), self.spline(times, nu=2)
 
     def base_motion(self, times: FloatArray) -> FloatArray:
-        """As `passive_chain.base_motion`, (N, T, 3, 12)."""
+        """The same as `passive_chain.base_motion`, (N, T, 3, 12)."""
         q, qd, qdd = self.at(times)
         flat = [part.reshape(-1, part.shape[2]) for part in (q, qd, qdd)]
         return base_motion(self.skeleton, self.base, *flat).reshape(*q.shape[:2], 3, 12)

@@ -1,4 +1,4 @@
-"""What a test of a relaxed arm is: who, how many trials, how long."""
+"""Plan of a test of a relaxed arm: subject, number of trials, duration."""
 
 from __future__ import annotations
 

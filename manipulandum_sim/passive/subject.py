@@ -93,7 +93,7 @@ class PassiveSubject:
 
     @property
     def record(self) -> Subject:
-        """What a recording says of the subject."""
+        """The subject as a recording holds it."""
         upper, reach = arm_lengths(self.height_m)
         return Subject(self.name, self.mass_kg, self.height_m, upper, reach)
 

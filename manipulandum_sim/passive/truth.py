@@ -1,4 +1,4 @@
-"""What is true of a simulated passive arm: its joints and its exact motion."""
+"""Truth of a simulated passive arm: its joints and its exact motion."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from manipulandum_sim.random_hand.rig import RATE_HZ, Driver
 
 
 class RandomTrack(NamedTuple):
-    """What happened at every sample: place and force at the sensor, (S, T, d)."""
+    """Course of the trials: place and force at the sensor, (S, T, d)."""
 
     place: FloatArray
     sensor: FloatArray
@@ -78,7 +78,7 @@ class RandomDrive:
 
     @property
     def _delay(self) -> int:
-        """Of the reflex, in samples; 0 without one."""
+        """Delay of the reflex in samples; 0 without a reflex."""
         return round(self.rig.reflex.delay_s * RATE_HZ) if self.rig.reflex else 0
 
     def _heard(

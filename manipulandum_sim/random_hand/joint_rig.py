@@ -17,7 +17,7 @@ Turned = Literal["position", "torque"]
 
 
 class _Device(NamedTuple):
-    """What such a robot is like: rad, N m, kg m^2.
+    """Data of such a robot: rad, N m, kg m^2.
 
     angle, torque: rms of commands; soft, stiff: (stiffness, viscosity) that holds the limb while
     the torque is imposed, and stiffness of the servo; own: slow and tremor of the person.
@@ -93,7 +93,7 @@ class JointRig:
 
     @property
     def samples(self) -> int:
-        """Of a trial."""
+        """Samples of a trial."""
         return round(self.duration_s * RATE_HZ) + 1
 
     @property
@@ -119,12 +119,12 @@ class JointRig:
 
     @property
     def carried(self) -> FloatArray:
-        """What the limb carries about each axis (2,)."""
+        """Inertia that the limb carries about each axis (2,)."""
         return self.beyond
 
     @property
     def spring(self) -> tuple[float, float]:
-        """What pulls the limb to the commanded angle: N m/rad and N m s/rad."""
+        """Servo that pulls the limb to the commanded angle: N m/rad and N m s/rad."""
         device = _DEVICES[self.joint]
         if self.imposed == "torque":
             return device.soft

@@ -66,7 +66,7 @@ class TwoAxisJoint:
 
     @property
     def reflex(self) -> FloatArray:
-        """What the reflex adds to the stiffness once it has answered, (2, 2)."""
+        """Stiffness that the reflex adds after its delay, (2, 2)."""
         return self.reflex_gain * self.muscles
 
     @property

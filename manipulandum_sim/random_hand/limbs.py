@@ -29,7 +29,7 @@ class Held(NamedTuple):
 
 
 class Limb(Protocol):
-    """What is integrated."""
+    """Interface of a limb that is integrated."""
 
     @property
     def start(self) -> FloatArray:
@@ -106,7 +106,7 @@ class SpaceLimb:
         return Held(A, torque[:, r], now.place, now.velocity, J, now.drift, stretch)
 
     def reflex_at_hand(self) -> FloatArray:
-        """What the reflex adds to the stiffness of the hand once it has answered, (3, 3)."""
+        """Stiffness of the hand that the reflex adds after its delay, (3, 3)."""
         plant, r = self.plant, list(self.plant.moving)
         q = plant.posture[None]
         J = plant.arm.dynamics(q, np.zeros_like(q)).J[0][:, r]

@@ -1,4 +1,4 @@
-"""How a random perturbation is run: what is imposed, how large, for how long, and the noise."""
+"""Settings of a random perturbation: imposed quantity, size, duration, noise."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ class RandomRig:
 
     @property
     def samples(self) -> int:
-        """Of a trial."""
+        """Samples of a trial."""
         return round(self.duration_s * RATE_HZ) + 1
 
     @property
@@ -186,7 +186,7 @@ class RandomRig:
 
     @property
     def spring(self) -> tuple[float, float]:
-        """What pulls the hand to the commanded place: N/m and N s/m."""
+        """Servo that pulls the hand to the commanded place: N/m and N s/m."""
         if self.imposed == "force":
             return SOFT_N_M, SOFT_NS_M
         return servo(self.stiffness, self.damping_ratio, float(self.carried.mean()))

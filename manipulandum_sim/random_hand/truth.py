@@ -1,4 +1,4 @@
-"""What is true of a hand, or a joint, under a random perturbation."""
+"""Truth of a hand, or a joint, under a random perturbation."""
 
 from __future__ import annotations
 

@@ -184,8 +184,11 @@ class SpaceArm:
 
 
 class _Spins(NamedTuple):
-    """Of rods whose joints do not accelerate, (3, rods, N) each: their rates of turning, how those
-    change, and velocity and acceleration of a point at unit way along them."""
+    """Motion of rods whose joints do not accelerate, (3, rods, N) each.
+
+    `rate`, `turning`: their angular velocity and its derivative.
+    `swing`, `way`: velocity and acceleration of a point per unit distance along them.
+    """
 
     rate: FloatArray
     turning: FloatArray
@@ -216,7 +219,7 @@ def _axes(q: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
 
 
 def _spins(A: FloatArray, rods: FloatArray, qd: FloatArray) -> _Spins:
-    """How rods (3, rods, N) turn with the joints' rates (n, N)."""
+    """Turning of the rods (3, rods, N) by the joints' rates (n, N)."""
     turns = qd * A
     w = np.cumsum(turns, axis=1)
     before = np.zeros_like(w)

@@ -1,4 +1,4 @@
-"""What a subject is asked to hold: a posture, a force, a level of co-contraction."""
+"""Conditions: a posture, a force and a level of co-contraction to hold."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NOMINAL_COCONTRACTION: Final = 0.12
 
 @dataclass(frozen=True)
 class SpaceCondition:
-    """What is asked of the subject.
+    """A condition: the subject's task.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class SpaceCondition:
 
     @property
     def angles(self) -> FloatArray:
-        """As they are given, (4,) or (7,), rad.
+        """Stated joint angles, (4,) or (7,), rad.
 
         Raises
         ------

@@ -51,7 +51,7 @@ class Drive:
 
     @property
     def damping(self) -> float:
-        """Of the servo, N s/m."""
+        """Damping of the servo, N s/m."""
         mass = float(np.mean(self.rig.robot_kg)) + self.rig.handle_mass_kg
         return float(2 * self.rig.damping_ratio * np.sqrt(self.rig.stiffness * mass))
 
@@ -98,7 +98,7 @@ class _Rate(NamedTuple):
 
 @dataclass(frozen=True)
 class SpaceTrack:
-    """What happened at every sample: hand place and sensor force (T, S, 3), angles (T, S, n)."""
+    """Course of the trials: hand place and sensor force (T, S, 3), angles (T, S, n)."""
 
     place: FloatArray
     sensor: FloatArray

@@ -1,4 +1,4 @@
-"""What anatomy tells of the muscles: a table of another person's moment arms over posture."""
+"""Anatomy of the muscles: a table of another person's moment arms over posture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a spatial measurement is run: robot, control, disturbance, noise, what is recorded."""
+"""Settings of a spatial measurement: robot, control, disturbance, noise, recorded channels."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ class SpaceRig:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What a recording's provenance says."""
+        """Sentences for a recording's provenance."""
         if self.control == "force":
             driven = f"{self.disturbance} of {self.force_n:g} N"
             held = "force-controlled"

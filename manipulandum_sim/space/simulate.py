@@ -175,7 +175,7 @@ class _Session:
         return tuple(part[keep] for part in parts)
 
     def _emg(self, keys: list[tuple[int, ...]], plant: Plant) -> FloatArray:
-        """Of some trials with one plant, (T, S, m); without EMG m is 0."""
+        """EMG of some trials with one plant, (T, S, m); without EMG m is 0."""
         if not self.rig.emg:
             return np.zeros((len(keys), self.rig.samples, 0))
         activation = np.tile(plant.tension / plant.muscles.greatest, (len(keys), 1))

@@ -1,4 +1,4 @@
-"""What is true of a spatial arm: the plant itself, differentiated numerically.
+"""Truth of a spatial arm: the plant itself, differentiated numerically.
 
 No mapping from joints to the hand is used. The force of the hand at a place, a velocity or an
 acceleration comes from the plant's equations with the hand held there; a free elbow has come to

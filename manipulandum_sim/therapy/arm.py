@@ -70,7 +70,7 @@ class TherapyArm:
 
     @property
     def inertia_level_kgm2(self) -> float:
-        """Of the straight arm about an axis across it through the shoulder."""
+        """Inertia of the straight arm about an axis across it through the shoulder."""
         far = np.array([0.0, self.upper_arm_m]) + self.com_m
         return float(self.inertia_kgm2[:, 0].sum() + self.mass_kg @ far**2)
 

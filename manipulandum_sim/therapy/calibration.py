@@ -67,14 +67,14 @@ class Seeds:
     session: str
 
     def stream(self, trial: int, purpose: str) -> np.random.Generator:
-        """Of a trial, counted from 1."""
+        """Random stream of a trial, counted from 1."""
         key = (zlib.crc32(self.session.encode()), trial, _STREAMS.index(purpose))
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
 
 
 @dataclass(frozen=True)
 class Course:
-    """What one trial is told to do.
+    """Commanded course of one trial.
 
     Attributes
     ----------
@@ -332,7 +332,7 @@ def therapy_recording(
     subject: Subject,
     said: str,
 ) -> Recording:
-    """What the robot records of a motion, noise added.
+    """Recording of a motion by the robot, noise added.
 
     Parameters
     ----------

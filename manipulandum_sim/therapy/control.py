@@ -83,7 +83,7 @@ def friction_share(velocity: FloatArray) -> FloatArray:
 
 @dataclass
 class TherapyController:
-    """Of T trials; it has a memory (the integrals) and serves one run.
+    """Controller of T trials; it has a memory (the integrals) and serves one run.
 
     Attributes
     ----------
@@ -169,7 +169,7 @@ class TherapyController:
     def _robot(
         self, time: float, q: FloatArray, qd: FloatArray, wanted: tuple[FloatArray, ...]
     ) -> FloatArray:
-        """What the model says that the robot needs; its inertia only where it is held."""
+        """Torque that the model demands of the robot; its inertia only where it is held."""
         held, model = self.held, self.model
         keep = np.exp(-2 * np.pi * ACCELERATION_HZ / RATE_HZ)
         self.sensed = keep * self.sensed + (1 - keep) * RATE_HZ * (qd - self.last_rate)

@@ -194,11 +194,11 @@ class TherapyDevice:
         )
 
     def chain(self, upper_arm_m: FloatArray) -> SerialChain:
-        """Of T robots adjusted to lengths (T,)."""
+        """Chain of T robots adjusted to lengths (T,)."""
         return SerialChain.of(self.links, self.axes, upper_arm_m)
 
     def moments(self, trials: int) -> Moments:
-        """Of the links, for T trials."""
+        """Moments of the links' masses, for T trials."""
         whole = Payload.of_skeletons([self.skeleton])
         return Moments.of(
             Payload(

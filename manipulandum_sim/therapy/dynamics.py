@@ -32,7 +32,7 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Payload:
-    """What the robot's links carry in each of T trials: an arm, a mock-up.
+    """Payload of the robot's links in each of T trials: an arm, a mock-up.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class Payload:
 
     @classmethod
     def of_skeletons(cls, skeletons: Sequence[Skeleton]) -> Payload:
-        """Of T skeletons with the robot's segments and the arm's masses."""
+        """Payload of T skeletons with the robot's segments and the arm's masses."""
         links = [s.segments[1:] for s in skeletons]
         elbows = [-s.segments[s.index(FOREARM)].origin_m[2] for s in skeletons]
         return cls(
@@ -105,7 +105,7 @@ class Moments:
 
     @classmethod
     def of(cls, payload: Payload) -> Moments:
-        """Of a payload."""
+        """Moments of mass of a payload."""
         m, c, inertia = payload.mass_kg, payload.com_m, payload.inertia_kgm2
         trace = np.trace(inertia, axis1=2, axis2=3)[..., None, None]
         # sum m r r^T = tr(I) / 2 - I about the centre of mass, then the parallel axis
@@ -147,7 +147,7 @@ class SerialChain:
     def of(
         cls, segments: Sequence[Segment], axes: Sequence[str], upper_arm_m: FloatArray
     ) -> SerialChain:
-        """Of links from the base outwards, the elbow at each trial's own length (T,).
+        """Chain of links from the base outwards, the elbow at each trial's own length (T,).
 
         Raises
         ------
@@ -240,7 +240,7 @@ class WorldInertia:
         )
 
     def carried(self) -> WorldInertia:
-        """Of each body with all those beyond it."""
+        """Sums over each body and all bodies beyond it."""
         return WorldInertia(
             _inwards(self.mass, 0), _inwards(self.first, 1), _inwards(self.second, 2)
         )

@@ -1,4 +1,4 @@
-"""What a person in the therapy robot adds to a passive arm: tau_user about the moving axis.
+"""Effort of a person in the therapy robot beside the passive arm: tau_user about the moving axis.
 
 One law for all conditions, T trials at once:
 
@@ -31,7 +31,7 @@ RESISTED_rad_s: Final = 0.15
 
 @dataclass(frozen=True)
 class Effort:
-    """Of T trials.
+    """Effort in T trials.
 
     Attributes
     ----------

@@ -59,7 +59,7 @@ class PassiveLimbs:
 
     @classmethod
     def of(cls, trials: list[TherapyTrial]) -> PassiveLimbs:
-        """Of each trial's person in this repetition."""
+        """Passive limbs of each trial's person in this repetition."""
         k, rest = np.zeros((len(trials), 5)), np.zeros((len(trials), 5))
         k[:, :2] = [trial.k for trial in trials]
         rest[:, :2] = [trial.rest_rad for trial in trials]
@@ -80,7 +80,7 @@ class PassiveLimbs:
 
 
 def reference_of(trials: list[TherapyTrial], speed_deg_s: float) -> Reference:
-    """What the controller follows and the screen shows."""
+    """Reference that the controller follows and the screen shows."""
     return reference([trial.movement for trial in trials], speed_deg_s)
 
 
@@ -100,7 +100,7 @@ def effort_of(
     samples: int,
     options: TherapyOptions,
 ) -> Effort:
-    """What the persons do, over `samples` samples, those of the run-in included."""
+    """Effort of the persons over `samples` samples, run-in included."""
     rows = np.arange(len(trials))
     axis, limbs = asked.axis, PassiveLimbs.of(trials)
     size = asked.size + [trial.miss_rad for trial in trials]

@@ -42,7 +42,7 @@ USABLE: Final = 0.7
 
 @dataclass(frozen=True)
 class TherapyOptions:
-    """What is done; see `therapy_session.simulate_therapy`."""
+    """Options of a session; see `therapy_session.simulate_therapy`."""
 
     conditions: tuple[str, ...] = CONDITIONS
     movements: tuple[str, ...] = ("elevation", "horizontal")
@@ -82,7 +82,7 @@ class TherapyOptions:
 
     @property
     def noisy(self) -> bool:
-        """Whether people and sensors are unsteady."""
+        """True if people and sensors are unsteady."""
         return self.noise != "none"
 
 

@@ -182,7 +182,7 @@ class _State:
 
 
 class _VelocityEstimate:
-    """What the controller knows of the motion."""
+    """Estimate of the velocity that the controller has."""
 
     def __init__(self, step: FloatArray | None) -> None:
         self._step = step

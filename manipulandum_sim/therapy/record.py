@@ -101,7 +101,7 @@ class TherapyRun:
         return cls(trials, options, device, limbs, motion, told, onset, end, lengths)
 
     def of_person(self, rows: slice, seed: int, exact: bool) -> tuple[Recording, TherapyTruth]:
-        """What one person's trials (rows from, to) recorded, and what is true of them."""
+        """Recording and truth of one person's trials (rows from, to)."""
         trials, lengths = self.trials[rows], self.lengths[rows]
         subject = trials[0].subject
         motion = _columns(self.motion, rows)

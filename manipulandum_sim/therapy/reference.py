@@ -68,7 +68,7 @@ def find_movement(name: str) -> Movement:
 
 @dataclass(frozen=True)
 class Reference:
-    """Of T trials, each with one moving axis.
+    """Reference of T trials, each with one moving axis.
 
     Attributes
     ----------

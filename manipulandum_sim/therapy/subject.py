@@ -92,12 +92,12 @@ class TherapySubject:
 
     @property
     def stated_arm(self) -> TherapyArm:
-        """As Winter's table has it from body mass and height."""
+        """The arm by Winter's table, from body mass and height."""
         return winter_arm(self.mass_kg, self.height_m)
 
     @property
     def record(self) -> Subject:
-        """What a recording says of the person; the upper arm is what the robot is set to."""
+        """The person as a recording holds it; the upper arm is the length set at the robot."""
         arm = self.height_m * np.array([0.186, 0.146 + 0.108 / 2])
         return Subject(self.id, self.mass_kg, self.height_m, float(arm[0]), float(arm[1]))
 

@@ -1,4 +1,4 @@
-"""What is true of a recording of the therapy robot: the device, the motion, the person."""
+"""Truth of a recording of the therapy robot: the device, the motion, the person."""
 
 from __future__ import annotations
 
@@ -66,18 +66,18 @@ class TherapyMotion:
 
     @property
     def tau_r(self) -> FloatArray:
-        """What the empty robot needs, (N, n)."""
+        """Torque that the empty robot needs, (N, n)."""
         return self.robot + self.friction + self.springs
 
     @property
     def tau_h(self) -> FloatArray:
-        """What the passive arm needs, (N, n)."""
+        """Torque that the passive arm needs, (N, n)."""
         return self.arm + self.passive
 
     def contribution(
         self, axis: int, samples: slice | IntArray, beside: FloatArray | None = None
     ) -> TrueContribution:
-        """What the person gave of what the passive arm needed, about one axis (from 0).
+        """The person's share in the passive arm's torque about one axis (from 0).
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class TrueContribution:
 def true_contribution(
     user: FloatArray, need: FloatArray, beside: FloatArray | None = None
 ) -> TrueContribution:
-    """Of torques (S,) of the person and of the passive arm, N m.
+    """Contribution from torques (S,) of the person and of the passive arm, N m.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ class TherapyTruth:
         motion: TherapyMotion | None = None,
         **per_trial: FloatArray,
     ) -> TherapyTruth:
-        """Of a session with this device; `per_trial` are the optional attributes."""
+        """Truth of a session with this device; `per_trial` are the optional attributes."""
         law = device.friction
         low, high = device.limits_rad[0]
         angles = np.linspace(low, high, _SPRING_POINTS)
