@@ -88,11 +88,12 @@ def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> Non
     from armimpedance.hand.still.show.plot import plot_estimates, plot_motion_and_force
     from armimpedance.hand.still.show.trials_plot import plot_fit
     from armimpedance.show.command.options import draw_picture
-    from armimpedance.show.verbs.results import read_recording
+    from armimpedance.show.verbs.results import read_recording, without_trials
 
     method = made[0].method
     path, first = arguments.recordings[0], made[0]
-    recording = read_recording(path, force_by=arguments.force_by)
+    whole = read_recording(path, force_by=arguments.force_by)
+    recording = without_trials(whole, arguments.leave_out)
     before.check()  # pictures and numbers are of one recording
     draw_picture(
         arguments,
