@@ -149,9 +149,10 @@ def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
         return ()
     from armimpedance.hand.still.show.gate import CHECKS
     from armimpedance.show.verbs.checks import findings_of
-    from armimpedance.show.verbs.results import read
+    from armimpedance.show.verbs.results import read_recording, without_trials
 
-    return tuple(findings_of(read(paths[0], force_by=arguments.force_by), CHECKS))
+    whole = read_recording(paths[0], force_by=arguments.force_by)
+    return tuple(findings_of(without_trials(whole, arguments.leave_out), CHECKS))
 
 
 def _of_recording(
