@@ -8,7 +8,7 @@ from typing import Any, Final
 import pandas as pd
 
 from armimpedance.core.conventions import MATRICES, UNITS, group_name
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.program import software
 from armimpedance.core.records import ImpedanceEstimate, Recording
@@ -267,7 +267,12 @@ def _left(asked: Asked, estimates: Estimates) -> list[Section]:
     """What was left out by hand, and stiffness with and without it."""
     if asked.leave_out is None or asked.whole is None:
         return []
-    every = _estimates(asked, asked.whole)
+    title = "Left out by hand"
+    try:
+        every = _estimates(asked, asked.whole)
+    except ArmImpedanceError as error:
+        # what a check refuses may be the very reason for leaving trials out
+        return [Section(title, (Printed(f"With these trials nothing can be estimated: {error}"),))]
     with_all = {condition_of(one): one for one in every}
     rows = [
         (condition_of(one), str(other.quality.n_trials - one.quality.n_trials), *_cells(one, other))
@@ -276,9 +281,7 @@ def _left(asked: Asked, estimates: Estimates) -> list[Section]:
     ]
     names = [f"{name} {which}" for name in ("K_11", "K_22") for which in ("without", "with")]
     caption = f"Trials of {asked.leave_out.name} were left out by hand: K without and with them"
-    return [
-        Section("Left out by hand", (Table(caption, ("group", "trials", *names), tuple(rows)),))
-    ]
+    return [Section(title, (Table(caption, ("group", "trials", *names), tuple(rows)),))]
 
 
 def _cells(one: ImpedanceEstimate, other: ImpedanceEstimate) -> list[str]:
