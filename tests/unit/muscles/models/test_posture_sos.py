@@ -251,7 +251,7 @@ def test_with_noise_it_predicts_better_than_least_squares_inside_and_outside(ful
     ring = 1.3 * u[np.abs(u).max(axis=1) > 0.8]
     hull = u[Region.of(scaling.scaled(q), tolerance=0.0).contains(u)]
     errors, held = {"sos": [], "least": []}, []
-    for seed in range(10):
+    for seed in range(5):
         K = muscles(q) + hostile(100 + seed, sd=1.0)
         data = data_of(K, q, np.ones_like(K))
         chosen = choose(full, data)
@@ -271,8 +271,8 @@ def test_with_noise_it_predicts_better_than_least_squares_inside_and_outside(ful
     rmse = {name: np.sqrt(np.mean(one, axis=0)) for name, one in errors.items()}
     assert rmse["sos"][0] <= 0.60
     assert (rmse["sos"] < rmse["least"]).all()
-    # ten fits, errors within one fit alike: a standard error of about 4 %
-    assert 0.83 <= np.mean(held) <= 1.0
+    # five fits, errors within one fit alike: a standard error of about 6 %; three of them
+    assert 0.77 <= np.mean(held) <= 1.0
 
 
 @pytest.mark.study
