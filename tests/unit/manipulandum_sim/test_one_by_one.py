@@ -81,7 +81,7 @@ def test_a_closed_loop_ends_when_estimate_prints_what_was_wished_and_holds_the_t
 
 def test_a_reflex_is_named_or_k_is_the_intrinsic_one():
     person = arm(seed=3, reflex=Reflex(0.25))
-    recording = closed_loop(person, None, most_trials=120, k_percent=10.0, shapes=["designed"])
+    recording = closed_loop(person, None, most_trials=60, k_percent=10.0, shapes=["designed"])
     from armimpedance.hand.still import check_response
 
     named = any(

@@ -20,7 +20,7 @@ FORCE, POSE, MARK, PUSH = "/ft_sensor/wrench", "/robot/pose", "/trial_number", "
 
 @cache
 def hand() -> Recording:
-    """Eight trials of a simulated hand."""
+    """Four trials of a simulated hand."""
     recording, _ = simulate(
         "cocontraction",
         seed=1,
@@ -29,7 +29,7 @@ def hand() -> Recording:
         noise="sensor",
         servo=IDEAL,
     )
-    return recording
+    return recording.select([0, 1, 2, 3])
 
 
 @cache

