@@ -149,7 +149,7 @@ def test_it_begins_and_ends_in_quiet_standing(performed):
 
 def test_support_torques_are_the_power_of_the_contacts():
     """``qd . J^T w = w . v`` for the feet's own velocities, by differences."""
-    motion = body_motion("all_joints", SUBJECT, np.random.default_rng(1))
+    motion = body_motion("squat", SUBJECT, np.random.default_rng(1))
     q, qd = motion.q[400:420], motion.qd[400:420]
     rng, h = np.random.default_rng(2), 1e-6
     force, moment = rng.normal(size=(2, len(q), 2, 3))

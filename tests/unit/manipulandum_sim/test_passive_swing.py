@@ -18,7 +18,7 @@ from manipulandum_sim.tree_dynamics import inverse_dynamics, marker_positions, m
 ONE = PASSIVE_SUBJECTS["1"]
 
 
-@pytest.fixture(scope="module", params=["1", "whole-arm"])
+@pytest.fixture(scope="module", params=["whole-arm", "1"])
 def shaken(request):
     """Recording and truth of a short test p5, made beside another."""
     return simulate_passive_many("p5", [0, 1], subject=request.param, trials=1, duration_s=0.5)[1]
@@ -133,7 +133,7 @@ def test_friction_holds_the_forearm_where_it_can():
     # what holds it is within the friction's reach, the rest is gravity against the spring
     assert np.abs(truth.torque + truth.k * W[:, :1])[-30:].max() <= 1.0
     strong = ONE.with_joint(ELBOW, f=50.0)
-    _, truth = simulate_passive("release", subject=strong, trials=1, duration_s=0.5)
+    _, truth = simulate_passive("release", subject=strong, trials=1, duration_s=0.2)
     assert truth.held.all()
     assert np.ptp(truth.q[:, truth.columns[0]]) == 0
 
@@ -172,6 +172,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_one_does_not(released):
     assert np.abs(other.positions - recording.positions).max() > 1e-3
 
 
+@pytest.mark.first_cases(1)
 def test_a_recording_does_not_depend_on_those_simulated_beside_it(shaken):
     recording, truth = shaken
     name = truth.subject
