@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections import Counter
 from types import SimpleNamespace
@@ -9,6 +10,9 @@ from types import SimpleNamespace
 # One thread for the matrix libraries, as the command line has it: the last bits depend on it.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
+
+# Thousands of tests are collected and stay: nothing of them is garbage (`pytest_runtestloop`).
+gc.disable()
 
 import numpy as np
 import pandas as pd
@@ -46,6 +50,13 @@ def pytest_xdist_make_scheduler(config, log):
             return _TOGETHER.get(file, file)
 
     return Scheduling(config, log)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop():
+    """From here on garbage is looked for, among what the tests themselves make."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -19,7 +19,7 @@ from armimpedance.core.json_text import json_text, read_json
 from armimpedance.hand.show import read_results, write_results
 from armimpedance.recordings import read_skeleton, write_recording
 from armimpedance.show.files import read_left_out
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import IDEAL, simulate
 
 #: How files of the known formats begin.
 BEGINNINGS = (
@@ -67,7 +67,9 @@ def test_any_bytes_are_read_or_refused_in_one_line(name, data):
 
 @cache
 def pushes():
-    recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    recording, _ = simulate(
+        "cocontraction", seed=1, sets=1, conditions=["cocontraction_10"], servo=IDEAL
+    )
     return replace(recording, provenance=(), emg=None, muscles=())
 
 
@@ -117,7 +119,7 @@ def test_json_is_read_as_it_was_written(content):
         assert read_json(file) == content
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(words=st.lists(st.text(max_size=500), min_size=1, max_size=4))
 @example(["estimate", "9" * 5000, "--method", "x" * 2000])
 @example(["estimate", "a\x00b", "--covariance", "9" * 5000])

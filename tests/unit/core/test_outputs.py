@@ -188,7 +188,7 @@ def test_a_folder_is_there_at_every_moment_of_its_replacement(tmp_path):
     replaced(final, "0")
     code = (
         "import sys\nfrom armimpedance.core.outputs import staged_folder\n"
-        "for i in range(200):\n"
+        "for i in range(100):\n"
         "    with staged_folder(sys.argv[1]) as path:\n"
         "        (path / 'recording.json').write_text(str(i))\n"
     )

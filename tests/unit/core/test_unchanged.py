@@ -15,7 +15,7 @@ from armimpedance.core.json_text import read_json
 from armimpedance.hand.show import read_results
 from armimpedance.recordings import hdf5, open_recording, write_recording
 from armimpedance.show.pages import asked as build
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import IDEAL, simulate
 
 
 def append(path: Path) -> None:
@@ -48,7 +48,9 @@ def grow_old(path: Path) -> None:
 @pytest.fixture(scope="module")
 def recording():
     """A short session of pushes."""
-    return simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])[0]
+    return simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"], servo=IDEAL)[
+        0
+    ]
 
 
 @pytest.mark.parametrize("age", ["old", "fresh"])

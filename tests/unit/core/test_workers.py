@@ -24,12 +24,16 @@ def fail(words):
 
 
 @pytest.mark.parametrize("processes", [1, 2])
-def test_results_are_those_of_the_pieces_in_their_order(processes):
+def test_results_and_errors_are_those_of_the_pieces_in_their_order(processes):
     with crew(processes) as workers:
         first = [workers.share(operator.mul, n, 2) for n in range(20)]
         assert workers.finish(first) == [2 * n for n in range(20)]
         again = [workers.share(operator.add, n, 1) for n in range(3)]
         assert workers.finish(again[::-1]) == [3, 2, 1]
+        # what is wrong with a piece arrives as it was raised
+        wrong = workers.share(fail, "no such piece")
+        with pytest.raises(InputError, match="no such piece"):
+            workers.finish([wrong])
 
 
 def test_this_process_works_while_the_other_starts():
@@ -39,14 +43,6 @@ def test_this_process_works_while_the_other_starts():
     assert [number for number, _ in found] == [0, 1, 2]
     assert found[0][1] != os.getpid()
     assert os.getpid() in (found[1][1], found[2][1])
-
-
-@pytest.mark.parametrize("processes", [1, 2])
-def test_an_error_arrives_from_any_process(processes):
-    with crew(processes) as workers:
-        piece = workers.share(fail, "no such piece")
-        with pytest.raises(InputError, match="no such piece"):
-            workers.finish([piece])
 
 
 def test_a_process_that_is_gone_is_told():
@@ -84,10 +80,11 @@ def test_that_one_was_killed_is_told_before_all_else_is_done():
         assert not others[-1].done()
 
 
-@pytest.mark.parametrize("piece", [(open, os.devnull), (eval, "lambda: 1")], ids=["file", "code"])
-def test_a_result_that_cannot_be_sent_is_told(piece):
-    with Crew(1) as beside, pytest.raises(WorkerError, match="pickle"):
-        beside.share(*piece).result(60)
+def test_a_result_that_cannot_be_sent_is_told():
+    with Crew(1) as beside:
+        for piece in ((open, os.devnull), (eval, "lambda: 1")):
+            with pytest.raises(WorkerError, match="pickle"):
+                beside.share(*piece).result(60)
 
 
 def hold(folder):

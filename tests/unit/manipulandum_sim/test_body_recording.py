@@ -17,7 +17,8 @@ from manipulandum_sim.force_plates import PLATE_ORIGINS_M, about, foot_wrenches
 from manipulandum_sim.studio import Studio
 from manipulandum_sim.tree_dynamics import marker_positions
 
-QUIET = {"angle_noise_rad": 0.0, "force_noise_N": 0.0, "moment_noise_Nm": 0.0}
+RATE = {"sample_rate_hz": 50.0}
+QUIET = {"angle_noise_rad": 0.0, "force_noise_N": 0.0, "moment_noise_Nm": 0.0, **RATE}
 GREEDY = ("all_joints", "walk", "head_and_arms", "trunk_twist")
 
 
@@ -86,7 +87,7 @@ def condition_number(Y, columns):
 @pytest.mark.study
 def test_motion_times_parameters_is_the_force(session, model):
     recording, truth = session
-    where = samples_of(recording, "walk", 40)
+    where = samples_of(recording, "walk", 20)
     Y = regressor(model, truth, where)
     tau = np.array(
         [
@@ -100,7 +101,7 @@ def test_motion_times_parameters_is_the_force(session, model):
 def test_plates_moved_to_the_pelvis_are_the_root_s_rows(session, model):
     """``Y_B phi = sum_k K_k^T F_k``: what a laboratory measures is what the parameters predict."""
     recording, truth = session
-    where = samples_of(recording, "all_joints", 40)
+    where = samples_of(recording, "all_joints", 20)
     predicted = (regressor(model, truth, where, 6) @ truth.parameters.ravel()).reshape(-1, 6)
     for i, expected in zip(where, predicted, strict=True):
         R = pin.rpy.rpyToMatrix(*truth.q[i, [5, 4, 3]])
@@ -117,7 +118,7 @@ def test_joint_torques_are_the_forces_less_the_contacts(session):
     recording, truth = session
     own = skeleton_model(find_body_subject("A").skeleton)
     data = own.createData()
-    for i in samples_of(recording, "walk", 100):
+    for i in samples_of(recording, "walk", 50):
         q = np.array(truth.q[i])
         tau = pin.rnea(own, data, q, np.array(truth.qd[i]), np.array(truth.qdd[i])).copy()
         pin.computeJointJacobians(own, data, q)
@@ -132,7 +133,7 @@ def test_joint_torques_are_the_forces_less_the_contacts(session):
 
 @pytest.mark.parametrize(
     ("condition", "every", "expected"),
-    [("all_joints", 24, 128), ("pelvis_still", 24, 121), ("static", 20, 42)],
+    [("all_joints", 12, 128), ("pelvis_still", 12, 121), ("static", 10, 42)],
 )
 def test_what_each_kind_of_motion_can_say(session, model, condition, every, expected):
     """Base rows and all rows have one rank: 128; pelvis held 121; gravity only 42."""
@@ -145,7 +146,7 @@ def test_what_each_kind_of_motion_can_say(session, model, condition, every, expe
 def test_the_motions_excite_as_they_should(session, model):
     """All joints at once beat walking by far; with three more motions the condition is below 16."""
     recording, truth = session
-    Y = {name: regressor(model, truth, samples_of(recording, name, 12), 6) for name in GREEDY}
+    Y = {name: regressor(model, truth, samples_of(recording, name, 6), 6) for name in GREEDY}
     together = np.concatenate(list(Y.values()))
     columns = base_columns(np.linalg.qr(together, mode="r"))
     best = condition_number(Y["all_joints"], columns)
@@ -190,9 +191,9 @@ def test_moments_about_a_plate_s_origin():
 def test_noise_has_the_sd_that_was_asked_for(session):
     quiet, truth = session
     noisy, same = simulate_body(
-        GREEDY[:1], seed=3, angle_noise_rad=0.003, force_noise_N=2.0, moment_noise_Nm=0.7
+        ["walk"], seed=3, angle_noise_rad=0.003, force_noise_N=2.0, moment_noise_Nm=0.7, **RATE
     )
-    where = quiet.samples_of(0)
+    where = quiet.samples_of(1)
     # the last bits depend on how many samples are solved at once
     np.testing.assert_allclose(same.q, truth.q[where], atol=1e-10)
     errors = noisy.coordinates - same.q
@@ -208,13 +209,11 @@ def test_noise_has_the_sd_that_was_asked_for(session):
 
 def test_a_trial_does_not_depend_on_the_others(session):
     recording, _ = session
-    alone, _ = simulate_body(["walk"], seed=3, **QUIET)
     among = recording.coordinates[recording.samples_of(1)]
-    np.testing.assert_allclose(alone.coordinates, among, atol=1e-10)
     twice, _ = simulate_body(["walk", "walk"], seed=3, **QUIET)
     first = twice.coordinates[twice.samples_of(0)]
-    np.testing.assert_allclose(alone.coordinates, first, atol=1e-10)
-    assert len(twice.coordinates) != 2 * len(alone.coordinates)
+    np.testing.assert_allclose(first, among, atol=1e-10)
+    assert len(twice.coordinates) != 2 * len(first)
 
 
 def test_the_recording_knows_the_table_not_the_subject(session):

@@ -19,20 +19,39 @@ from manipulandum_sim.elbow.perturbation import CLOCK_HZ, CUTOFF_HZ, REGISTER, R
 from manipulandum_sim.elbow.protocol import ISOMETRIC, LEVELS
 from manipulandum_sim.elbow.restless import TREMOR_Nm, VOLUNTARY_Nm, restless_torque
 from manipulandum_sim.elbow.simulate import simulate_elbow
-from manipulandum_sim.elbow.subject import ELBOW_SUBJECTS
+from manipulandum_sim.elbow.subject import ELBOW_SUBJECTS, OPERATING_ANGLE_RAD
 from manipulandum_sim.elbow.truth import ElbowTruth
 
 SHORT = {"duration_s": 1.0, "repetitions": 1}
+#: How far the session `nominal` was, each time it told.
+TOLD: list[tuple[int, int]] = []
 
 
 @pytest.fixture(scope="module")
 def nominal():
-    return simulate_elbow("posture", seed=5, repetitions=2, duration_s=3.0)
+    return simulate_elbow(
+        "posture",
+        seed=5,
+        repetitions=2,
+        duration_s=3.0,
+        progress=lambda done, of: TOLD.append((done, of)),
+    )
 
 
 @pytest.fixture(scope="module")
 def calibration():
     return simulate_elbow("calibration", seed=1, four_muscles=True, noise="sensor", duration_s=8.0)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """A posture without any noise."""
+    return simulate_elbow("posture", noise="none", **SHORT)
+
+
+@pytest.fixture(scope="module")
+def varying():
+    return simulate_elbow("varying", activation_delay_s=0.05, **SHORT)
 
 
 def trial_levels(recording):
@@ -95,10 +114,10 @@ def test_converters_round_and_end_at_their_full_scale():
     np.testing.assert_allclose(ends, [-24.0, 24.0 - MOTOR_COMMAND.step])
 
 
-def test_noise_levels_leave_out_what_they_say():
-    still, exact = simulate_elbow("posture", noise="none", **SHORT)
-    np.testing.assert_array_equal(still.position[:, 0], exact.motion.angle)
-    np.testing.assert_array_equal(-still.force[:, 0], exact.motion.torque)
+def test_noise_levels_leave_out_what_they_say(exact):
+    still, known = exact
+    np.testing.assert_array_equal(still.position[:, 0], known.motion.angle)
+    np.testing.assert_array_equal(-still.force[:, 0], known.motion.torque)
     assert (still.trials["rest_biceps_V"] == 0).all()
     sensors, truth = simulate_elbow("posture", noise="sensor", **SHORT)
     assert not truth.motion.restless.any()
@@ -149,21 +168,23 @@ def test_white_noise_stays_below_its_low_pass():
 
 
 @pytest.mark.parametrize("kind", ["white", "prbs"])
-def test_the_column_of_the_perturbation_is_what_was_added(kind):
+def test_the_column_of_the_perturbation_is_what_was_added(kind, exact):
     """The limb feels it: the interaction torque follows it, less the device's own and reference."""
-    recording, truth = simulate_elbow("posture", perturbation=kind, noise="none", **SHORT)
+    recording, truth = exact
+    if kind != "white":
+        recording, truth = simulate_elbow("posture", perturbation=kind, noise="none", **SHORT)
     added, felt = recording.extra["tau1_perturbation_Nm"], truth.motion.torque
     assert np.corrcoef(added[:-4], felt[4:])[0, 1] > 0.8
     assert f"perturbed by {kind} torque" in recording.provenance
 
 
-@pytest.mark.parametrize("test", ["spring", "calibration"])
-def test_unperturbed_tests_have_no_such_column(test):
-    assert "tau1_perturbation_Nm" not in simulate_elbow(test, **SHORT)[0].extra
-
-
 def test_cocontraction_tells_flexor_and_extensor_apart():
+    """And muscles, load and gravity are in balance at the operating angle."""
     recording, truth = simulate_elbow("cocontraction", noise="none", **SHORT)
+    rest, still = np.full(recording.n_trials, OPERATING_ANGLE_RAD), np.zeros(recording.n_trials)
+    own = ELBOW_SUBJECTS["1"]
+    limb = own.torque(rest, still, truth.trial_means("activation"), rest, still)
+    np.testing.assert_allclose(limb + recording.trials["load_Nm"], 0.0, atol=1e-12)
     assert tuple(recording.trials["condition"]) == tuple(LEVELS)
     targets = recording.trials[["target_flexor", "target_extensor"]].to_numpy()
     np.testing.assert_allclose(targets, truth.trial_means("activation"), rtol=1e-12)
@@ -182,7 +203,7 @@ def test_cocontraction_tells_flexor_and_extensor_apart():
 )
 def test_stiffness_varies_as_deep_as_asked_and_the_torque_stays(law, depth):
     _, truth = simulate_elbow(
-        "varying", law=law, depth=depth, frequency_hz=2.0, duration_s=2.0, repetitions=3
+        "varying", law=law, depth=depth, frequency_hz=2.0, duration_s=1.0, repetitions=3
     )
     for row in range(3):
         K = truth.K[truth.samples_of(row)]
@@ -199,8 +220,8 @@ def test_stiffness_varies_as_deep_as_asked_and_the_torque_stays(law, depth):
         assert (np.abs(fit).max() < 1e-9) == (law == "linear")
 
 
-def test_stiffness_follows_the_emg_by_the_activation_delay():
-    _, truth = simulate_elbow("varying", activation_delay_s=0.05, repetitions=1, duration_s=2.0)
+def test_stiffness_follows_the_emg_by_the_activation_delay(varying):
+    _, truth = varying
     K = truth.stiffness_law[0] + truth.activation @ truth.stiffness_law[1:]
     np.testing.assert_allclose(truth.K_muscle[50:], K[:-50], rtol=1e-9)
     assert np.abs(truth.K_muscle - K).max() > 0.1
@@ -220,10 +241,12 @@ def test_the_rhythm_is_tens_of_degrees_and_the_muscles_carry_its_torque(test):
     assert (need - muscle).std() < 0.3 * (need - need.mean()).std()
     columns = ["rendered_I_kgm2", "rendered_B_Nms_rad", "rendered_K_Nm_rad"]
     np.testing.assert_array_equal(recording.trials[columns].to_numpy()[0], truth.rendered)
+    assert "tau1_perturbation_Nm" not in recording.extra, "nothing perturbs it"
 
 
 def test_isometric_torque_is_the_sum_over_the_muscles(calibration):
     recording, truth = calibration
+    assert "tau1_perturbation_Nm" not in recording.extra
     assert len(truth.muscles) == 4
     count = len(ISOMETRIC)
     assert tuple(recording.trials["condition"][:count]) == tuple(ISOMETRIC)
@@ -285,9 +308,9 @@ def test_a_strong_emg_clips_at_the_converter():
     assert emg.min() == EMG_INPUT.low
 
 
-def test_truth_is_written_and_read(tmp_path, nominal):
+def test_truth_is_written_and_read(tmp_path, nominal, varying):
     path = tmp_path / "truth.json"
-    for _, truth in (nominal, simulate_elbow("varying", **SHORT)):
+    for _, truth in (nominal, varying):
         truth.write(path)
         back = ElbowTruth.read(path)
         for name in ("K", "B", "K_muscle", "activation", "offsets", "stiffness_law"):
@@ -344,11 +367,11 @@ def test_what_makes_no_recording_is_refused(arguments, message):
     assert "\n" not in str(caught.value)
 
 
-def test_progress_ends_at_its_end():
-    told = []
-    simulate_elbow("posture", progress=lambda done, of: told.append((done, of)), **SHORT)
-    assert told[-1] == (3000, 3000)
-    assert [d for d, _ in told] == sorted(d for d, _ in told)
+def test_progress_ends_at_its_end(nominal):
+    done, of = zip(*TOLD, strict=True)
+    assert done[-1] == of[-1] > 1
+    assert len(set(of)) == 1
+    assert list(done) == sorted(done)
 
 
 def test_the_subjects_emg_fits_the_converter():

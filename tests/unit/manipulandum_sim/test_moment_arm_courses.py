@@ -88,7 +88,8 @@ def test_the_command_takes_places_strength_and_a_subject_of_ones_own(tmp_path):
     me = {"mass_kg": 70, "height_m": 1.8, "upper_arm_m": 0.31, "forearm_hand_m": 0.35}
     (tmp_path / "me.json").write_text(json.dumps(me))
     out = tmp_path / "s"
-    words = f"--grid -0.1 0.1 3 0.3 0.4 2 --at 0 0.5 --sets 1 --subject {tmp_path / 'me.json'}"
+    places = "--grid -0.1 0.1 3 0.3 0.4 2 --at 0 0.5"
+    words = f"{places} --sets 1 --servo ideal --subject {tmp_path / 'me.json'}"
     call = ["simulate", "postures", *words.split(), "--out"]
     for strength in (1, 2):
         assert main([*call, str(out) + str(strength), "--strength", str(strength)]) == 0

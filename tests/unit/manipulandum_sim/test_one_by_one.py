@@ -69,11 +69,11 @@ def test_unknown_conditions_are_refused():
 
 def test_a_closed_loop_ends_when_estimate_prints_what_was_wished_and_holds_the_truth():
     person = arm(seed=2)
-    recording = closed_loop(person, None, most_trials=300, k_percent=10.0, shapes=["designed"])
+    recording = closed_loop(person, None, most_trials=300, k_percent=15.0, shapes=["designed"])
     made = allowing(estimate(recording), recording, ("condition",))[0]
     low, high = (m[2] for m in made.interval())
     half = (high - low).diagonal() / (high + low).diagonal()
-    assert (half <= 0.10).all()
+    assert (half <= 0.15).all()
     assert recording.n_trials < 100
     truth = person.truth.K_e[0]
     assert (np.abs((low + high) / 2 - truth) < (high - low)).all()
@@ -81,7 +81,7 @@ def test_a_closed_loop_ends_when_estimate_prints_what_was_wished_and_holds_the_t
 
 def test_a_reflex_is_named_or_k_is_the_intrinsic_one():
     person = arm(seed=3, reflex=Reflex(0.25))
-    recording = closed_loop(person, None, most_trials=120, k_percent=10.0, shapes=["designed"])
+    recording = closed_loop(person, None, most_trials=60, k_percent=15.0, shapes=["designed"])
     from armimpedance.hand.still import check_response
 
     named = any(

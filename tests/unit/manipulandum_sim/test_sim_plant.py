@@ -1,6 +1,7 @@
 """Laws that the simulated plant and its truth must obey."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from manipulandum_sim.hand.truth import find_truth, joint_angles
 A = SUBJECTS["A"]
 
 
+@cache
 def truth_of(subject, experiment):
     conditions = EXPERIMENTS[experiment].conditions(subject)
     return find_truth(Arm.of(subject), conditions, handle_mass_kg=0.164)

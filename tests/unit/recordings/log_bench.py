@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from armimpedance.core.records import Recording
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import IDEAL, simulate
 from manipulandum_sim.lab_files.mcap_log import PAUSE_NS, START_NS, write_mcap
 from manipulandum_sim.lab_files.trial_columns import TrialColumns, trials_of
 
@@ -20,11 +20,16 @@ FORCE, POSE, MARK, PUSH = "/ft_sensor/wrench", "/robot/pose", "/trial_number", "
 
 @cache
 def hand() -> Recording:
-    """Eight trials of a simulated hand."""
+    """Four trials of a simulated hand."""
     recording, _ = simulate(
-        "cocontraction", seed=1, sets=1, conditions=["cocontraction_10"], noise="sensor"
+        "cocontraction",
+        seed=1,
+        sets=1,
+        conditions=["cocontraction_10"],
+        noise="sensor",
+        servo=IDEAL,
     )
-    return recording
+    return recording.select([0, 1, 2, 3])
 
 
 @cache

@@ -59,6 +59,12 @@ CHANGES = {
 }
 
 
+SAID = ({}, {"motors": None}, {"events": (("GO CUE", 0.1),)})
+FORMS = ("kinarm", "zip", "folder")
+#: Each form and each exam once, then every other pair of them.
+ASKED = [(FORMS[i], SAID[(i + turn) % 3]) for turn in range(3) for i in range(3)]
+
+
 def test_every_trial_is_counted_once(lab, exams, tmp_path):
     trials, robot = lab(changes=CHANGES)
     files = exams.files(trials, robot)
@@ -77,8 +83,8 @@ def test_every_trial_is_counted_once(lab, exams, tmp_path):
     assert {row["file"] for row in look.trials} == {*files} - {"common.c3d"}
 
 
-@pytest.mark.parametrize("every", [{}, {"motors": None}, {"events": (("GO CUE", 0.1),)}])
-@pytest.mark.parametrize("form", ["zip", "folder", "kinarm"])
+@pytest.mark.first_cases(3)
+@pytest.mark.parametrize(("form", "every"), ASKED)
 def test_what_it_says_to_type_works_and_gives_what_it_told(
     lab, exams, tmp_path, monkeypatch, capsys, every, form
 ):

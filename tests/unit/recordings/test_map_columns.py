@@ -15,13 +15,6 @@ from armimpedance.core.records import Recording
 from armimpedance.recordings import open_recording, propose_mapping
 from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.recordings.mapped.evidence import read_name
-from manipulandum_sim.hand import simulate
-
-
-@pytest.fixture(scope="module")
-def truth() -> Recording:
-    recording, _ = simulate("cocontraction", seed=5, sets=1, conditions=["cocontraction_10"])
-    return recording
 
 
 def saved(table: pd.DataFrame, path: Path, **how: object) -> Path:

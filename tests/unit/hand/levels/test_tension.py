@@ -1,6 +1,5 @@
 """Static optimisation against a general solver, and what it refuses."""
 
-import cvxpy as cp
 import numpy as np
 import pytest
 
@@ -20,6 +19,8 @@ def reachable(name, count, seed=0, top=1.0):
 
 def oracle(tau, G, top, wished):
     """The same problem through Clarabel, slowly."""
+    import cvxpy as cp
+
     a = cp.Variable(len(top))
     made = -(G * top[:, None]).T @ a
     problem = cp.Problem(cp.Minimize(cp.sum_squares(a - wished)), [made == tau, a >= 0, a <= 1])

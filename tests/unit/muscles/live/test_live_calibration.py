@@ -14,7 +14,7 @@ from armimpedance.muscles.live import CalibrationWish, Workspace, holdable, plan
 from armimpedance.muscles.live.calibration import _hand, _rows
 from armimpedance.muscles.models import TypicalMuscles, matrix, typical_muscles
 from armimpedance.recordings import write_recording
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import IDEAL, simulate
 
 MUSCLES = arm_named("planar6")
 WHO = Subject(height_m=1.7, mass_kg=65.0)
@@ -114,7 +114,9 @@ def test_a_wish_that_nobody_can_have_is_refused(wrong):
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plan") / "session"
-    recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    recording, _ = simulate(
+        "cocontraction", seed=1, sets=1, conditions=["cocontraction_10"], servo=IDEAL
+    )
     write_recording(recording, folder)
     return folder
 

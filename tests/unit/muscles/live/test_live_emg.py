@@ -34,14 +34,15 @@ def held(samples: int) -> np.ndarray:
 
 
 def test_the_amplitude_is_that_of_a_causal_filter(model):
-    raw = emg(held(3000), 1)
+    raw = emg(held(2200), 1)
     live = Live(model, SUBJECT, levels=LEVELS)
     alpha = np.array([live.update(x, q=POSTURE).activation for x in raw])
     band = sosfilt(butter(2, 10, "highpass", fs=RATE, output="sos"), raw - raw[0], axis=0)
     smooth = causal_lowpass(np.abs(band), 3.5, RATE, order=2)
     # how a filter begins is forgotten after a second
-    np.testing.assert_allclose(alpha[1500:], LEVELS.activation(smooth)[0][1500:], atol=1e-6)
-    assert np.abs(alpha[1500:].mean(axis=0) / held(1) - 1).max() < 0.06
+    np.testing.assert_allclose(alpha[1200:], LEVELS.activation(smooth)[0][1200:], atol=1e-6)
+    # a second of |N| some 430 Hz wide: 860 independent samples; 4 standard errors of 2.6 %
+    assert np.abs(alpha[1200:].mean(axis=0) / held(1) - 1).max() < 0.104
     assert live.delay_s == pytest.approx(np.sqrt(2) / (2 * np.pi * 3.5), rel=1e-2)
 
 
@@ -69,8 +70,8 @@ KINDS = [
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_fault_is_seen_within_a_tenth_of_a_second_and_its_channel_is_held(model, kind):
-    begins = 800
-    raw = emg(held(1200), 3)
+    begins = 400
+    raw = emg(held(600), 3)
     raw[begins:, FAULTY] = faulty(kind, raw[begins:, FAULTY])
     live = Live(model, SUBJECT, levels=LEVELS)
     results = [live.update(x, q=POSTURE, time_s=k / RATE) for k, x in enumerate(raw)]
@@ -80,9 +81,8 @@ def test_a_fault_is_seen_within_a_tenth_of_a_second_and_its_channel_is_held(mode
     assert all(told[begins + 100 :])
     after = np.array([one.activation[FAULTY] for one in results[begins + 100 :]])
     assert np.abs(after - results[begins - 1].activation[FAULTY]).max() < 0.1
-    for one in results:
-        assert np.isfinite(one.covariance).all()
-        assert np.linalg.eigvalsh(one.stiffness)[0] > 0
+    assert np.isfinite([one.covariance for one in results]).all()
+    assert (np.linalg.eigvalsh([one.stiffness for one in results])[:, 0] > 0).all()
     flags = {flag for one in results[200:] for flag in one.flags}
     assert all(live.muscles[FAULTY] in flag for flag in flags)
 

@@ -19,7 +19,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.muscles.live import Live, packets_of, serve
 from armimpedance.muscles.live.stream import LONGEST
 from armimpedance.muscles.models import write_model
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import IDEAL, simulate
 
 
 def packet(k: int, **more) -> bytes:
@@ -201,7 +201,9 @@ def test_datagrams_are_answered_and_hostile_ones_passed_over(call):
 
 @pytest.mark.study
 def test_a_recorded_session_goes_the_same_way(model):
-    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
+    recording, _ = simulate(
+        "cocontraction", seed=3, sets=1, conditions=["cocontraction_10"], servo=IDEAL
+    )
     live = Live(model, recording, levels=recording)
     written, told = [], []
     first = recording.samples_of(0)

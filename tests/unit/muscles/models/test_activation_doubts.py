@@ -20,7 +20,7 @@ G = ARM.paths.moment_arms(POSTURE)
 KAPPA = 75.0
 FULL = KAPPA * 800.0
 SD_K, SD_TORQUE = 1.0, 0.05
-RECORDS = 8
+RECORDS = 4
 
 
 def stiffness(f: np.ndarray, arms: np.ndarray) -> np.ndarray:
@@ -73,15 +73,15 @@ def studied(**wrong) -> tuple[float, list[str]]:
 def test_rows_that_obey_the_model_have_no_lack_of_fit():
     inside, said = studied()
     assert "warning" not in said
-    # standard error of the mean over 8 records some .02
-    assert inside == pytest.approx(0.95, abs=0.06)
+    # standard error of the mean over 4 records some .03
+    assert inside == pytest.approx(0.95, abs=0.09)
 
 
 @pytest.mark.parametrize("wrong", [{"shared": 0.06}, {"single": 0.06}, {"bend": 0.15}])
 def test_what_the_model_cannot_follow_is_named_and_in_the_intervals(wrong):
     inside, said = studied(**wrong)
     assert said.count("warning") >= RECORDS - 1
-    assert inside >= 0.88
+    assert inside >= 0.86
 
 
 def test_single_muscles_are_wider_where_moment_arms_are_wrong():

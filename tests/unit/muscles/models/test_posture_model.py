@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from functools import cache
 
 import numpy as np
 import pandas as pd
@@ -25,15 +26,23 @@ def rows(seed=0, count=20, **options):
     return JointRows(q, K, 0.1 * K, **options)
 
 
-@pytest.fixture(scope="module", params=list(POSTURE_MODELS))
+@cache
+def fitted(name):
+    """A model of each kind, and how far its fit was, each time it told."""
+    told = []
+    made = fit_posture_model(rows(), order=1, model=name, progress=lambda *step: told.append(step))
+    return made, told
+
+
+@pytest.fixture(params=list(POSTURE_MODELS))
 def model(request):
-    return fit_posture_model(rows(), order=1, model=request.param)
+    return fitted(request.param)[0]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def plain_model():
     """A sum of squares as it is written to a file."""
-    return fit_posture_model(rows(), order=1, model="sos").as_plain()
+    return fitted("sos")[0].as_plain()
 
 
 def test_predictions_have_symmetric_positive_covariances(model):
@@ -182,9 +191,7 @@ def test_wrong_calls_are_told_what_was_expected():
 
 @pytest.mark.parametrize("name", list(POSTURE_MODELS))
 def test_progress_ends_when_all_is_done(name):
-    seen = []
-    fit_posture_model(rows(), order=1, model=name, progress=lambda *step: seen.append(step))
-    done, total = np.array(seen).T
+    done, total = np.array(fitted(name)[1]).T
     assert len(set(total)) == 1
     assert (np.diff(done) > 0).all()
     assert done[-1] == total[0]

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import regression_oracle as oracle
-import statsmodels.api as sm
 from hac_covariance import hac_covariance
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
@@ -11,6 +10,14 @@ from armimpedance.numerics.regression import ragged_factors, split_blocks, trial
 from armimpedance.numerics.regression.solve import fit
 
 REGRESSORS, OUTPUTS = ("xdd", "xd", "x"), ("fx", "fy")
+
+
+@pytest.fixture(scope="module")
+def sm():
+    """Loaded by the process that asks it alone."""
+    import statsmodels.api
+
+    return statsmodels.api
 
 
 def problem(seed=0, trials=9, lengths=(30, 45), q=2):
@@ -94,7 +101,7 @@ def test_hac_is_its_definition_and_stays_inside_trials(lag):
     np.testing.assert_allclose(found / np.outer(sd, sd), expected / np.outer(sd, sd), atol=1e-9)
 
 
-def test_cr1_is_that_of_statsmodels():
+def test_cr1_is_that_of_statsmodels(sm):
     W, Y = problem(4)
     groups = np.repeat(np.arange(len(W)), [len(w) for w in W])
     result = fitted(W, Y, "cr1")
@@ -107,7 +114,7 @@ def test_cr1_is_that_of_statsmodels():
         np.testing.assert_allclose(result.interval()[block], theirs.conf_int(), rtol=1e-7)
 
 
-def test_classical_is_that_of_statsmodels():
+def test_classical_is_that_of_statsmodels(sm):
     W, Y = problem(5, q=1)
     theirs = sm.OLS(np.concatenate(Y)[:, 0], np.concatenate(W)).fit()
     result = fitted(W, Y, "classical")
@@ -117,7 +124,7 @@ def test_classical_is_that_of_statsmodels():
 
 
 @pytest.mark.parametrize("lag", [1, 5])
-def test_hac_is_that_of_statsmodels(lag):
+def test_hac_is_that_of_statsmodels(lag, sm):
     W, Y = problem(6, q=1)
     groups = np.repeat(np.arange(len(W)), [len(w) for w in W])
     result = fitted(W, Y, "classical")

@@ -8,14 +8,16 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.hand.still.estimation import estimate
 from armimpedance.numerics.signals.emg.activation import mean_activation, mvc_column
-from manipulandum_sim.hand.simulate import simulate
+from manipulandum_sim.hand import IDEAL, simulate
 
 CONDITION = "cocontraction_20"
 
 
 @pytest.fixture(scope="module")
 def simulated():
-    return simulate("cocontraction", subject="B", seed=4, sets=2, conditions=[CONDITION])
+    return simulate(
+        "cocontraction", subject="B", seed=4, sets=2, conditions=[CONDITION], servo=IDEAL
+    )
 
 
 def onsets(recording):
@@ -38,7 +40,7 @@ def test_activation_is_the_simulated_muscles(simulated):
 @pytest.mark.study
 def test_a_relaxed_muscle_is_silent_once_the_electrodes_noise_is_taken_off():
     recording, truth = simulate(
-        "cocontraction", subject="B", seed=4, sets=5, conditions=["cocontraction_00"]
+        "cocontraction", subject="B", seed=4, sets=5, conditions=["cocontraction_00"], servo=IDEAL
     )
     rows = every_row(recording)
     found = mean_activation(recording, rows, onsets(recording))
