@@ -104,7 +104,7 @@ def test_a_wrong_line_is_answered_and_loses_no_push(line):
     session.close()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.recursive(
         st.none() | st.booleans() | st.floats() | st.text(max_size=5),
