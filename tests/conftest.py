@@ -35,6 +35,7 @@ _TOGETHER = {
     "tests/unit/hand/reaching/test_course.py": "pushed reaches",
     "tests/unit/hand/reaching/test_movement.py": "pushed reaches",
     "tests/unit/hand/reaching/test_plan.py": "pushed reaches",
+    "tests/unit/hand/space/test_free_wrist.py": "sessions in space",
     "tests/unit/hand/space/test_inner_mode.py": "sessions in space",
     "tests/unit/hand/space/test_space_plan.py": "sessions in space",
     "tests/unit/hand/space/test_space_rig.py": "sessions in space",

@@ -217,6 +217,7 @@ def test_a_stated_low_pass_is_taken_off_without_a_warning(sound, limb):
     assert any("order 4 at 40 Hz" in step for step in estimate(filtered)[0].provenance)
 
 
+@pytest.mark.first_cases(1)
 @pytest.mark.parametrize(("true_hz", "stated_hz"), [(25.0, 60.0), (None, 25.0)])
 def test_a_statement_that_the_data_contradict_is_told_and_not_followed(
     sound, limb, true_hz, stated_hz
