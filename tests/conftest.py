@@ -36,6 +36,14 @@ _TOGETHER = {
     "tests/recovery/test_therapy_recovery.py": "therapy sessions",
     "tests/unit/app/cli/test_therapy_commands.py": "therapy sessions",
     "tests/unit/manipulandum_sim/test_therapy_session_runs.py": "therapy sessions",
+    "tests/unit/hand/reaching/test_course.py": "pushed reaches",
+    "tests/unit/hand/reaching/test_movement.py": "pushed reaches",
+    "tests/unit/hand/reaching/test_plan.py": "pushed reaches",
+    "tests/unit/hand/space/test_free_wrist.py": "sessions in space",
+    "tests/unit/hand/space/test_inner_mode.py": "sessions in space",
+    "tests/unit/hand/space/test_space_plan.py": "sessions in space",
+    "tests/unit/hand/space/test_space_rig.py": "sessions in space",
+    "tests/unit/hand/space/test_spatial_arm.py": "sessions in space",
 }
 
 

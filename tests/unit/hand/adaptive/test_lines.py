@@ -23,7 +23,8 @@ from armimpedance.hand.adaptive import (
     trials_of,
 )
 from armimpedance.hand.planning import SHAPES, Profile
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import simulate, simulate_condition
+from manipulandum_sim.hand.robot import IDEAL
 
 PROFILE = Profile(SHAPES.named("designed"), 0.005, 0.3)
 SAMPLES = {"position_m": [[0.0, 0.1]] * 50, "force_N": [[1.0, 0.0]] * 50, "onset_s": 0.01}
@@ -103,7 +104,7 @@ def test_a_wrong_line_is_answered_and_loses_no_push(line):
     session.close()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.recursive(
         st.none() | st.booleans() | st.floats() | st.text(max_size=5),
@@ -126,7 +127,7 @@ def test_any_line_gets_one_answer(told):
 
 
 def test_trials_come_back_as_the_recording_that_they_were():
-    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
+    recording, _ = simulate_condition(seed=3, sets=1, servo=IDEAL)
     again = recording_of(trials_of(recording), Setup(1000.0, recording.handle_mass_kg))
     assert np.array_equal(again.position, recording.position)
     assert np.array_equal(again.force, recording.force)
@@ -135,7 +136,7 @@ def test_trials_come_back_as_the_recording_that_they_were():
 
 
 def test_trials_of_a_table_without_directions_are_refused():
-    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
+    recording, _ = simulate_condition(seed=3, sets=1, servo=IDEAL)
     bare = recording.trials.drop(columns="direction_deg")
     from dataclasses import replace
 

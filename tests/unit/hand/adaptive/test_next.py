@@ -9,16 +9,29 @@ import armimpedance as ai
 from armimpedance.core.errors import InputError
 from armimpedance.hand.adaptive.show import next_text
 from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand.robot import IDEAL
 
 CONDITIONS = ["cocontraction_00", "cocontraction_10"]
 
 
 @pytest.fixture(scope="module")
 def session():
-    recording, _ = simulate(
-        "cocontraction", seed=1, sets=2, conditions=CONDITIONS, disturbance="designed", emg=False
-    )
-    return recording
+    return reaches_of(2)
+
+
+def reaches_of(sets):
+    """Designed disturbances in two conditions."""
+    rig = {"disturbance": "designed", "emg": False, "servo": IDEAL}
+    return simulate("cocontraction", seed=1, sets=sets, conditions=CONDITIONS, **rig)[0]
+
+
+#: One condition, of which 6 % is asked.
+WISH = {"k_percent": 6, "conditions": CONDITIONS[:1], "shapes": ["designed"]}
+
+
+@pytest.fixture(scope="module")
+def wished(session):
+    return ai.next_trials(session, **WISH, seed=4)
 
 
 def test_nothing_measured_yet_gives_a_set_along_eight_lines():
@@ -54,11 +67,10 @@ def test_a_wish_that_is_met_asks_for_no_push(session):
     assert "met" in next_text(made)
 
 
-def test_the_same_recording_and_seed_give_the_same_pushes(session):
-    asked = {"k_percent": 5, "shapes": ["designed"], "seed": 4}
-    first, again = (ai.next_trials(session, **asked).to_dict() for _ in range(2))
+def test_the_same_recording_and_seed_give_the_same_pushes(session, wished):
+    first = wished.to_dict()
+    again, other = (ai.next_trials(session, **WISH, seed=seed).to_dict() for seed in (4, 5))
     assert first == again
-    other = ai.next_trials(session, **{**asked, "seed": 5}).to_dict()
     assert other["remaining"] == first["remaining"]
     assert other["pushes"] != first["pushes"]
 
@@ -68,21 +80,10 @@ def test_a_condition_that_is_new_begins_with_a_set(session):
     assert dict(made.remaining) == {"new": 8}
 
 
-def test_what_remains_is_about_what_it_takes(session):
+def test_what_remains_is_about_what_it_takes(wished):
     # so many pushes evenly along all directions need more than those that are chosen
-    made = ai.next_trials(
-        session, k_percent=6, conditions=["cocontraction_00"], shapes=["designed"]
-    )
-    left = made.remaining["cocontraction_00"]
-    sets = 2 + int(np.ceil(1.8 * left / 8))
-    more, _ = simulate(
-        "cocontraction",
-        seed=1,
-        sets=sets,
-        conditions=CONDITIONS,
-        disturbance="designed",
-        emg=False,
-    )
+    left = wished.remaining["cocontraction_00"]
+    more = reaches_of(2 + int(np.ceil(1.8 * left / 8)))
     low, high = (m[2].diagonal() for m in ai.estimate(more)["cocontraction_00"].interval())
     half = ((high - low) / (high + low)).max()
     # standard errors of so many trials are themselves known to some 10 %

@@ -119,14 +119,16 @@ def test_many_pairs_are_those_of_few(estimated):
     assert len(many) == 210 > MOST_DRAWN_PAIRS
     assert told[-1] == (210, 210)
     assert {pair.basis for pair in many} == {"first order"}
-    few = compare(groups, permutations=9)
+    few = compare(groups[-7:], permutations=9)
     assert {pair.basis for pair in few} == {"covariance"}
-    for a, b in zip(many, few, strict=True):
+    names = {group.name for group in groups[-7:]}
+    same = [pair for pair in many if {pair.first, pair.second} <= names]
+    for a, b in zip(same, few, strict=True):
         assert (a.first, a.second) == (b.first, b.second)
         assert tuple(a.changes) == b.changes
         assert [t.t2 for t in a.tests] == pytest.approx([t.t2 for t in b.tests], rel=1e-9)
     assert many[-1].changes[-1] == few[-1].changes[-1]
-    assert [pair.first for pair in many[3:5]] == [pair.first for pair in few[3:5]]
+    assert [pair.first for pair in many[-2:]] == [pair.first for pair in few[-2:]]
     raw = np.array([[t.p_t2 for t in pair.tests] for pair in many])
     adjusted = np.array([[t.p_t2_adjusted for t in pair.tests] for pair in many])
     assert np.array_equal(adjusted, np.column_stack([holm(column) for column in raw.T]))

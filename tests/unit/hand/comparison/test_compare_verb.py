@@ -13,12 +13,12 @@ from armimpedance.recordings.tables.folder import write_folder
 
 
 def two_conditions(limb, seed):
-    """Three sets relaxed, three sets stiffer by a third."""
+    """Two sets relaxed, two sets stiffer by a third."""
     first, second = (
-        limb.record(sets=6, force_noise=0.05, seed=seed, stiffness=k)
+        limb.record(sets=4, force_noise=0.05, seed=seed, stiffness=k)
         for k in (limb.K, 1.3 * limb.K)
     )
-    later = first.trials["set"].to_numpy() > 3
+    later = first.trials["set"].to_numpy() > 2
     samples = np.repeat(later, np.diff(first.offsets))[:, None]
     return first.with_step(
         "made of two limbs",

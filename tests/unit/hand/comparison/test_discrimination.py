@@ -212,7 +212,7 @@ def test_the_fit_of_one_joint_is_a_person():
 
     whole = []
     for seed in (1, 2):
-        markers, _ = simulate_passive("release", seed=seed, trials=1, duration_s=2.0)
+        markers, _ = simulate_passive("release", seed=seed, trials=1, duration_s=1.0)
         whole.append(ai.passive(markers, rest_angle=1.5, mass_sd_percent=3))
     whole.append(whole[0])
     alone = [fits["right_elbow_flexion"] for fits in whole]

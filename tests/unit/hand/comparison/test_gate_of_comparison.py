@@ -8,11 +8,14 @@ import numpy as np
 
 from armimpedance.hand.comparison.show import compare
 from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand.robot import IDEAL
 
 
 def test_a_gain_that_changes_between_conditions_is_told_by_the_inertia():
     names = ["cocontraction_05", "cocontraction_30"]
-    recording, _ = simulate("cocontraction", seed=3, sets=2, conditions=names, emg=False)
+    recording, _ = simulate(
+        "cocontraction", seed=3, sets=2, conditions=names, emg=False, servo=IDEAL
+    )
     assert not compare(recording, permutations=9).warnings
     second = (recording.trials["condition"] == names[1]).to_numpy()
     gain = np.where(np.repeat(second, np.diff(recording.offsets)), 1.3, 1.0)

@@ -24,11 +24,12 @@ from armimpedance.muscles.show import (
 )
 from armimpedance.recordings.tables.folder import write_folder
 from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand.robot import IDEAL
 
 
 @pytest.fixture(scope="module")
 def recording():
-    return simulate("cocontraction", seed=3, sets=1)[0]
+    return simulate("cocontraction", seed=3, sets=1, servo=IDEAL)[0]
 
 
 @pytest.fixture(scope="module")

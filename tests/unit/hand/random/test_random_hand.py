@@ -125,7 +125,7 @@ def test_several_short_trials_are_one_long_one():
 
 
 def test_turning_the_frame_turns_the_matrices():
-    recording = linear_session(seed=5)
+    recording = linear_session(seed=5, seconds=20.0)
     turn = np.array([[0.0, -1.0], [1.0, 0.0]])
     turned = replace(
         recording, position=recording.position @ turn.T, force=recording.force @ turn.T
@@ -136,14 +136,14 @@ def test_turning_the_frame_turns_the_matrices():
 
 
 def test_units_of_the_commands_do_not_matter():
-    recording = linear_session(seed=6)
+    recording = linear_session(seed=6, seconds=20.0)
     scaled = replace(recording, extra={k: 1e3 * v for k, v in recording.extra.items()})
     one, other = (identify_random(r)[0].estimate for r in (recording, scaled))
     assert np.allclose(one.stiffness, other.stiffness, rtol=1e-6)
 
 
 def test_a_force_of_the_wrong_sign_or_exchanged_axes_are_refused():
-    recording = linear_session(seed=7)
+    recording = linear_session(seed=7, seconds=20.0)
     for force in (-recording.force, recording.force[:, ::-1]):
         with pytest.raises(EstimationError, match="inertia"):
             identify_random(replace(recording, force=force))
@@ -196,7 +196,7 @@ def test_a_mode_that_the_model_lacks_is_named():
 
 
 def test_joints_are_taken_as_hands_are():
-    recording = linear_session(seed=13)
+    recording = linear_session(seed=13, seconds=20.0)
     joints = replace(recording, kind="joint", torque="interaction")
     hand, joint = (identify_random(r)[0].estimate for r in (recording, joints))
     assert joint.level == "joint"
@@ -237,7 +237,7 @@ def test_the_free_response_agrees_with_the_model_within_its_error():
 
 
 def test_a_free_wrist_stops_the_command_and_inspect():
-    locked = linear_session(SPACE)
+    locked = linear_session(SPACE, seconds=30.0)
     recording = replace(locked, trials=locked.trials.assign(wrist="free"))
     with pytest.raises(InputError, match="wrist"):
         ai.random(recording)

@@ -53,7 +53,7 @@ def test_without_viscosity_energy_stays(joint):
         return np.concatenate([y[2:], np.linalg.solve(now.A[0], now.pull[0])])
 
     start = np.concatenate([q0 + [0.5, -0.4], [3.0, -4.0]])
-    run = solve_ivp(rate, (0, 0.5), start, rtol=1e-10, atol=1e-12)
+    run = solve_ivp(rate, (0, 0.25), start, rtol=1e-10, atol=1e-12)
     total = [energy(limb, y[:2], y[2:]) + held @ (y[:2] - q0) for y in run.y.T]
     moved = np.ptp([y[2:] @ y[2:] for y in run.y.T])
     assert moved > 1
@@ -104,7 +104,7 @@ def test_without_noise_the_truth_comes_back():
 
 
 def test_what_a_laboratory_forgets_is_refused_or_named():
-    recording, _ = simulate_random_joint(seed=13, joint="ankle", trials=4, duration_s=5.0)
+    recording, _ = simulate_random_joint(seed=13, joint="ankle", trials=5, duration_s=4.0)
     with pytest.raises(InputError, match="torque"):
         identify_random(replace(recording, torque=None))
     with pytest.raises(InputError, match="degrees"):

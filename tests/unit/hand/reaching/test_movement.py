@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
+from reaching_sessions import one_phase as session
 
 import armimpedance as ai
 from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
@@ -18,18 +19,13 @@ from armimpedance.hand.reaching.course import inertial_gradients, inertial_rows
 from armimpedance.hand.reaching.fitted import Instant, to_hand
 from armimpedance.hand.still import Options, estimate
 from armimpedance.limb.arm import TwoLinkArm
-from manipulandum_sim.hand import Arm, find_subject, simulate_condition
+from manipulandum_sim.hand import Arm, Truth, find_subject, simulate_condition
+from manipulandum_sim.hand.robot import IDEAL
 from manipulandum_sim.movement import MovementRig, MovementTruth, find_truth, simulate_movement
 
 RNG = np.random.default_rng(7)
 SUBJECT = find_subject("A")
 LENGTHS = TwoLinkArm(SUBJECT.upper_arm_m, SUBJECT.forearm_hand_m, 1.0, 1.0, 0.1, 0.1, 0.1, 0.1)
-
-
-@cache
-def session(**rig: object) -> tuple[Recording, MovementTruth]:
-    """One phase of one person."""
-    return simulate_movement(seed=11, phases=(0.5,), **rig)  # type: ignore[arg-type]
 
 
 def truth_in_the_middle(truth: MovementTruth, found: ImpedanceEstimate) -> np.ndarray:
@@ -172,10 +168,16 @@ def at_rest() -> tuple[Recording, Recording]:
     return moving, pushed
 
 
+@cache
+def posture() -> tuple[ImpedanceEstimate, Truth]:
+    """What a posture experiment says, and what is true."""
+    recording, truth = simulate_condition(seed=4, sets=1, noise="sensor", emg=False, servo=IDEAL)
+    return estimate(recording)[0], truth
+
+
 def posture_inertia(factor: float, sd: float) -> ImpedanceEstimate:
     """What a posture experiment would say of the inertia, right but for a factor."""
-    recording, truth = simulate_condition(seed=4, sets=1, noise="sensor")
-    (found,) = estimate(recording)
+    found, truth = posture()
     covariance = np.array(found.covariance)
     covariance[:4, :4] = (sd * np.abs(truth.M_e[0]).max()) ** 2 * np.eye(4)
     covariance[:4, 4:] = covariance[4:, :4] = 0.0

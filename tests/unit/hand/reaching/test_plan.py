@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from reaching_sessions import one_phase
 
 import armimpedance as ai
 from armimpedance.__main__ import main
@@ -19,8 +20,11 @@ from manipulandum_sim.movement import simulate_movement
 
 @cache
 def pilot() -> Recording:
-    recording, _ = simulate_movement(seed=21, repeats=2, unperturbed=20, phases=(0.5,))
-    return recording
+    """Two pushes of each direction, and twenty reaches without any."""
+    recording, _ = one_phase()
+    pushed = recording.trials.groupby("push_deg").head(2).index
+    free = recording.trials.index[recording.trials["phase"] == ""][:20]
+    return recording.select(np.sort([*pushed, *free]))
 
 
 @pytest.mark.study

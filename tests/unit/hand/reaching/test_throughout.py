@@ -20,6 +20,13 @@ def session(push: str = "random") -> tuple[Recording, MovementTruth]:
     return simulate_movement(seed=31, repeats=9, unperturbed=20, push=push)
 
 
+@pytest.fixture(scope="module")
+def few() -> Recording:
+    """What tells nothing of the truth, and enough of the pushes."""
+    rig = {"push": "random", "after_s": 0.2}
+    return simulate_movement(seed=31, repeats=2, unperturbed=10, **rig)[0]
+
+
 def _off(truth: MovementTruth, found: list) -> np.ndarray:
     """Errors (n, 12) in standard errors."""
     line = truth.hand[-1] - truth.hand[0]
@@ -65,21 +72,19 @@ def test_without_commands_a_push_needs_its_direction():
         identify_movement(replace(recording, extra={}))
 
 
-def test_the_sources_methods_take_single_pushes_only():
+def test_the_sources_methods_take_single_pushes_only(few):
     with pytest.raises(InputError, match="throughout"):
-        identify_movement(session()[0], method="mean_difference")
+        identify_movement(few, method="mean_difference")
 
 
-def test_a_push_that_is_too_short_is_refused():
-    recording, _ = session()
-    table = recording.trials.assign(push_end_s=recording.trials["push_onset_s"] + 0.2)
+def test_a_push_that_is_too_short_is_refused(few):
+    table = few.trials.assign(push_end_s=few.trials["push_onset_s"] + 0.2)
     with pytest.raises(InputError, match=r"pushes of 0\.2 s"):
-        identify_movement(replace(recording, trials=table))
+        identify_movement(replace(few, trials=table))
 
 
-def test_the_commands_come_back_from_the_disk_and_are_told_by_the_check(tmp_path):
-    recording, _ = session()
-    write_recording(recording, tmp_path / "reaches")
+def test_the_commands_come_back_from_the_disk_and_are_told_by_the_check(few, tmp_path):
+    write_recording(few, tmp_path / "reaches")
     back = open_recording(tmp_path / "reaches")
-    assert np.allclose(back.extra["command_x"], recording.extra["command_x"], atol=1e-6)
+    assert np.allclose(back.extra["command_x"], few.extra["command_x"], atol=1e-6)
     assert "throughout" in check_pushes(back)[1].message

@@ -159,6 +159,7 @@ def test_a_wrist_that_gives_way_is_not_taken_for_a_reflex():
     assert not any(one.startswith("reflex") for one in ai.estimate(quiet)[0].warnings)
 
 
+@pytest.mark.study
 def test_a_held_elbow_does_not_silence_a_free_wrist():
     recording, _ = session()
     held = replace(recording, trials=recording.trials.assign(elbow="held"))
@@ -177,12 +178,21 @@ def test_a_column_says_it_where_angles_were_not_measured():
         ai.estimate(odd)
 
 
-def test_seven_joints_do_not_follow_from_three_axes():
-    recording, _ = session()
-    hand = ai.estimate(recording)
+def test_what_gives_way_beside_a_held_elbow_is_called_the_wrist_where_that_is_free(soft):
+    # an elbow's swivel stands for a wrist's mode: the trials cannot tell whose it is
+    recording, _ = soft
+    said = replace(recording, trials=recording.trials.assign(elbow="held", wrist="free"))
+    (warning,) = (w for w in ai.estimate(said)[0].warnings if w.startswith("inner mode"))
+    assert "wrist" in warning
+
+
+def test_seven_joints_do_not_follow_from_three_axes(hands):
+    (locked,), recording, _ = hands
+    hand = replace(locked, joint_angles=np.append(locked.joint_angles, [0.2, 0.0, -0.25]))
+    free = replace(recording, trials=recording.trials.assign(elbow="free", wrist="free"))
     for elbow in ("free", "held"):
         with pytest.raises(NotIdentifiableError):
-            ai.to_joint(hand, recording=recording, elbow=elbow)
+            ai.to_joint([hand], recording=free, elbow=elbow)
 
 
 @pytest.mark.study

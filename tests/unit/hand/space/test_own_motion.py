@@ -10,7 +10,7 @@ import pytest
 import armimpedance as ai
 from armimpedance.core.records import Recording
 from armimpedance.hand.still import check_response
-from manipulandum_sim.hand import simulate
+from manipulandum_sim.hand import Truth, simulate
 from manipulandum_sim.hand.robot import Servo
 from manipulandum_sim.space import SpaceTruth, simulate_space
 
@@ -29,14 +29,28 @@ def test_own_motion_is_named_and_nothing_that_it_looks_like():
     assert warned(forced()[0]) == ["own motion"]
 
 
+@cache
+def behind(servo: float) -> tuple[Recording, Truth]:
+    """In the plane, a robot of this stiffness."""
+    rig = {"servo": Servo(servo), "emg": False}
+    return simulate("cocontraction", seed=1, sets=3, conditions=["cocontraction_10"], **rig)
+
+
 @pytest.mark.parametrize(("servo", "named"), [(1_000.0, False), (300.0, True)])
 def test_a_servo_is_named_where_it_yields_to_the_person(servo, named):
-    recording, _ = simulate(
-        "cocontraction", seed=1, sets=3, conditions=["cocontraction_10"], servo=Servo(servo)
-    )
-    assert ("own motion" in warned(recording)) == named
+    assert ("own motion" in warned(behind(servo)[0])) == named
 
 
+def test_the_method_that_is_named_holds_the_truth_in_the_plane():
+    recording, truth = behind(300.0)
+    (found,) = ai.estimate(recording, method="instruments")
+    # four elements of t with many degrees of freedom: one in 4000 beyond four standard errors
+    assert (np.abs(found.stiffness - truth.K_e[0]) < 4 * found.sd[2]).all()
+    (plain,) = ai.estimate(recording)
+    assert any(text.startswith("own motion") for text in plain.warnings)
+
+
+@pytest.mark.study
 def test_the_method_that_is_named_holds_the_truth():
     recording, truth = forced()
     (found,) = ai.estimate(recording, method="instruments")

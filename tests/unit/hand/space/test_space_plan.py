@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -17,19 +16,22 @@ from armimpedance.hand.still.modal import ModalEquation
 from manipulandum_sim.space import SpaceCondition, simulate_space, sphere_directions
 
 
-@cache
-def pilot() -> Pilot:
-    return pilot_of(simulate_space([SpaceCondition()], seed=901, sets=2)[0])
+@pytest.fixture(scope="module")
+def pilot(held) -> Pilot:
+    """Of a noisy sensor (1 N): an axis takes many trials."""
+    recording, _ = held
+    noise = np.random.default_rng(901).normal(0, 1.0, recording.force.shape)
+    return pilot_of(replace(recording, force=recording.force + noise))
 
 
-def planned(shape: str, **servo: float) -> PlannedMotion:
-    setting = replace(pilot().setting, servo=Servo(20_000.0, 2.0, **servo))
+def planned(pilot: Pilot, shape: str, **servo: float) -> PlannedMotion:
+    setting = replace(pilot.setting, servo=Servo(20_000.0, 2.0, **servo))
     return PlannedMotion(setting, Profile(SHAPES.named(shape), 0.005, 0.3))
 
 
 @pytest.mark.study
-def test_six_directions_tell_what_twenty_six_do():
-    motion = planned("biphasic")
+def test_six_directions_tell_what_twenty_six_do(pilot):
+    motion = planned(pilot, "biphasic")
     setting, modes = motion.setting, motion.setting.modes(0.3)
     covariance = setting.covariance(motion.displacement, 0.3)
     moved = np.einsum("ta,ais->tis", sphere_directions(26), motion.displacement)
@@ -41,26 +43,27 @@ def test_six_directions_tell_what_twenty_six_do():
 
 @pytest.mark.study
 def test_a_pilot_foretells_the_intervals_of_another_shape():
+    pilot = pilot_of(simulate_space([SpaceCondition()], seed=901, sets=2)[0])
     recording, _ = simulate_space(
         [SpaceCondition()], seed=905, sets=1, disturbance="designed", amplitude_m=0.005
     )
     (found,) = estimate(recording)
-    expected = precision(planned("designed"))
+    expected = precision(planned(pilot, "designed"))
     sd = np.sqrt(np.diag(expected.covariance) / len(recording.trials)).reshape(3, 3, 3)
     # standard errors of 27 elements from 26 trials, each known to some 14 %, together to some 5 %
     assert 0.8 < np.sqrt(np.mean((found.sd / sd) ** 2)) < 1.2
 
 
-def test_a_longest_axis_is_known_the_better_the_more_trials():
-    found = precision(planned("designed"))
+def test_a_longest_axis_is_known_the_better_the_more_trials(pilot):
+    found = precision(planned(pilot, "designed"))
     needed = found.trials_for_orientation(np.radians(2.0))
     assert needed is not None
     assert needed % 6 == 0
     assert found.orientation(needed) <= np.radians(2.0) < found.orientation(needed - 6)
 
 
-def test_an_elbow_that_is_not_held_is_told():
-    assert not pilot().warnings
-    free, _ = simulate_space([SpaceCondition()], seed=903, sets=1, elbow="free")
+def test_an_elbow_that_is_not_held_is_told(held, soft):
+    assert not pilot_of(held[0]).warnings
+    free, _ = soft
     assert pilot_of(free).warnings
     assert pilot_of(replace(free, trials=free.trials.drop(columns="elbow"))).warnings

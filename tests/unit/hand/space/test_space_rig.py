@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import armimpedance as ai
+from armimpedance.__main__ import main
 from armimpedance.core.errors import InputError
 from armimpedance.hand.still import estimate
+from armimpedance.numerics.signals import cut_windows
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceArm,
     SpaceCondition,
+    SpaceRig,
     simulate_space,
     sphere_directions,
 )
@@ -72,7 +76,9 @@ def test_each_direction_has_its_opposite(count):
 
 @pytest.fixture(scope="module", params=["held", "free"])
 def quiet(request):
-    return simulate_space(seed=1, sets=1, noise="none", elbow=request.param, directions=6)
+    if request.param == "held":
+        return request.getfixturevalue("noiseless")
+    return simulate_space(seed=1, sets=1, noise="none", elbow="free", directions=6)
 
 
 @pytest.mark.study
@@ -96,6 +102,7 @@ def test_the_truth_is_the_mapping_s_with_gravity_and_force(quiet):
     assert (np.linalg.eigvalsh(truth.K_e[0]) > 0).all()
 
 
+@pytest.mark.first_cases(1)
 def test_a_held_elbow_s_estimate_is_the_truth_and_a_free_one_s_is_not(quiet):
     recording, truth = quiet
     found = estimate(recording)[0]
@@ -109,6 +116,7 @@ def test_a_held_elbow_s_estimate_is_the_truth_and_a_free_one_s_is_not(quiet):
         assert truth.swivel_hz[0] > 1
 
 
+@pytest.mark.first_cases(1)
 def test_at_rest_the_robot_feels_the_hand_s_force(quiet):
     recording, truth = quiet
     for rows in recording.offsets[:-1]:
@@ -116,17 +124,12 @@ def test_at_rest_the_robot_feels_the_hand_s_force(quiet):
         np.testing.assert_allclose(recording.position[rows], truth.hand[0], atol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def noisy():
-    return simulate_space(seed=3, sets=2, directions=6)[0]
-
-
 @pytest.mark.study
-def test_more_sets_leave_the_first_ones_as_they_are(noisy):
-    few, _ = simulate_space(seed=3, sets=1, directions=6)
+def test_more_sets_leave_the_first_ones_as_they_are():
+    few, more = (simulate_space(seed=3, sets=sets, directions=6)[0] for sets in (1, 2))
     rows = few.offsets[-1]
-    np.testing.assert_array_equal(few.force, noisy.force[:rows])
-    np.testing.assert_array_equal(few.position, noisy.position[:rows])
+    np.testing.assert_array_equal(few.force, more.force[:rows])
+    np.testing.assert_array_equal(few.position, more.position[:rows])
 
 
 @pytest.mark.parametrize(
@@ -149,21 +152,30 @@ def test_what_no_session_can_be_is_refused(wrong):
         simulate_space(**{"seed": 0, **wrong})
 
 
-def test_the_command_writes_a_recording_that_reads_back(tmp_path, capsys):
-    from armimpedance.__main__ import main
+def test_the_command_asks_for_what_was_said_and_writes_what_reads_back(soft, tmp_path, monkeypatch):
+    said = {}
 
-    out = tmp_path / "session"
-    options = ["--sets", "1", "--directions", "6", "--seed", "5", "--noise", "sensor"]
-    assert main(["simulate", "space", *options, "--out", str(out)]) == 0
-    assert main(["estimate", str(out), "--out", str(tmp_path / "found.json")]) == 0
-    assert "K_33" in capsys.readouterr().out or (tmp_path / "found.json").exists()
+    def simulated(conditions, *, progress, **asked):
+        said.update(asked, conditions=list(conditions))
+        return soft
+
+    monkeypatch.setattr("manipulandum_sim.space.simulate_space", simulated)
+    out, results = tmp_path / "session", tmp_path / "found.csv"
+    options = "--sets 3 --directions 6 --seed 2 --noise sensor --elbow free --cocontraction 5"
+    assert main(["simulate", "space", *options.split(), "--out", str(out)]) == 0
+    assert said.pop("conditions") == [SpaceCondition("nominal", 0.05)]
+    assert [said.pop(name) for name in ("seed", "subject", "sets")] == [2, "A", 3]
+    assert SpaceRig(**said) == SpaceRig(directions=6, noise="sensor", elbow="free")
+    assert main(["estimate", str(out), "--out", str(results)]) == 0
+    (back,), (found,) = ai.read_results(results), ai.estimate(soft[0])
+    # a table on disk has a finite number of digits
+    assert relative(back.stiffness, found.stiffness) < 1e-3
 
 
-def test_directions_above_the_plane_are_directions_of_their_own(noisy):
-    from armimpedance.numerics.signals import cut_windows
-
-    numbers = cut_windows(noisy, np.arange(noisy.n_trials)).disturbance
-    assert len(np.unique(numbers)) == 6
-    places = noisy.trials[["direction_deg", "elevation_deg"]].to_numpy()
-    for number in range(6):
+def test_directions_above_the_plane_are_directions_of_their_own(held):
+    recording, _ = held
+    numbers = cut_windows(recording, np.arange(recording.n_trials)).disturbance
+    assert len(np.unique(numbers)) == 26
+    places = recording.trials[["direction_deg", "elevation_deg"]].to_numpy()
+    for number in range(26):
         assert len(np.unique(places[numbers == number], axis=0)) == 1

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
 import armimpedance as ai
 from armimpedance.core.errors import InputError, NotIdentifiableError
-from armimpedance.core.records import Recording
 from armimpedance.limb.arm import HELD, SpatialArm, TwoLinkArm, hand_rod
 from armimpedance.limb.arm.anthropometry import DE_LEVA
-from manipulandum_sim.hand import find_subject
-from manipulandum_sim.space import SpaceArm, SpaceTruth, simulate_space
+from manipulandum_sim.hand import find_subject, simulate_condition
+from manipulandum_sim.hand.robot import IDEAL
+from manipulandum_sim.space import SpaceArm
 
 GRAVITY = (0.0, 0.0, -9.80665)
 OTHER = SpaceArm.of(find_subject("A"))
@@ -93,14 +92,8 @@ def test_what_has_no_swivel_is_refused(hand):
         ARM.joint_angles(hand, 0.3)
 
 
-@cache
-def session() -> tuple[Recording, SpaceTruth]:
-    return simulate_space(seed=71, sets=2)
-
-
-def test_a_held_arms_joints_hold_the_truth_and_lead_back():
-    recording, truth = session()
-    hand = ai.estimate(recording)
+def test_a_held_arms_joints_hold_the_truth_and_lead_back(hands):
+    hand, recording, truth = hands
     (joint,) = ai.to_joint(hand, recording=recording)
     low, high = joint.interval()
     r = np.ix_(HELD, HELD)
@@ -113,18 +106,16 @@ def test_a_held_arms_joints_hold_the_truth_and_lead_back():
     np.testing.assert_allclose(back.stiffness, (K + K.T) / 2, atol=1e-9)
 
 
-def test_a_free_arm_is_refused_with_what_is_known():
-    recording, _ = session()
-    hand = ai.estimate(recording)
+def test_a_free_arm_is_refused_with_what_is_known(hands):
+    hand, recording, _ = hands
     with pytest.raises(NotIdentifiableError, match="at least"):
         ai.to_joint(hand, recording=recording, elbow="free")
     with pytest.raises(NotIdentifiableError):
         ai.to_joint(hand, recording=recording.subject)
 
 
-def test_a_swivel_stands_for_angles_that_were_not_measured():
-    recording, truth = session()
-    (hand,) = ai.estimate(recording)
+def test_a_swivel_stands_for_angles_that_were_not_measured(hands):
+    (hand,), recording, truth = hands
     unknown = replace(hand, joint_angles=None)
     with pytest.raises(InputError, match="swivel"):
         ai.to_joint([unknown], recording=recording)
@@ -139,11 +130,10 @@ def test_a_swivel_stands_for_angles_that_were_not_measured():
     np.testing.assert_allclose(told.stiffness, measured.stiffness, rtol=0.02, atol=0.3)
 
 
-def test_a_planar_arm_has_no_swivel():
-    from manipulandum_sim.hand import simulate
-
-    recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+def test_a_planar_arm_has_no_swivel(hands):
+    planar, _ = simulate_condition(seed=1, sets=1, emg=False, servo=IDEAL)
     with pytest.raises(InputError, match="three axes"):
-        ai.to_joint(ai.estimate(recording), recording=recording, swivel_deg=10.0)
+        ai.to_joint(ai.estimate(planar), recording=planar, swivel_deg=10.0)
+    hand, recording, _ = hands
     with pytest.raises(InputError, match="in space"):
-        ai.to_muscle(ai.estimate(session()[0]), arm="planar6", recording=session()[0])
+        ai.to_muscle(hand, arm="planar6", recording=recording)

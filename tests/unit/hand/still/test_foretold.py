@@ -20,15 +20,19 @@ from armimpedance.hand.still.doubts.mixture import expected_numbers
 from armimpedance.hand.still.doubts.model import ALL_COLUMNS
 from armimpedance.numerics.signals import cut_windows
 from manipulandum_sim.hand import Servo as SimulatedServo, simulate, simulate_condition
+from manipulandum_sim.hand.robot import IDEAL
 
 ROBOT_KG = 2.25
 
 
 @pytest.fixture(scope="module")
-def model():
-    recording, _ = simulate(
-        "cocontraction", seed=1, sets=3, conditions=["cocontraction_10"], emg=False
-    )
+def recording():
+    rig = {"emg": False, "servo": IDEAL}
+    return simulate("cocontraction", seed=1, sets=3, conditions=["cocontraction_10"], **rig)[0]
+
+
+@pytest.fixture(scope="module")
+def model(recording):
     return largest_conditions(recording)[0][1]
 
 
@@ -91,9 +95,9 @@ def test_a_departure_that_is_not_likely_is_not_expected_of_more_trials():
     ],
 )
 def test_a_plan_foretells_the_intervals_that_estimate_prints(shape, sets):
-    """Median ratio over 24 sessions: .05, and three standard errors of it."""
+    """Median ratio over 12 sessions: .05, and three standard errors of it."""
     rig = {"disturbance": shape, "servo": SimulatedServo(20_000.0), "emg": False}
-    recording, truth = simulate_condition(seed=8, repeats=24, sets=sets, **rig)
+    recording, truth = simulate_condition(seed=8, repeats=12, sets=sets, **rig)
     found = []
     for name in recording.trials["condition"].unique():
         rows = np.flatnonzero(recording.trials["condition"] == name)
@@ -107,15 +111,12 @@ def test_a_plan_foretells_the_intervals_that_estimate_prints(shape, sets):
     motion = PlannedMotion(setting, Profile(SHAPES.named(shape), 0.005, 0.3))
     promised = precision(motion, conditions=1).half_widths(8 * sets)[2].diagonal()
     ratio = np.median(np.array(found) / promised, axis=0)
-    # standard errors of n trials scatter by (2 n)^-1/2; the median of 24 by 1.25 / 24^1/2 of that
-    chance = 3 * 1.25 / np.sqrt(24 * 2 * 8 * sets)
+    # standard errors of n trials scatter by (2 n)^-1/2; the median of 12 by 1.25 / 12^1/2 of that
+    chance = 3 * 1.25 / np.sqrt(12 * 2 * 8 * sets)
     assert np.abs(ratio - 1).max() < 0.05 + chance
 
 
-def test_a_model_is_the_same_from_a_window(model):
-    recording, _ = simulate(
-        "cocontraction", seed=1, sets=3, conditions=["cocontraction_10"], emg=False
-    )
+def test_a_model_is_the_same_from_a_window(recording, model):
     again = Model.of(cut_windows(recording, np.arange(24)), "hand")
     assert np.array_equal(again.parameters, model.parameters)
     assert again.noise is not None

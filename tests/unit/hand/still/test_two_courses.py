@@ -10,13 +10,14 @@ from armimpedance.hand.still import check_response
 from armimpedance.hand.still.modal import SharedCourse, expected_motion, modal_equation
 from armimpedance.numerics.signals import cut_windows
 from manipulandum_sim.hand import Servo, simulate_condition
+from manipulandum_sim.hand.robot import IDEAL
 from manipulandum_sim.space import simulate_space
 
 
 def mixed(shapes=("designed", "reflex_separating"), seed=3):
     """A session whose trials have one course or the other."""
     parts = [
-        simulate_condition(seed=seed + n, sets=3, emg=False, disturbance=shape)[0]
+        simulate_condition(seed=seed + n, sets=3, emg=False, servo=IDEAL, disturbance=shape)[0]
         for n, shape in enumerate(shapes)
     ]
     first, second = parts
@@ -52,7 +53,7 @@ def test_trials_of_two_courses_are_expected_each_from_its_own(shapes):
 @pytest.mark.first_cases(1)
 @pytest.mark.parametrize("servo", [1000.0, 3000.0, 20_000.0])
 def test_trials_of_one_course_behind_a_soft_servo_stay_together(servo):
-    recording, _ = simulate_condition(seed=4, emg=False, servo=Servo(servo))
+    recording, _ = simulate_condition(seed=4, sets=2, emg=False, servo=Servo(servo))
     assert len(SharedCourse.of(modal_equation(cut_windows(recording))).groups) == 1
 
 
