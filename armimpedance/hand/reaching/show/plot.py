@@ -59,7 +59,7 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
 
 
 def _abscissa(estimates: Sequence[ImpedanceEstimate]) -> tuple[FloatArray, str]:
-    """Abscissa of the elements and its label: time of a course, else distance along the line, cm."""
+    """Abscissa of the elements and its label: time of a course, else distance on the line, cm."""
     phases = [str(e.keys.get("phase", "")) for e in estimates]
     if all(phase.endswith(" s") for phase in phases):
         return np.array([float(phase.removesuffix(" s")) for phase in phases]), "time (s)"
