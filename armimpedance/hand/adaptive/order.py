@@ -47,7 +47,8 @@ class Push:
         Unit vector.
     profile : Profile
         Course along the direction.
-    pause_s : float Pause before it.
+    pause_s : float
+        Pause before it.
     """
 
     condition: str

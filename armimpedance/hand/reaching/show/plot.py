@@ -40,8 +40,9 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
 
     `estimates`: of a moving hand or its joints, phase by phase or as a course; several conditions
     have colours of their own.
-    `axes` (3,) of Axes: default: those of a new figure. Returns: `axes` (3,) array of Axes. Raises
-    InputError: an estimate has no place.
+    `axes` (3,) of Axes: default: those of a new figure.
+    Returns: `axes` (3,) array of Axes.
+    Raises InputError: an estimate has no place.
     """
     if not estimates or any(e.level == "muscle" or e.position is None for e in estimates):
         raise InputError("no estimates of a moving hand", expected="rows of `movement`")

@@ -427,8 +427,8 @@ def inner_of(models: Sequence[Model], elbow: Elbow | None) -> Inner | None:
 def beside_inner(limb: Inner | None) -> str | None:
     """Column that is kept in the model while departures are tested, or None.
 
-    The column is that of an inner mode: what the mode explains is no departure. `limb`: its mode
-    counts if its posterior probability is above a half.
+    The column is that of an inner mode: what the mode explains is no departure.
+    `limb`: its mode counts if its posterior probability is above a half.
     """
     return "inner" if limb is not None and limb.probability > 0.5 else None
 

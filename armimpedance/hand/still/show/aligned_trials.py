@@ -243,8 +243,8 @@ class FittedForce(FrozenRecord):
 
     `lag_s` (S,), `trial` (T,) int.
     `measured`, `fitted` (T, S, d): force by the limb, offset and ramp removed from both, N or N m.
-    `direction` (T,) int or None: trials of the same number have the same disturbance. `unit_name`:
-    "trial", or "block" of a stochastic perturbation.
+    `direction` (T,) int or None: trials of the same number have the same disturbance.
+    `unit_name`: "trial", or "block" of a stochastic perturbation.
     """
 
     lag_s: Annotated[FloatArray, "S"]

@@ -236,8 +236,8 @@ _METHODS_LEGEND = (
 def methods_table(compared: Sequence[SideBySide], reference: str) -> str:
     """M, B and K of every method in every group, methods that cannot run, and disagreements.
 
-    `reference`: the method that the others are compared with. Returns: a block of text per group,
-    and an explanation of the columns at the end.
+    `reference`: the method that the others are compared with.
+    Returns: a block of text per group, and an explanation of the columns at the end.
     """
     blocks = [block for side in compared for block in _group(side, reference)]
     return "\n\n".join([*blocks, textwrap.fill(_METHODS_LEGEND.format(reference), _WIDTH)])
