@@ -152,7 +152,7 @@ def _measured(row: Mapping[str, Any]) -> Quantity:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Discrimination(WrittenResult, FrozenRecord):
-    """How well one number separates two groups.
+    """Separation of two groups by one number.
 
     Attributes
     ----------

@@ -206,7 +206,7 @@ _TRIALS = 40
 
 @dataclass(frozen=True, repr=False)
 class Plan(FrozenRecord):
-    """All candidates for given requirements.
+    """All candidates for the stated requirements.
 
     Attributes
     ----------
