@@ -147,7 +147,10 @@ def _best(
     options = []
     for which, menu in enumerate(session.menus):
         more = information[which] + group * menu.information
-        own = [np.broadcast_to(each, (len(more), *each.shape)) for each in information]
+        own = [
+            np.broadcast_to(of_condition, (len(more), *of_condition.shape))
+            for of_condition in information
+        ]
         own[which] = more
         after = [t + group * (c == which) for c, t in enumerate(trials)]
         parts = wider[:, None] * _parts(session, own, after)
@@ -165,11 +168,14 @@ def _parts(
     `information`: of each condition, (..., q, q).
     """
     p = len(session.known[0].parameters)
-    covariance = [np.linalg.inv(each[..., :p, :p]) for each in information]
-    shifts = [each[..., p:, :p] @ C for each, C in zip(information, covariance, strict=True)]
+    covariance = [np.linalg.inv(of_condition[..., :p, :p]) for of_condition in information]
+    shifts = [
+        of_condition[..., p:, :p] @ C
+        for of_condition, C in zip(information, covariance, strict=True)
+    ]
     own = [
-        each[..., p:, p:] - S @ each[..., :p, p:]
-        for each, S in zip(information, shifts, strict=True)
+        of_condition[..., p:, p:] - S @ of_condition[..., :p, p:]
+        for of_condition, S in zip(information, shifts, strict=True)
     ]
     squares = expected_mean_squares(own, sum(trials) - len(trials), session.seen)
     loss = loss_of(session.known[0].axes)

@@ -96,7 +96,7 @@ def _side(estimates: Sequence[ImpedanceEstimate], field: Which) -> Side:
 
 
 def _ellipses(ellipses: Sequence[Ellipse | None]) -> EllipseSide:
-    rows = [_ellipse(one) for one in ellipses]
+    rows = [_ellipse(ellipse) for ellipse in ellipses]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return EllipseSide(*columns)
 
@@ -289,49 +289,65 @@ def _reach(dof: FloatArray, sd: FloatArray) -> FloatArray:
     return np.asarray(stdtrit(dof, 0.5 + LEVEL / 2) * sd)
 
 
-def _element(one: Side, two: Side, j: int) -> FloatArray:
-    x1, x2, v1, v2 = one.values[:, j], two.values[:, j], one.variances[:, j], two.variances[:, j]
-    dof, sd = welch_dof((v1, v2), (one.dof, two.dof)), np.sqrt(np.maximum(v1 + v2, 0))
+def _element(first: Side, second: Side, j: int) -> FloatArray:
+    x1, x2, v1, v2 = (
+        first.values[:, j],
+        second.values[:, j],
+        first.variances[:, j],
+        second.variances[:, j],
+    )
+    dof, sd = welch_dof((v1, v2), (first.dof, second.dof)), np.sqrt(np.maximum(v1 + v2, 0))
     d, reach = x2 - x1, _reach(dof, sd)
     return np.stack([x1, x2, d, d - reach, d + reach, sd, dof], axis=1)
 
 
-def _size(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    v1, v2 = one.size_variance, two.size_variance
+def _size(
+    first: EllipseSide, second: EllipseSide, dof: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    v1, v2 = first.size_variance, second.size_variance
     joint, sd = welch_dof((v1, v2), dof), np.sqrt(v1 + v2)
-    ratio, factor = two.size / one.size, np.exp(np.minimum(_reach(joint, sd), _LARGEST_EXPONENT))
+    ratio, factor = (
+        second.size / first.size,
+        np.exp(np.minimum(_reach(joint, sd), _LARGEST_EXPONENT)),
+    )
     missing = np.isnan(ratio)
-    ends = (one.size, two.size, ratio, ratio / factor, ratio * factor, sd, joint)
+    ends = (first.size, second.size, ratio, ratio / factor, ratio * factor, sd, joint)
     return _absent(np.stack(ends, axis=1), missing)
 
 
-def _shape(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    d = two.log_shape[:, 0] - one.log_shape[:, 0]
-    low, high = _combined(d, one.log_shape, two.log_shape)
+def _shape(
+    first: EllipseSide, second: EllipseSide, dof: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    d = second.log_shape[:, 0] - first.log_shape[:, 0]
+    low, high = _combined(d, first.log_shape, second.log_shape)
     limit = _LARGEST_EXPONENT
     ends = [np.exp(np.clip(x, -limit, limit)) for x in (d, low, high)]
-    v1, v2 = one.shape_variance, two.shape_variance
+    v1, v2 = first.shape_variance, second.shape_variance
     joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
-    row = np.stack([one.shape, two.shape, *ends, np.sqrt(v1 + v2), joint], axis=1)
+    row = np.stack([first.shape, second.shape, *ends, np.sqrt(v1 + v2), joint], axis=1)
     return _absent(row, np.isnan(d))
 
 
-def _turn(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    d = half_turn(two.angle[:, 0] - one.angle[:, 0])
-    low, high = _combined(d, one.angle, two.angle)
-    unknown = one.circular | two.circular | (high - low >= np.pi)
+def _turn(
+    first: EllipseSide, second: EllipseSide, dof: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    d = half_turn(second.angle[:, 0] - first.angle[:, 0])
+    low, high = _combined(d, first.angle, second.angle)
+    unknown = first.circular | second.circular | (high - low >= np.pi)
     low, high = np.where(unknown, -np.pi / 2, low), np.where(unknown, np.pi / 2, high)
-    v1, v2 = one.angle_variance, two.angle_variance
+    v1, v2 = first.angle_variance, second.angle_variance
     sd = np.where(unknown, np.nan, np.sqrt(v1 + v2))
     joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
-    row = np.stack([one.angle[:, 0], two.angle[:, 0], d, low, high, sd, joint], axis=1)
+    row = np.stack([first.angle[:, 0], second.angle[:, 0], d, low, high, sd, joint], axis=1)
     return _absent(row, np.isnan(d))
 
 
-def _combined(d: FloatArray, one: FloatArray, two: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _combined(
+    d: FloatArray, first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Limits of differences d (R,) from (value, low, high) of both groups, (R, 3)."""
-    low = d - np.hypot(two[:, 0] - two[:, 1], one[:, 2] - one[:, 0])
-    high = d + np.hypot(two[:, 2] - two[:, 0], one[:, 0] - one[:, 1])
+    low = d - np.hypot(second[:, 0] - second[:, 1], first[:, 2] - first[:, 0])
+    high = d + np.hypot(second[:, 2] - second[:, 0], first[:, 0] - first[:, 1])
     return low, high
 
 

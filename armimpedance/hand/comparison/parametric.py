@@ -99,12 +99,12 @@ def check_errors(total: FloatArray) -> None:
         )
 
 
-def _ratios(one: FloatArray, two: FloatArray, total: FloatArray, k: int) -> FloatArray:
+def _ratios(first: FloatArray, second: FloatArray, total: FloatArray, k: int) -> FloatArray:
     """`Statistics.ratio` of drawn pairs: elements (R, 3 c) of both, and their covariance."""
     if k != 2:
-        stack = np.broadcast_to(total, (len(one), *total.shape))
-        return distance_ratios((matrices_of(one, k), matrices_of(two, k)), stack)[0]
-    return planar_statistics(one.reshape(-1, 3, 3), two.reshape(-1, 3, 3), total)
+        stack = np.broadcast_to(total, (len(first), *total.shape))
+        return distance_ratios((matrices_of(first, k), matrices_of(second, k)), stack)[0]
+    return planar_statistics(first.reshape(-1, 3, 3), second.reshape(-1, 3, 3), total)
 
 
 def _draw(

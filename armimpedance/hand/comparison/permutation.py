@@ -220,11 +220,11 @@ def _batch(A: FloatArray, b: FloatArray, scale: FloatArray, members: BoolArray) 
     k = round(np.sqrt(len(scale) / 3))
     # symmetric elements (3 c,) = C (3 c, n) theta (n,)
     C = np.kron(np.eye(3), upper_elements(k)) * scale
-    one, V1 = _solve_group(A, b, C, members)
-    two, V2 = _solve_group(A, b, C, ~members)
-    matrices = tuple((theta * scale).reshape(-1, 3, k, k) for theta in (one, two))
+    first, V1 = _solve_group(A, b, C, members)
+    second, V2 = _solve_group(A, b, C, ~members)
+    matrices = tuple((theta * scale).reshape(-1, 3, k, k) for theta in (first, second))
     dof = members.sum(axis=1) - 1, (~members).sum(axis=1) - 1
-    difference = (two - one) @ C.T
+    difference = (second - first) @ C.T
     t2, chance = t2_chances(difference, (V1, V2), dof)
     # the first row may be the data, whose distance is reported; for others the ratio is enough
     exact = 1 if k == 2 else len(members)

@@ -94,10 +94,10 @@ def identify_movement(
             check_inertia(fit, phase.name)
             keys = {"condition": phase.condition, "phase": name}
             estimates.append(to_estimate(fit, windows, method or METHODS.default, keys))
-    for one in estimates:
-        refuse_size(one, recording.subject.mass_kg)
+    for estimate in estimates:
+        refuse_size(estimate, recording.subject.mass_kg)
     warnings = warnings_of(check_one_limb(cut))
-    return [one.with_warning(*warnings) for one in estimates]
+    return [estimate.with_warning(*warnings) for estimate in estimates]
 
 
 def _check_level(name: str, method: ReachMethod, level: Level) -> None:
@@ -189,10 +189,10 @@ def identify_course(
     estimates: list[ImpedanceEstimate] = []
     for condition, parts in solved.items():
         estimates += _course(session.courses, condition, parts, level, session.prior)
-    for one in estimates:
-        refuse_size(one, recording.subject.mass_kg)
+    for estimate in estimates:
+        refuse_size(estimate, recording.subject.mass_kg)
     warnings = warnings_of(check_one_limb([p.windows for parts in solved.values() for p in parts]))
-    return [one.with_warning(*warnings) for one in estimates]
+    return [estimate.with_warning(*warnings) for estimate in estimates]
 
 
 def _middles(parts: list[_Phase], rate_hz: float) -> tuple[IntArray, FloatArray]:
@@ -228,7 +228,7 @@ def _course(
         PhaseFit,
         level=level,
         dof=over.dof,
-        condition=max(one.condition for one in solutions),
+        condition=max(solution.condition for solution in solutions),
         rank=REPORTED.stop,
         explained=min(explained_by(p.equations, p.doubted.solution) for p in parts),
         warnings=warnings,

@@ -99,12 +99,12 @@ def course_over(
     def solved(parts: Sequence[PhaseEvidence]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return A (U, U), P (U, U) and u (U,)."""
         P, right = _prior(basis, _sizes(parts), moving, prior)
-        A = P + sum(T.T @ one.information @ T for T, one in zip(maps, parts, strict=True))
-        right = right + sum(T.T @ one.score for T, one in zip(maps, parts, strict=True))
+        A = P + sum(T.T @ phase.information @ T for T, phase in zip(maps, parts, strict=True))
+        right = right + sum(T.T @ phase.score for T, phase in zip(maps, parts, strict=True))
         return A, P, np.asarray(np.linalg.solve(A, right), dtype=float)
 
-    A, P, u = solved([one.evidence for one in solutions])
-    S = P + sum(T.T @ one.scatter @ T for T, one in zip(maps, solutions, strict=True))
+    A, P, u = solved([phase.evidence for phase in solutions])
+    S = P + sum(T.T @ phase.scatter @ T for T, phase in zip(maps, solutions, strict=True))
     # the covariance of u is A^-1 S A^-T, (U, U)
     C = np.linalg.solve(A, np.linalg.solve(A, S).T).T
     covariance = np.einsum("gpu,uv,gqv->gpq", out, (C + C.T) / 2, out)
@@ -113,13 +113,13 @@ def course_over(
         time_s,
         out @ u,
         covariance * _excess(left_out, covariance),
-        float(sum(one.dof for one in solutions)),
+        float(sum(phase.dof for phase in solutions)),
     )
 
 
 def _sizes(parts: Sequence[PhaseEvidence]) -> FloatArray:
     """Size (8,) of the elements of K, and of those of B."""
-    square = np.mean([one.theta[3:11] ** 2 for one in parts], axis=0)
+    square = np.mean([part.theta[3:11] ** 2 for part in parts], axis=0)
     return np.repeat(np.sqrt(square.reshape(2, 4).mean(axis=1)), 4)
 
 

@@ -253,7 +253,7 @@ def _is_results(source: object) -> bool:
     return (
         isinstance(source, Sequence)
         and len(source) > 0
-        and all(isinstance(one, ImpedanceEstimate) for one in source)
+        and all(isinstance(item, ImpedanceEstimate) for item in source)
     )
 
 
@@ -351,7 +351,7 @@ class _Reading:
             groups = groups_of_recording(
                 recording, by, options=options, keys=keys, progress=self.progress
             )
-            return [replace(each, estimate=each.estimate.marked(marks)) for each in groups]
+            return [replace(group, estimate=group.estimate.marked(marks)) for group in groups]
 
     def _split(self, groups: Sequence[ComparedGroup]) -> Iterator[tuple[str, ComparedGroup]]:
         """Yield subject and group of each group; the group is named without its subject."""

@@ -26,7 +26,7 @@ _AT: Final[dict[Level, str]] = {
 
 def is_moving(estimates: Sequence[ImpedanceEstimate]) -> bool:
     """True if these are results of `movement`."""
-    return bool(estimates) and all(one.method in METHODS.names for one in estimates)
+    return bool(estimates) and all(estimate.method in METHODS.names for estimate in estimates)
 
 
 def moving_sentences(estimates: Sequence[ImpedanceEstimate], trials: int) -> list[str]:
@@ -37,7 +37,7 @@ def moving_sentences(estimates: Sequence[ImpedanceEstimate], trials: int) -> lis
         f"Inertia M, viscosity B and stiffness K of the reaching {whose} were estimated from "
         f"{trials} pushed reaches with {software()}"
     ]
-    for name in dict.fromkeys(one.method for one in estimates):
+    for name in dict.fromkeys(estimate.method for estimate in estimates):
         if name == METHODS.default:
             sentences += [
                 "With joint angles q, the hand's force F and the links' dynamics Y phi, the torque "

@@ -102,24 +102,24 @@ def allowing(
     others = models_of(recording, [rows for g, rows in enumerate(groups) if g not in longest])
     wider: list[ImpedanceEstimate] = []
     errors: list[dict[str, FloatArray]] = []
-    for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
+    for group, (estimate, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(others)
         if model is None:
             errors.append({})
-            wider.append(one)
+            wider.append(estimate)
             continue
         errors.append(_errors(model, squares, uneven))
         if gains:
             errors[-1]["gain in the session"] = wrong_by_gains(gains, rows[model.usable], model)
-        one = _wider(one, errors[-1])
+        estimate = _wider(estimate, errors[-1])
         if model.inner is not None:
             inner = averaged_inner(model.inner, stated_freedom(recording, rows))
-            one = with_inner(one, inner, correct=one.method == BOUNDED)
-        wider.append(one)
+            estimate = with_inner(estimate, inner, correct=estimate.method == BOUNDED)
+        wider.append(estimate)
     shared = in_common(errors)
     return [
-        replace(one, shared_errors={**one.shared_errors, **own})
-        for one, own in zip(wider, shared, strict=True)
+        replace(estimate, shared_errors={**estimate.shared_errors, **own})
+        for estimate, own in zip(wider, shared, strict=True)
     ]
 
 
@@ -192,12 +192,12 @@ def _errors(model: Model, squares: Mapping[str, float], uneven: float) -> dict[s
     return {name: np.array(arrays) for name, arrays in errors.items()}
 
 
-def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> ImpedanceEstimate:
+def _wider(estimate: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> ImpedanceEstimate:
     """The estimate of a group with the mean squared errors of all departures added."""
-    more: FloatArray = np.zeros_like(one.covariance)
+    more: FloatArray = np.zeros_like(estimate.covariance)
     for error in errors.values():
         more += error.T @ error
-    own = np.diag(one.covariance)
+    own = np.diag(estimate.covariance)
     ratio = float(np.sqrt(1 + np.max(np.diag(more) / np.where(own > 0, own, np.inf))))
     note = (
         "intervals allow for delay, reflex, amplitude, friction, a voluntary answer and gains as "
@@ -205,6 +205,6 @@ def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> Impedanc
         f"{ratio:.2f} times as wide as without"
     )
     # no estimator has more information on the departures: the bound grows alike, for the efficiency
-    bound = None if one.bound is None else one.bound + more
-    wider = replace(one, covariance=one.covariance + more, bound=bound)
-    return replace(wider, provenance=(*one.provenance, note))
+    bound = None if estimate.bound is None else estimate.bound + more
+    wider = replace(estimate, covariance=estimate.covariance + more, bound=bound)
+    return replace(wider, provenance=(*estimate.provenance, note))

@@ -46,9 +46,11 @@ def possible_gains(
     if not tried:
         return []
     factors = []
-    for one in tried:
-        error2 = float(one.fit.covariance[one.number, one.number])
-        factors.append(odds_of(float(one.fit.sizes[one.number]), error2, USUAL_CHANGE**2))
+    for candidate in tried:
+        error2 = float(candidate.fit.covariance[candidate.number, candidate.number])
+        factors.append(
+            odds_of(float(candidate.fit.sizes[candidate.number]), error2, USUAL_CHANGE**2)
+        )
     odds = np.array([float(factor) for factor, _ in factors]) + np.log(
         BEFOREHAND / len(tried) / (1 - BEFOREHAND)
     )
@@ -57,8 +59,13 @@ def possible_gains(
     likely = weight / (weight.sum() + np.exp(-top))
     wider, d = float(tails(likely.sum())), models[0][1].equation.axes
     return [
-        PossibleGain(one.course.weight, rows_of_gain(d, one.axis), float(p) * wider, float(square))
-        for one, p, (_, square) in zip(tried, likely, factors, strict=True)
+        PossibleGain(
+            candidate.course.weight,
+            rows_of_gain(d, candidate.axis),
+            float(p) * wider,
+            float(square),
+        )
+        for candidate, p, (_, square) in zip(tried, likely, factors, strict=True)
         if p > _UNLIKELY
     ]
 

@@ -128,10 +128,12 @@ def find_filter(recording: Recording) -> Filter | None:
     if recording.perturbation != "returning":
         return None
     chosen = sorted((rows for _, rows in groups_of(recording, DEFAULT_BY)), key=len, reverse=True)
-    groups = _looked_at(recording, chosen[:MOST_CONDITIONS])
-    if not groups or not _worth_looking(groups):
+    groups = _rows_to_fit(recording, chosen[:MOST_CONDITIONS])
+    if not groups or not _needs_search(groups):
         return None
-    models = [one for one in models_of(recording, chosen[:MOST_CONDITIONS]) if one is not None]
+    models = [
+        model for model in models_of(recording, chosen[:MOST_CONDITIONS]) if model is not None
+    ]
     if not models:
         return None
     late, without_phase = _show_a_delay(models), _on_grids(groups, "zero-phase")
@@ -139,22 +141,24 @@ def find_filter(recording: Recording) -> Filter | None:
         return None
     others = [*_on_grids(groups, "late"), *_on_grids(groups, "low-pass")]
     reweighted, detected = _likeliest(groups, [*others, *without_phase])
-    return detected if _stands_out(reweighted, detected, late) else None
+    return detected if _is_significant(reweighted, detected, late) else None
 
 
 def _likeliest(
     groups: Sequence[FilteredRows], grids: Sequence[_Grid]
 ) -> tuple[list[FilteredRows], Filter]:
     """Conditions weighted by the noise with the best filter, and the likeliest filter."""
-    rough = sorted((_searched(groups, *grid) for grid in grids), key=lambda one: one[0])
+    rough = sorted((_search_family(groups, *grid) for grid in grids), key=lambda one: one[0])
     reweighted = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
     # all filters near the best one are compared with the weights of the best one
     candidates = [one for left, one in rough if left < NEAR * rough[0][0]]
-    tried = sorted((_searched(reweighted, one, {}) for one in candidates), key=lambda one: one[0])
-    return reweighted, _judged(reweighted, tried)
+    tried = sorted(
+        (_search_family(reweighted, one, {}) for one in candidates), key=lambda one: one[0]
+    )
+    return reweighted, _filter_from(reweighted, tried)
 
 
-def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
+def _rows_to_fit(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
     """Rows of the conditions that can be fitted."""
     timing, groups = disturbance_times(recording), []
     for rows in chosen:
@@ -167,32 +171,38 @@ def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[Filtere
     return groups
 
 
-def _worth_looking(groups: Sequence[FilteredRows]) -> bool:
+def _needs_search(groups: Sequence[FilteredRows]) -> bool:
     """True if one of a few filters leaves a clearly smaller residual than no filter."""
-    least = min(_left(groups, one) for one in _first_look())
-    return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _left(groups, None)
+    least = min(_residual_with(groups, passed) for passed in _quick_filters())
+    return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _residual_with(groups, None)
 
 
-def _first_look() -> list[Passed]:
+def _quick_filters() -> list[Passed]:
     """The filters of the quick test, for each channel."""
-    return [replace(one, channel=channel) for channel in CHANNELS for one in FIRST_LOOK]
+    return [replace(passed, channel=channel) for channel in CHANNELS for passed in FIRST_LOOK]
 
 
-def _judged(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]]) -> Filter:
+def _filter_from(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]]) -> Filter:
     """Build the result: the likeliest filter, its improvement, and the possible others."""
     least, likeliest = tried[0]
-    each = least / _rows(groups)
+    row_residual = least / _rows(groups)
     # a clock that is late is simpler than a filter that does nearly the same
-    simple = (one for left, one in tried if one.way == "late" and left < least + SIMPLER * each)
+    simple = (
+        candidate
+        for residual, candidate in tried
+        if candidate.way == "late" and residual < least + SIMPLER * row_residual
+    )
     likeliest = next(simple, likeliest)
-    odds = np.exp([(least - left) / each / 2 for left, _ in tried])
+    odds = np.exp([(least - residual) / row_residual / 2 for residual, _ in tried])
     possible = [
-        (one, float(p / odds.sum()))
-        for (left, one), p in zip(tried, odds, strict=True)
-        if one is not likeliest and left < least + POSSIBLE * each
+        (candidate, float(p / odds.sum()))
+        for (residual, candidate), p in zip(tried, odds, strict=True)
+        if candidate is not likeliest and residual < least + POSSIBLE * row_residual
     ]
-    explained = (_left(groups, None) - least) / each
-    return Filter(likeliest, _error(groups, likeliest, each), tuple(possible), explained, each)
+    explained = (_residual_with(groups, None) - least) / row_residual
+    return Filter(
+        likeliest, _error(groups, likeliest, row_residual), tuple(possible), explained, row_residual
+    )
 
 
 def _families(way: Way) -> list[Passed]:
@@ -201,7 +211,7 @@ def _families(way: Way) -> list[Passed]:
     return [Passed(channel, way, order, np.nan) for channel in CHANNELS for order in orders]
 
 
-def _left(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
+def _residual_with(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
     """Weighted squared residuals of all groups with a filter; infinite if it cannot be fitted."""
     highest = HIGHEST * min(group.window.sample_rate_hz for group in groups)
     if passed is not None and passed.way != "late" and passed.value > highest:
@@ -225,7 +235,10 @@ _Grid = tuple[Passed, dict[float, float]]
 def _on_grids(groups: Sequence[FilteredRows], way: Way) -> list[_Grid]:
     """The families of one kind, with their residuals on the grid."""
     grid = [float(value) for value in np.log(DELAYS_S if way == "late" else CORNERS_HZ)]
-    return [(family, {v: _left(groups, _of(family, v)) for v in grid}) for family in _families(way)]
+    return [
+        (family, {v: _residual_with(groups, _of(family, v)) for v in grid})
+        for family in _families(way)
+    ]
 
 
 def _of(family: Passed, logarithm: float) -> Passed:
@@ -240,9 +253,9 @@ def _may_explain_much(groups: Sequence[FilteredRows], grids: Sequence[_Grid]) ->
     a filter is rejected whatever it explains, so that a search for it would be wasted.
     """
     # the weights are those of noise estimated without a filter, which may include its effect
-    most = _left(groups, None) / (1 + AT_FIRST / _rows(groups))
-    near = (one for one in grids if _can_leave(one[1]) <= most)
-    return any(_searched(groups, *one)[0] <= most for one in near)
+    most = _residual_with(groups, None) / (1 + AT_FIRST / _rows(groups))
+    near = (grid for grid in grids if _can_leave(grid[1]) <= most)
+    return any(_search_family(groups, *grid)[0] <= most for grid in near)
 
 
 def _can_leave(left: dict[float, float]) -> float:
@@ -266,7 +279,7 @@ def _can_leave(left: dict[float, float]) -> float:
     return float(values[best] - 2 * gain - NO_PARABOLA * step)
 
 
-def _searched(
+def _search_family(
     groups: Sequence[FilteredRows], family: Passed, left: dict[float, float]
 ) -> tuple[float, Passed]:
     """Smallest residual of a family and its filter: Brent's search from the best grid value.
@@ -277,7 +290,7 @@ def _searched(
 
     def left_by(value: float) -> float:
         if value not in left:
-            left[value] = _left(groups, _of(family, value))
+            left[value] = _residual_with(groups, _of(family, value))
         return left[value]
 
     if not left:
@@ -297,46 +310,51 @@ def _searched(
     return left[best], _of(family, best)
 
 
-def _error(groups: Sequence[FilteredRows], passed: Passed, each: float) -> float:
+def _error(groups: Sequence[FilteredRows], passed: Passed, row_residual: float) -> float:
     """Standard error of the logarithm of its value, from the curvature of the residual.
 
     `each`: mean weighted squared residual of a row.
     """
-    around = [_left(groups, replace(passed, value=passed.value * np.exp(s))) for s in (-STEP, STEP)]
+    around = [
+        _residual_with(groups, replace(passed, value=passed.value * np.exp(s)))
+        for s in (-STEP, STEP)
+    ]
     # left(v + s) = left(v) + each s^2 / sd^2
-    curved = (sum(around) - 2 * _left(groups, passed)) / (2 * each)
+    curved = (sum(around) - 2 * _residual_with(groups, passed)) / (2 * row_residual)
     return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
 
 
-def _stands_out(groups: Sequence[FilteredRows], found: Filter, late: bool) -> bool:
+def _is_significant(groups: Sequence[FilteredRows], detected: Filter, late: bool) -> bool:
     """True if a filter explains more than chance and other departures do.
 
     `late`: the trials show a delay by their scatter, whatever their noise; any filter that shifts
     the force must show one.
     """
-    if found.explained < LEAST_EXPLAINED or not (late or found.likeliest.way == "zero-phase"):
+    if detected.explained < LEAST_EXPLAINED or not (late or detected.likeliest.way == "zero-phase"):
         return False
-    return _left(groups, found.likeliest) + BEYOND_OTHERS * found.each <= _left_by_others(groups)
+    return _residual_with(
+        groups, detected.likeliest
+    ) + BEYOND_OTHERS * detected.each <= _residual_by_others(groups)
 
 
 def _show_a_delay(models: Sequence[Model]) -> bool:
     """True if the scatter between trials makes a delay significant that is not a reflex."""
     delay = pooled(models, "delay")
-    return abs(delay.size) > delay.limit and not _is_rather_a_reflex(models, delay)
+    return abs(delay.size) > delay.limit and not _resembles_reflex(models, delay)
 
 
-def _is_rather_a_reflex(models: Sequence[Model], delay: Departure) -> bool:
+def _resembles_reflex(models: Sequence[Model], delay: Departure) -> bool:
     """True if the trials support a reflex about as clearly as a delay.
 
     The significance is that between trials: the residual with a filter falls with the noise of
     single trials as well, and cannot separate the two.
     """
     columns = [name for name in models[0].columns if name.startswith("reflex")]
-    answers = [one.size / one.error for one in (pooled(models, name) for name in columns)]
+    answers = [reflex.size / reflex.error for reflex in (pooled(models, name) for name in columns)]
     return abs(delay.size / delay.error) < CLEARER * max(answers, default=0.0)
 
 
-def _left_by_others(groups: Sequence[FilteredRows]) -> float:
+def _residual_by_others(groups: Sequence[FilteredRows]) -> float:
     """Smallest weighted residual with one of the other departures, by the same weights."""
     models = [Model.weighted(group.window, group.kind, group.weight) for group in groups]
     others = (column for column in models[0].columns if column != "delay")
@@ -388,29 +406,31 @@ def widened_by_filter(
         return list(estimates)
     note = f"the {found.likeliest.other} was taken {found.likeliest.words}, as the other was"
     wider = []
-    for one, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):
-        one = replace(one, provenance=(*one.provenance, note))
+    for estimate, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):
+        estimate = replace(estimate, provenance=(*estimate.provenance, note))
         try:
             errors = _errors(cut_windows(recording, rows, timing), recording.kind, found)
         except (ArmImpedanceError, np.linalg.LinAlgError):
             # too few trials; the other doubts leave such groups unchanged, too
-            wider.append(one)
+            wider.append(estimate)
             continue
         more = errors.T @ errors
-        bound = None if one.bound is None else one.bound + more
-        shared = {**one.shared_errors, "filter": errors[0]}
+        bound = None if estimate.bound is None else estimate.bound + more
+        shared = {**estimate.shared_errors, "filter": errors[0]}
         wider.append(
-            replace(one, covariance=one.covariance + more, bound=bound, shared_errors=shared)
+            replace(
+                estimate, covariance=estimate.covariance + more, bound=bound, shared_errors=shared
+            )
         )
     return wider
 
 
-def _errors(window: Window, kind: Kind, found: Filter) -> FloatArray:
+def _errors(window: Window, kind: Kind, detected: Filter) -> FloatArray:
     """Errors by the uncertainty of the filter, (1 + others, 3 d^2): its value, then the others."""
-    likeliest = found.likeliest
+    likeliest = detected.likeliest
     group = FilteredRows.of(window, kind, likeliest)
     theta = group.left(likeliest)[1]
     moved = group.left(replace(likeliest, value=likeliest.value * np.exp(STEP)))[1]
-    errors = [(moved - theta) / STEP * found.error]
-    errors += [np.sqrt(p) * (group.left(one)[1] - theta) for one, p in found.possible]
+    errors = [(moved - theta) / STEP * detected.error]
+    errors += [np.sqrt(p) * (group.left(passed)[1] - theta) for passed, p in detected.possible]
     return np.array(errors)

@@ -52,9 +52,9 @@ def foretold_allowance(
     list of (p, p) arrays
         To be added to the covariance of noise: the median by K of the first condition.
     """
-    weight = np.stack([one.expected**-2 for one in known])
+    weight = np.stack([knowledge.expected**-2 for knowledge in known])
     expected = weight.sum(axis=0) ** -0.5
-    dof = sum(one.trials for one in known) - len(known)
+    dof = sum(knowledge.trials for knowledge in known) - len(known)
     z = _normal(len(ALL_COLUMNS)) @ _root_of_correlation(known).T
     k = expected * z
     squares = mean_squares(k, expected * t_factor(max(dof, 1.0)) / t_factor(np.inf))
@@ -68,15 +68,19 @@ def foretold_allowance(
     )[diagonal]
     middle = int(np.argsort(grows.max(axis=1))[_DRAWS // 2])
     return [
-        (one.shifts.T * squares[middle]) @ one.shifts + gain[middle] * _of_gains(theta, d)
-        for one, theta in zip(known, parameters, strict=True)
+        (knowledge.shifts.T * squares[middle]) @ knowledge.shifts
+        + gain[middle] * _of_gains(theta, d)
+        for knowledge, theta in zip(known, parameters, strict=True)
     ]
 
 
-def _root_of_correlation(known: Sequence[Knowledge]) -> FloatArray:
+def _root_of_correlation(conditions: Sequence[Knowledge]) -> FloatArray:
     """Root (c, c) of the correlation of the sizes of the departures, mean over conditions."""
     total = np.mean(
-        [knowledge.own * np.outer(knowledge.expected, knowledge.expected) for knowledge in known],
+        [
+            knowledge.own * np.outer(knowledge.expected, knowledge.expected)
+            for knowledge in conditions
+        ],
         axis=0,
     )
     values, vectors = np.linalg.eigh(total)
@@ -88,16 +92,16 @@ def _normal(count: int) -> FloatArray:
     return frozen(np.random.default_rng(43).standard_normal((_DRAWS, count)))
 
 
-def _gains(known: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> FloatArray:
+def _gains(conditions: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> FloatArray:
     """Mean square of one axis' gain in each draw; 0 if the gain is hardly detectable."""
-    d = round((known[0].parameters / 3) ** 0.5)
+    d = round((conditions[0].parameters / 3) ** 0.5)
     if d == 1:
         return np.zeros(_DRAWS)
     gains_and_errors = [
-        gain_in(theta, one.covariance, 0) for one, theta in zip(known, parameters, strict=True)
+        gain_in(theta, one.covariance, 0) for one, theta in zip(conditions, parameters, strict=True)
     ]
     error = float(sum(one[1] ** -2 for one in gains_and_errors) ** -0.5)
-    if limit_of_gain(error, min(one.trials for one in known) - 1) > LARGEST_GAIN:
+    if limit_of_gain(error, min(one.trials for one in conditions) - 1) > LARGEST_GAIN:
         return np.zeros(_DRAWS)
     return mean_square_of_gain(error * _normal(len(ALL_COLUMNS) + 1)[:, -1], error)
 
@@ -128,7 +132,7 @@ def expected_mean_squares(
     (..., c) array
         The mean over sessions in which the sizes differ by chance.
     """
-    total = np.sum([np.diagonal(one, axis1=-2, axis2=-1) for one in own], axis=0)
+    total = np.sum([np.diagonal(information, axis1=-2, axis2=-1) for information in own], axis=0)
     expected = np.maximum(total, 1e-300) ** -0.5
     few = _normal(total.shape[-1])[:_FEW]
     error = expected * t_factor(max(dof, 1.0)) / t_factor(np.inf)

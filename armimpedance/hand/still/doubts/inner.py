@@ -270,15 +270,15 @@ def _note(inner: Inner, correct: bool) -> str:
     )
 
 
-def _warning(plain: ImpedanceEstimate, one: ImpedanceEstimate, inner: Inner) -> str | None:
+def _warning(plain: ImpedanceEstimate, corrected: ImpedanceEstimate, inner: Inner) -> str | None:
     """Warning about the softest stiffness; None if the mode hardly changes it."""
-    q = one.k**2
+    q = corrected.k**2
     symmetric = (plain.stiffness + plain.stiffness.T) / 2
     n = np.linalg.eigh(symmetric)[1][:, 0]
     w = np.kron(n, n)
-    before, after = (float(n @ e.stiffness @ n) for e in (plain, one))
-    block = one.covariance[2 * q :, 2 * q :]
-    half = t_factor(one.dof) * float(np.sqrt(max(float(w @ block @ w), 0.0)))
+    before, after = (float(n @ e.stiffness @ n) for e in (plain, corrected))
+    block = corrected.covariance[2 * q :, 2 * q :]
+    half = t_factor(corrected.dof) * float(np.sqrt(max(float(w @ block @ w), 0.0)))
     could = abs(float(w @ inner.wrong[2 * q :])) + float(
         np.sqrt(max(float(w @ inner.spread[2 * q :, 2 * q :] @ w), 0.0))
     )

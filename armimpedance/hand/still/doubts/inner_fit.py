@@ -51,10 +51,10 @@ class InnerFits:
 
 def together(fits: Sequence[InnerFits]) -> InnerFits:
     """Mean over conditions, weighted by the precision of the sizes in each."""
-    weight = np.array([one.error**-2.0 for one in fits])
+    weight = np.array([fit.error**-2.0 for fit in fits])
     total = weight.sum(axis=0)
-    size = (weight * [one.size for one in fits]).sum(axis=0) / total
-    shift = np.mean([one.shift for one in fits], axis=0)
+    size = (weight * [fit.size for fit in fits]).sum(axis=0) / total
+    shift = np.mean([fit.shift for fit in fits], axis=0)
     return InnerFits(fits[0].modes, size, total**-0.5, shift)
 
 

@@ -97,13 +97,15 @@ def change_of(
     tried = tried_courses(recording, parts)
     if not tried:
         return None
-    best = max(tried, key=lambda one: abs(one.z))
-    whole = [one for one in tried if one.axis is None]
+    best = max(tried, key=lambda candidate: abs(candidate.z))
+    whole = [candidate for candidate in tried if candidate.axis is None]
     middle = recording.n_trials / 2
     usual = min(whole, key=lambda o: (o.course.kind != "from", abs(o.course.first - middle)))
-    fading = max(whole, key=lambda one: abs(one.fit.z[2])).fit
+    fading = max(whole, key=lambda candidate: abs(candidate.fit.z[2])).fit
     pattern = _pattern(_refined(models, best.course))
-    course, between = _placed(parts, [one.course for one in whole], best.course, pattern)
+    course, between = _placed(
+        parts, [candidate.course for candidate in whole], best.course, pattern
+    )
     exact = _refined(models, course)
     return SessionChange(
         course=course,
@@ -155,15 +157,15 @@ def _placed(
     """Course with this pattern that explains most, and the range of its first trial (95 %)."""
     if best.kind != "from":
         return best, (best.first, best.first)
-    begun = [one for one in courses if one.kind == "from"]
-    fits = fit_courses(parts, np.array([one.weight for one in begun]), pattern)
+    begun = [candidate for candidate in courses if candidate.kind == "from"]
+    fits = fit_courses(parts, np.array([candidate.weight for candidate in begun]), pattern)
     explained = [
         (float(fit.sizes @ np.linalg.inv(fit.covariance) @ fit.sizes), course)
         for fit, course in zip(fits, begun, strict=True)
         if fit is not None
     ]
-    most, course = max(explained, key=lambda one: one[0])
-    near = [one.first for size, one in explained if size >= most - _DROP]
+    most, course = max(explained, key=lambda candidate: candidate[0])
+    near = [candidate.first for size, candidate in explained if size >= most - _DROP]
     return course, (min(near), max(near))
 
 

@@ -101,7 +101,7 @@ def of_estimates(
     }
     if recording is not None:
         data["trials"], data["courses"] = trial_data(
-            recording, {condition_of(one): one.keys for one in estimates}
+            recording, {condition_of(estimate): estimate.keys for estimate in estimates}
         )
     used = dict.fromkeys(e.method for e in estimates)
     return page_from(
@@ -223,7 +223,7 @@ def _reviewed(
 
 def _drawn(recording: Recording, estimates: Estimates, trial_table: pd.DataFrame) -> list[Section]:
     """Pictures of all trials, the session's quality, and the fit of the worst fitted group."""
-    worst = min(estimates, key=lambda one: one.quality.vaf)
+    worst = min(estimates, key=lambda estimate: estimate.quality.vaf)
     name = condition_of(worst)
     quality = picture(
         plot_quality(recording),

@@ -194,7 +194,7 @@ def estimate(
         estimates = allowing(estimates, alike, columns)
         if detected is not None:
             estimates = widened_by_filter(estimates, read, columns, detected)
-        estimates = [one.marked(marks) for one in estimates]
+        estimates = [result.marked(marks) for result in estimates]
         estimates = _noting(estimates, whole, left_out_trials(leave_out), columns)
         return Estimates(tuple(estimates), read.subject, read.gravity_m_s2)
 
