@@ -1,4 +1,4 @@
-"""An experiment that chooses its next push: what was measured, what is wished, what to do next."""
+"""Adaptive experiments: choose the next pushes from the trials so far and the requirements."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-"""How many pushes of which line and condition fulfil the wish soonest.
+"""Choice of the pushes, by line and condition, that meet the required precision soonest.
 
-Pushes are added one small group after another, each where it narrows most what is furthest from
-its wish; at the end those are taken out that later ones have made needless. What departures would
-be allowed for is counted with each candidate: where a reflex that cannot be excluded widens the
+Pushes are added in small groups. Each group is placed where it narrows most the interval that is
+furthest from its requirement. At the end the pushes that later ones have made unnecessary are
+removed. The allowance for departures is included: if a reflex that cannot be excluded widens the
 interval, the push that excludes it is chosen.
 """
 
@@ -21,17 +21,17 @@ from armimpedance.hand.adaptive.so_far import SoFar, loss_of
 from armimpedance.hand.adaptive.target import Target
 from armimpedance.hand.still import expected_mean_squares
 
-#: A group of pushes is this part of those that were done, one at least.
+#: Size of a group of pushes, as a share of the trials so far; at least one.
 _GROUP: Final = 0.04
-#: The furthest target counts nearly alone: the exponent of a mean over targets.
+#: Exponent of the mean over targets: large, so that the furthest target dominates.
 _SHARP: Final = 64.0
-#: The column whose number is a reflex.
+#: The column whose size is a reflex.
 REFLEX: Final = "reflex 0.055"
 
 
 @dataclass(frozen=True, eq=False)
 class ExperimentSoFar:
-    """Conditions, what further pushes of each would tell, and what is wished."""
+    """Conditions, the information of further pushes of each, and the requirements."""
 
     known: tuple[SoFar, ...]
     menus: tuple[Menu, ...]
@@ -39,23 +39,25 @@ class ExperimentSoFar:
 
     @cached_property
     def seen(self) -> tuple[FloatArray, FloatArray]:
-        """Numbers that the departures seem to have over all conditions, and their errors, (c,)."""
-        weight = np.stack([one.seen_error**-2 for one in self.known])
-        k = (weight * np.stack([one.seen for one in self.known])).sum(axis=0) / weight.sum(axis=0)
+        """Estimated sizes of the departures over all conditions, and standard errors, (c,)."""
+        weight = np.stack([state.seen_error**-2 for state in self.known])
+        k = (weight * np.stack([state.seen for state in self.known])).sum(axis=0) / weight.sum(
+            axis=0
+        )
         return k, weight.sum(axis=0) ** -0.5
 
     def of(self, name: str) -> int:
-        """A condition's number."""
-        return [one.name for one in self.known].index(name)
+        """Index of a condition."""
+        return [state.name for state in self.known].index(name)
 
 
 @dataclass(frozen=True)
 class Need:
-    """Pushes that the wish still needs.
+    """Pushes that are still needed.
 
-    `counts`: of each condition, of each line (L,).
-    `parts`: of each target, half the interval after them over the half that is allowed.
-    `enough`: whether the wish is met with them.
+    `counts`: for each condition, of each line (L,).
+    `parts`: for each target, the half-width after them relative to the allowed one.
+    `enough`: True if the requirements are met with them.
     """
 
     counts: tuple[IntArray, ...]
@@ -64,18 +66,19 @@ class Need:
 
     @property
     def trials(self) -> int:
-        """All of them."""
+        """Total number of pushes."""
         return int(sum(count.sum() for count in self.counts))
 
 
 def needed(session: ExperimentSoFar, most: int, scale: Mapping[str, float] | None = None) -> Need:
     """Add pushes until every target is met, or until there are `most`.
 
-    `scale`: of each target, how much wider `estimate` finds it by now than is foretold here.
+    `scale`: for each target, the ratio of the half-width by `estimate` so far to the prediction
+    here.
     """
     wider = np.array([(scale or {}).get(target.name, 1.0) for target in session.targets])
-    information = [one.knowledge.information for one in session.known]
-    trials = [float(one.trials) for one in session.known]
+    information = [state.knowledge.information for state in session.known]
+    trials = [float(state.trials) for state in session.known]
     counts = [np.zeros(len(menu.lines), dtype=int) for menu in session.menus]
     while True:
         parts = wider * _parts(session, information, trials)
@@ -92,21 +95,25 @@ def needed(session: ExperimentSoFar, most: int, scale: Mapping[str, float] | Non
 
 
 def _pared(session: ExperimentSoFar, need: Need, wider: FloatArray) -> Need:
-    """Without the pushes that later ones have made needless: as many at once as can go."""
+    """Remove the pushes that later ones have made unnecessary, as many at a time as possible."""
     counts, parts = [count.copy() for count in need.counts], need.parts
     group = max(1, need.trials // 8)
     while group:
-        found = []
+        options = []
         for which, menu in enumerate(session.menus):
             lines = np.flatnonzero(counts[which] >= group)
             if len(lines):
                 fewer = _after(session, counts, which, -group * menu.information[lines])
-                after = [one.trials + c.sum() for one, c in zip(session.known, counts, strict=True)]
+                after = [
+                    state.trials + c.sum() for state, c in zip(session.known, counts, strict=True)
+                ]
                 after[which] -= group
                 tried = wider[:, None] * _parts(session, fewer, after)
                 line = int(np.argmin(tried.max(axis=0)))
-                found.append((float(tried[:, line].max()), which, int(lines[line]), tried[:, line]))
-        best = min(found, key=lambda one: one[:3], default=None)
+                options.append(
+                    (float(tried[:, line].max()), which, int(lines[line]), tried[:, line])
+                )
+        best = min(options, key=lambda state: state[:3], default=None)
         if best is None or best[0] > 1:
             group //= 2
             continue
@@ -118,15 +125,15 @@ def _pared(session: ExperimentSoFar, need: Need, wider: FloatArray) -> Need:
 def _after(
     session: ExperimentSoFar, counts: Sequence[IntArray], which: int, more: FloatArray
 ) -> list[FloatArray]:
-    """Information of each condition after pushes, one condition's with each of `more` (J, q, q)."""
-    made = []
-    for number, (one, menu, count) in enumerate(
+    """Information of each condition after pushes; one condition's with each of `more` (J, q, q)."""
+    totals = []
+    for number, (state, menu, count) in enumerate(
         zip(session.known, session.menus, counts, strict=True)
     ):
-        total = one.knowledge.information + np.tensordot(count, menu.information, axes=1)
+        total = state.knowledge.information + np.tensordot(count, menu.information, axes=1)
         added = more if number == which else np.zeros((len(more), 1, 1))
-        made.append(total + added)
-    return made
+        totals.append(total + added)
+    return totals
 
 
 def _best(
@@ -137,36 +144,42 @@ def _best(
     wider: FloatArray,
 ) -> tuple[int, int]:
     """The condition and line whose pushes help most."""
-    found = []
+    options = []
     for which, menu in enumerate(session.menus):
         more = information[which] + group * menu.information
-        own = [np.broadcast_to(each, (len(more), *each.shape)) for each in information]
+        own = [
+            np.broadcast_to(of_condition, (len(more), *of_condition.shape))
+            for of_condition in information
+        ]
         own[which] = more
         after = [t + group * (c == which) for c, t in enumerate(trials)]
         parts = wider[:, None] * _parts(session, own, after)
         badness = (parts**_SHARP).sum(axis=0)
         line = int(np.argmin(badness))
-        found.append((float(badness[line]), which, line))
-    return min(found)[1:]
+        options.append((float(badness[line]), which, line))
+    return min(options)[1:]
 
 
 def _parts(
     session: ExperimentSoFar, information: Sequence[FloatArray], trials: Sequence[float]
 ) -> FloatArray:
-    """Half of each target's interval over the half that is allowed, (targets, ...).
+    """Half-width of each target's interval relative to the allowed one, (targets, ...).
 
     `information`: of each condition, (..., q, q).
     """
     p = len(session.known[0].parameters)
-    covariance = [np.linalg.inv(each[..., :p, :p]) for each in information]
-    shifts = [each[..., p:, :p] @ C for each, C in zip(information, covariance, strict=True)]
+    covariance = [np.linalg.inv(of_condition[..., :p, :p]) for of_condition in information]
+    shifts = [
+        of_condition[..., p:, :p] @ C
+        for of_condition, C in zip(information, covariance, strict=True)
+    ]
     own = [
-        each[..., p:, p:] - S @ each[..., :p, p:]
-        for each, S in zip(information, shifts, strict=True)
+        of_condition[..., p:, p:] - S @ of_condition[..., :p, p:]
+        for of_condition, S in zip(information, shifts, strict=True)
     ]
     squares = expected_mean_squares(own, sum(trials) - len(trials), session.seen)
     loss = loss_of(session.known[0].axes)
-    found = []
+    parts = []
     for target in session.targets:
         dof = min(trials[session.of(name)] for name in target.gradients) - 1
         variance: FloatArray = np.zeros(information[0].shape[:-2])
@@ -181,17 +194,17 @@ def _parts(
             variance = variance + np.einsum("i,...ij,j->...", g, covariance[which], g)
             wrong = wrong + shifts[which] @ slope
         variance = variance + (squares * wrong**2).sum(axis=-1)
-        found.append(target.factor(dof) * np.sqrt(variance) / target.allowed)
-    return np.asarray(found)
+        parts.append(target.factor(dof) * np.sqrt(variance) / target.allowed)
+    return np.asarray(parts)
 
 
 def scaled_to(session: ExperimentSoFar, found: Mapping[str, float]) -> dict[str, float]:
-    """How much wider `estimate` finds each target than is foretold for the same trials.
+    """Ratio of each target's half-width by `estimate` to the prediction for the same trials.
 
-    `found`: half-widths of targets over what is allowed.
+    `found`: half-widths of targets relative to the allowed ones.
     """
-    information = [one.knowledge.information for one in session.known]
-    parts = _parts(session, information, [float(one.trials) for one in session.known])
+    information = [state.knowledge.information for state in session.known]
+    parts = _parts(session, information, [float(state.trials) for state in session.known])
     return {
         target.name: found[target.name] / float(part)
         for target, part in zip(session.targets, parts, strict=True)

@@ -1,4 +1,4 @@
-"""Trials that come in one by one, collected to a recording."""
+"""Collection of trials that arrive one by one into a recording."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from armimpedance.core.records import Recording, Subject
 
 @dataclass(frozen=True, eq=False)
 class RecordedTrial(FrozenRecord):
-    """One push as it was recorded.
+    """Recorded samples of one push.
 
     `position`, `force` (S, d): of the hand (m), and by the limb on the handle (N).
     `onset_s`, `end_s`: of the disturbance, from the first sample.
@@ -47,7 +47,7 @@ class RecordedTrial(FrozenRecord):
 
 @dataclass(frozen=True)
 class Setup:
-    """What all trials of a session have in common: the recording's facts."""
+    """Facts that all trials of a session share."""
 
     sample_rate_hz: float = 1000.0
     handle_mass_kg: float = 0.0
@@ -56,7 +56,7 @@ class Setup:
 
 
 def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
-    """The recording that trials make, in their order.
+    """Build a recording from trials, in their order.
 
     Parameters
     ----------
@@ -75,20 +75,20 @@ def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
     """
     if not trials:
         raise InputError("no trial", expected="one or more")
-    for number, one in enumerate(trials, 1):
-        check_axes(one, trials[0], number)
-    lengths = np.array([len(one.position) for one in trials])
-    angles = [one.joint_angles for one in trials if one.joint_angles is not None]
-    every = np.concatenate(angles) if len(angles) == len(trials) else None
+    for number, trial in enumerate(trials, 1):
+        check_axes(trial, trials[0], number)
+    lengths = np.array([len(trial.position) for trial in trials])
+    angles = [trial.joint_angles for trial in trials if trial.joint_angles is not None]
+    all_angles = np.concatenate(angles) if len(angles) == len(trials) else None
     return Recording(
         kind="hand",
         sample_rate_hz=setup.sample_rate_hz,
         trials=_table(trials),
         offsets=np.concatenate([[0], np.cumsum(lengths)]),
         time_s=np.concatenate([np.arange(n) / setup.sample_rate_hz for n in lengths]),
-        position=np.concatenate([one.position for one in trials]),
-        force=np.concatenate([one.force for one in trials]),
-        joint_angles=every,
+        position=np.concatenate([trial.position for trial in trials]),
+        force=np.concatenate([trial.force for trial in trials]),
+        joint_angles=all_angles,
         handle_mass_kg=setup.handle_mass_kg,
         subject=setup.subject or Subject(),
         shoulder_m=None if setup.shoulder_m is None else np.array(setup.shoulder_m),
@@ -97,9 +97,9 @@ def recording_of(trials: Sequence[RecordedTrial], setup: Setup) -> Recording:
 
 
 def check_axes(trial: RecordedTrial, first: RecordedTrial, number: int) -> None:
-    """Refuse a trial, of this number, that has other axes than the first one.
+    """Refuse a trial, of this number, whose axes differ from those of the first one.
 
-    Raises InputError: it has.
+    Raises InputError: they differ.
     """
     d = first.position.shape[1]
     if trial.position.shape[1] != d:
@@ -107,7 +107,7 @@ def check_axes(trial: RecordedTrial, first: RecordedTrial, number: int) -> None:
 
 
 def trials_of(recording: Recording) -> list[RecordedTrial]:
-    """The trials of a recording whose table says direction, onset and end.
+    """The trials of a recording whose table has direction, onset and end.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def trials_of(recording: Recording) -> list[RecordedTrial]:
     Raises
     ------
     InputError
-        The table does not say them of every trial.
+        The table lacks one of them for a trial.
     """
     table = recording.trials
     for column in ("direction_deg", "onset_s", "end_s"):
@@ -131,32 +131,32 @@ def trials_of(recording: Recording) -> list[RecordedTrial]:
     if recording.axes == 3:
         above = np.deg2rad(table["elevation_deg"].to_numpy(float))
         units = np.column_stack([units * np.cos(above)[:, None], np.sin(above)])
-    made = []
+    trials = []
     for row in range(recording.n_trials):
-        own = recording.samples_of(row)
+        samples = recording.samples_of(row)
         angles = recording.joint_angles
-        made.append(
+        trials.append(
             RecordedTrial(
                 str(table["condition"].iloc[row]),
                 units[row],
                 float(table["onset_s"].iloc[row]),
                 float(table["end_s"].iloc[row]),
-                recording.position[own],
-                recording.force[own],
-                None if angles is None else angles[own],
+                recording.position[samples],
+                recording.force[samples],
+                None if angles is None else angles[samples],
             )
         )
-    return made
+    return trials
 
 
 def _table(trials: Sequence[RecordedTrial]) -> pd.DataFrame:
     columns: dict[str, Any] = {
         "trial": np.arange(1, len(trials) + 1),
-        "condition": [one.condition for one in trials],
-        "onset_s": [one.onset_s for one in trials],
-        "end_s": [one.end_s for one in trials],
+        "condition": [trial.condition for trial in trials],
+        "onset_s": [trial.onset_s for trial in trials],
+        "end_s": [trial.end_s for trial in trials],
     }
-    units = np.stack([one.direction for one in trials])
+    units = np.stack([trial.direction for trial in trials])
     columns["direction_deg"] = np.round(np.rad2deg(np.arctan2(units[:, 1], units[:, 0])), 6) % 360
     if units.shape[1] == 3:
         columns["elevation_deg"] = np.round(np.rad2deg(np.arcsin(np.clip(units[:, 2], -1, 1))), 6)

@@ -1,13 +1,13 @@
-"""A robot's side of the experiment: trials come in as lines, pushes go out.
+"""Interface to a robot: trials arrive as lines, pushes are sent.
 
 A line is a JSON object. The robot asks with ``{"ready": true}``; after each push it sends
-``{"trial": {...}}`` with what it recorded. Each is answered by one line,
+``{"trial": {...}}`` with its record. The response to each is one line,
 
     {"push": {...} or null, "remaining": {condition: pushes}, "met": false}
 
 or ``{"error": "what, expected ..."}``, after which the push is still to be done. The pushes of the
-next group are computed while those before are done, so that an answer does not wait for them; which
-trials a group is computed from does not depend on the machine's speed.
+next group are computed while those before are done, so that the response is immediate. The trials
+that a group is computed from do not depend on the speed of the machine.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from armimpedance.hand.adaptive.next_trials import NextTrials
 from armimpedance.hand.adaptive.order import Push
 from armimpedance.hand.planning import Profile
 
-#: So many pushes are left when the next group begins to be computed.
+#: Number of pushes left when the computation of the next group begins.
 AHEAD: Final = 2
-#: A line of more letters is refused: a trial of ten seconds in three axes has half of it.
+#: Longest line, in letters: a trial of ten seconds in three axes has half of it.
 LONGEST_LINE: Final = 4_000_000
 
-#: What was measured so far, or nothing -> what to do next.
+#: The recording so far, or None -> the next pushes.
 Chooser = Callable[[Recording | None], NextTrials]
 
 
 class OneCourse:
-    """A chooser that keeps to the course that it chose first, once it could choose.
+    """A chooser that keeps the course that it chose first from measured trials.
 
     `choose`: called with the recording and the keyword ``course``.
     """
@@ -53,15 +53,15 @@ class OneCourse:
         self._course: Profile | None = None
 
     def __call__(self, recording: Recording | None) -> NextTrials:
-        """The next pushes."""
-        made = self._choose(recording, course=self._course)
-        if made.targets and made.pushes:
-            self._course = made.pushes[0].profile
-        return made
+        """Choose the next pushes."""
+        chosen = self._choose(recording, course=self._course)
+        if chosen.targets and chosen.pushes:
+            self._course = chosen.pushes[0].profile
+        return chosen
 
 
 class PushSession:
-    """Pushes out, trials in.
+    """Dialogue with a robot: give pushes, receive trials.
 
     `choose`: called in another thread, one call at a time.
     `setup`: the recording's facts.
@@ -83,11 +83,11 @@ class PushSession:
 
     @property
     def met(self) -> bool:
-        """Whether the wish is met by the trials up to the last group's."""
+        """True if the requirements are met by the trials before the last group."""
         return self._last is not None and self._last.met
 
     def push(self) -> Push | None:
-        """The push that is to be done now; None: the wish is met, or no push can meet it.
+        """The push to be done now; None if the requirements are met, or no push can meet them.
 
         Raises InputError: the trials so far allow no choice.
         """
@@ -98,13 +98,13 @@ class PushSession:
         return self._queue[0] if self._queue else None
 
     def known(self) -> tuple[Push, ...]:
-        """The pushes that are known by now, that to do first; empty where `push` gives None."""
+        """The pushes chosen so far, the next one first; empty if `push` gives None."""
         return () if self.push() is None else tuple(self._queue)
 
     def add(self, trial: RecordedTrial) -> None:
-        """What the push gave.
+        """Add the trial of the push.
 
-        Raises InputError: it has other axes than the trials before.
+        Raises InputError: its axes differ from those of the trials before.
         """
         if self.trials:
             check_axes(trial, self.trials[0], len(self.trials) + 1)
@@ -119,19 +119,19 @@ class PushSession:
         return {} if self._last is None else dict(self._last.remaining)
 
     def recording(self) -> Recording:
-        """All trials."""
+        """Recording of all trials."""
         return recording_of(self.trials, self._setup)
 
     def _ask(self) -> None:
         self._coming = self._worker.submit(self._chosen, tuple(self.trials))
 
     def _chosen(self, trials: tuple[RecordedTrial, ...]) -> NextTrials:
-        """What comes after these trials; in the other thread, for joining them takes a while."""
+        """Choose the pushes after these trials, in the other thread: joining takes a while."""
         return self._choose(recording_of(trials, self._setup) if trials else None)
 
 
 def answers(session: PushSession, lines: Iterable[str]) -> Iterator[str]:
-    """The answer to each line; a line that cannot be read is answered by an error.
+    """Yield the response to each line; the response to a line that cannot be read is an error.
 
     Parameters
     ----------
@@ -158,41 +158,41 @@ def _take(session: PushSession, line: str) -> None:
     if len(line) > LONGEST_LINE:
         raise InputError(f"a line of {len(line):,} letters", expected=f"{LONGEST_LINE:,} or fewer")
     try:
-        told = json.loads(line)
+        message = json.loads(line)
     except (ValueError, RecursionError) as error:
         raise InputError("a line that is no JSON", expected='{"ready": true}') from error
-    if not isinstance(told, dict) or not ({"ready", "trial"} & set(told)):
+    if not isinstance(message, dict) or not ({"ready", "trial"} & set(message)):
         raise InputError("a line without ready or trial", expected='{"trial": {...}}')
-    if "trial" in told:
-        session.add(_trial(told["trial"], session.push()))
+    if "trial" in message:
+        session.add(_trial(message["trial"], session.push()))
 
 
-def _trial(told: Any, push: Push | None) -> RecordedTrial:
-    """A trial by its line; condition and direction are those of the push that was asked for."""
-    if not isinstance(told, dict):
+def _trial(fields: Any, push: Push | None) -> RecordedTrial:
+    """Read a trial from its line; condition and direction are those of the requested push."""
+    if not isinstance(fields, dict):
         raise InputError("a trial that is no object", expected="position_m, force_N, onset_s")
-    if push is None and "condition" not in told:
+    if push is None and "condition" not in fields:
         raise InputError("a trial that was not asked for", expected="its condition and direction")
-    condition = str(told.get("condition", push.condition if push else ""))
-    direction = told.get("direction", push.direction if push else ())
-    end = told.get("end_s")
-    onset = _number(told, "onset_s")
+    condition = str(fields.get("condition", push.condition if push else ""))
+    direction = fields.get("direction", push.direction if push else ())
+    end = fields.get("end_s")
+    onset = _number(fields, "onset_s")
     if end is None and push is not None:
         end = onset + push.profile.duration_s
-    angles = told.get("joint_angles_rad")
+    angles = fields.get("joint_angles_rad")
     return RecordedTrial(
         condition=condition,
         direction=_array(direction, "direction", 1),
         onset_s=onset,
         end_s=float(_finite(end, "end_s")),
-        position=_array(told.get("position_m"), "position_m", 2),
-        force=_array(told.get("force_N"), "force_N", 2),
+        position=_array(fields.get("position_m"), "position_m", 2),
+        force=_array(fields.get("force_N"), "force_N", 2),
         joint_angles=None if angles is None else _array(angles, "joint_angles_rad", 2),
     )
 
 
-def _number(told: dict[str, Any], name: str) -> float:
-    return _finite(told.get(name), name)
+def _number(fields: dict[str, Any], name: str) -> float:
+    return _finite(fields.get(name), name)
 
 
 def _finite(value: Any, name: str) -> float:
@@ -203,23 +203,23 @@ def _finite(value: Any, name: str) -> float:
 
 def _array(values: Any, name: str, dimensions: int) -> np.ndarray:
     try:
-        made = np.asarray(values, dtype=float)
+        array = np.asarray(values, dtype=float)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} holds no numbers", column=name, expected="numbers") from error
-    if made.ndim != dimensions or not made.size or not np.isfinite(made).all():
+    if array.ndim != dimensions or not array.size or not np.isfinite(array).all():
         form = "a list of numbers" if dimensions == 1 else "a list of samples, each of every axis"
         raise InputError(f"{name} of the wrong form", column=name, expected=f"{form}, all finite")
-    return made
+    return array
 
 
 def _answer(session: PushSession) -> dict[str, Any]:
     push = session.push()
-    told = None if push is None else told_push(push)
-    return {"push": told, "remaining": session.remaining(), "met": push is None and session.met}
+    message = None if push is None else told_push(push)
+    return {"push": message, "remaining": session.remaining(), "met": push is None and session.met}
 
 
 def told_push(push: Push) -> dict[str, Any]:
-    """A push as a robot is told it."""
+    """A push as a message to a robot."""
     return {
         "condition": push.condition,
         "direction": [round(u, 9) for u in push.direction],

@@ -1,7 +1,7 @@
 """The pushes to choose from: one course within the robot's limits, along several lines.
 
-Both ways of a line tell the same but for what is not linear, and a person who knows the line does
-not know the way.
+Both directions of a line give the same information apart from non-linear effects, and a person who
+knows the line does not know the direction.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LINES: Final = 8
 
 @dataclass(frozen=True, eq=False)
 class Menu(FrozenRecord):
-    """A course and what a push of it tells of one condition along each line.
+    """A course, and the information of a push of it about one condition along each line.
 
     `knowledge` (L,): of one push along each line.
     """
@@ -33,8 +33,8 @@ class Menu(FrozenRecord):
 
     @property
     def information(self) -> FloatArray:
-        """That of one push along each line, (L, q, q)."""
-        return np.stack([one.information for one in self.knowledge])
+        """Information of one push along each line, (L, q, q)."""
+        return np.stack([knowledge.information for knowledge in self.knowledge])
 
 
 def lines_of(axes: int) -> FloatArray:
@@ -43,21 +43,21 @@ def lines_of(axes: int) -> FloatArray:
         angle = np.pi * np.arange(_LINES) / _LINES
         return np.column_stack([np.cos(angle), np.sin(angle)])
     signs = np.array(np.meshgrid(*[[-1, 0, 1]] * axes, indexing="ij")).reshape(axes, -1).T
-    # of a line's two ways the one whose first component that is not zero is positive
+    # of a line's two directions, that whose first non-zero component is positive
     chosen = [row for row in signs if row.any() and row[np.flatnonzero(row)[0]] > 0]
     rows = np.array(sorted(chosen, key=lambda row: (np.abs(row).sum(), *-row)), dtype=float)
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
 
 
-def menu_of(one: SoFar, profile: Profile, servo: Servo) -> Menu:
-    """What pushes of this course would tell of a condition, by what is known of it."""
-    setting = Setting(one.arm, one.noise, servo, one.sample_rate_hz)
+def menu_of(state: SoFar, profile: Profile, servo: Servo) -> Menu:
+    """Build the menu of this course for a condition, from its estimates so far."""
+    setting = Setting(state.arm, state.noise, servo, state.sample_rate_hz)
     motion = PlannedMotion(setting, profile)
-    lines = lines_of(one.axes)
-    known = knowledge_by_trial(
-        motion.trials(lines), motion.weight, one.parameters, one.knowledge.peaks
+    lines = lines_of(state.axes)
+    knowledge = knowledge_by_trial(
+        motion.trials(lines), motion.weight, state.parameters, state.knowledge.peaks
     )
-    return Menu(profile, lines, tuple(known))
+    return Menu(profile, lines, tuple(knowledge))
 
 
 def spread_evenly(menu: Menu) -> Menu:

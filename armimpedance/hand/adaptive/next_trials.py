@@ -1,4 +1,4 @@
-"""What to push next, how much is left, and whether the wish is met."""
+"""The next pushes, the number that remains, and whether the requirements are met."""
 
 from __future__ import annotations
 
@@ -38,24 +38,24 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-#: The shape to begin with: that which needs fewest trials of a relaxed arm (docs/evidence/
-#: reflex_and_plan.md), so that a session hardly ever has to change its course.
+#: The first shape: the one that needs fewest trials with a relaxed arm (docs/evidence/
+#: reflex_and_plan.md), so that the course hardly ever has to change during a session.
 FIRST_SHAPE: Final = "reflex_separating"
 
 
 @dataclass(frozen=True)
 class PushingRobot:
-    """What the robot can do.
+    """Abilities of the robot.
 
     Attributes
     ----------
     limits : Limits
-        Its duration is the longest.
+        Limits of a push; its duration is the longest one.
     servo : Servo
     shapes : tuple of str
-        Names of the shapes that it can run.
+        Names of the available shapes.
     course : Profile or None
-        The only course; None: one is chosen within shapes and limits.
+        The only course; None to choose one within shapes and limits.
     """
 
     limits: Limits = field(default_factory=Limits)
@@ -69,44 +69,47 @@ class PushingRobot:
         if self.course is not None:
             return [self.course]
         longest = self.limits.duration_s
-        durations = [each for each in DURATIONS_S if each < longest - 1e-9]
-        made = candidates_of(self.shapes, [*durations, longest], self.limits)
-        return [one for one in made if not one.shape.caution]
+        durations = [duration for duration in DURATIONS_S if duration < longest - 1e-9]
+        profiles = candidates_of(self.shapes, [*durations, longest], self.limits)
+        return [profile for profile in profiles if not profile.shape.caution]
 
     @property
     def first(self) -> Profile:
-        """The course to begin with: the designed one where it can be run, as long as it may be."""
-        longest = max((one.duration_s for one in self.profiles), default=0.0)
-        made = [one for one in self.profiles if one.duration_s == longest]
-        if not made:
+        """The course to begin with: the designed shape if available, at the longest duration."""
+        longest = max((profile.duration_s for profile in self.profiles), default=0.0)
+        longest_profiles = [profile for profile in self.profiles if profile.duration_s == longest]
+        if not longest_profiles:
             raise InputError(f"shapes {', '.join(self.shapes)}", expected="one without a caution")
-        return next((one for one in made if one.shape.name == FIRST_SHAPE), made[0])
+        return next(
+            (profile for profile in longest_profiles if profile.shape.name == FIRST_SHAPE),
+            longest_profiles[0],
+        )
 
 
 @dataclass(frozen=True, repr=False)
 class NextTrials(FrozenRecord):
-    """The next pushes, and how far the wish is.
+    """The next pushes, and the state of the requirements.
 
     Attributes
     ----------
     pushes : tuple of Push
-        In the order in which they are to be done; empty where the wish is met.
+        In the order in which they are to be done; empty if the requirements are met.
     remaining : mapping from a condition to an int
-        Pushes that the wish still needs, the next ones among them; of a condition with too few
-        trials to tell, its first set.
+        Pushes that are still needed, including the next ones; for a condition with too few trials,
+        its first set.
     targets : tuple of Target
     now, then : (targets,) arrays
-        Half of each interval by now, as `estimate` prints it, over what is allowed; and after the
-        remaining pushes.
+        Half-width of each interval relative to the allowed one: now, as `estimate` prints it, and
+        after the remaining pushes.
     met : bool
-        Whether all intervals are as narrow as was wished, a difference being detected or excluded.
+        True if all intervals are as narrow as required, a difference being detected or excluded.
     detected : bool
-        Whether a difference between two conditions was wished for and is significant at the level
-        of 5 %, however often it was asked for.
+        True if a difference between two conditions was requested and is significant at the level of
+        5 %, however often it was tested.
     enough : bool
-        Whether they will be, with at most as many trials as were allowed.
+        True if they will be met with the allowed number of trials.
     warnings : tuple of str
-        What the checks of the recording said.
+        Warnings of the recording's checks.
 
     Examples
     --------
@@ -129,13 +132,13 @@ class NextTrials(FrozenRecord):
     warnings: tuple[str, ...] = ()
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a push: condition, direction, course, pause."""
+        """One row per push: condition, direction, course, pause."""
         import pandas as pd
 
         return pd.DataFrame([_row(number, push) for number, push in enumerate(self.pushes, 1)])
 
     def to_dict(self) -> dict[str, Any]:
-        """The pushes, what remains, and each target's half-width by now and as wished."""
+        """The pushes, the remaining numbers, and each target's present and required half-width."""
         shown = [
             {
                 "name": target.name,
@@ -203,55 +206,61 @@ def next_trials(
     Parameters
     ----------
     recording : Recording or None
-        What was measured; None: nothing yet.
+        The trials so far; None if there are none.
     aim : Aim
     robot : PushingRobot
     comfort : Comfort
     conditions : sequence of str, optional
-        Those that are wished for; default: the recording's.
+        Requested conditions; default: the recording's.
     count : int
         Pushes to choose now.
     most_trials : int
-        More are not counted.
+        Limit of the number of pushes that are counted.
     axes : int
-        Of a hand of which nothing was measured yet.
+        Number of axes if nothing was measured yet.
     seed : int
-        Of the order; together with the number of trials it gives the same order.
+        Seed of the order, which also depends on the number of trials.
     found : sequence of ImpedanceEstimate, optional
-        What `estimate` finds in the recording, if the caller has it.
+        Estimates of the recording, if the caller has them.
 
     Returns
     -------
     NextTrials
-        The pushes, and how far the wish is.
+        The pushes, and the state of the requirements.
 
     Raises
     ------
     InputError
-        The recording is not of returning disturbances of the hand, or a wish has no meaning for it.
+        The recording is not of returning disturbances of the hand, or a requirement has no meaning
+        for it.
     """
     names = _named(recording, conditions)
     done = 0 if recording is None else recording.n_trials
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(done,)))
     if recording is None:
         return _first_set(None, names, robot, comfort, axes, done, rng)
-    known = _known(recording, names)
-    short = [name for name in names if name not in known]
+    states = _known(recording, names)
+    short = [name for name in names if name not in states]
     if short:
         return _first_set(recording, short, robot, comfort, recording.axes, done, rng)
-    states = tuple(known[name] for name in names)
-    targets = tuple(targets_of(aim, states))
-    made = allowing(estimate(recording), recording, ("condition",)) if found is None else found
-    session = ExperimentSoFar(states, (), targets)
-    parts = measured_parts(session, made)
+    requested_states = tuple(states[name] for name in names)
+    targets = tuple(targets_of(aim, requested_states))
+    estimates = allowing(estimate(recording), recording, ("condition",)) if found is None else found
+    session = ExperimentSoFar(requested_states, (), targets)
+    parts = measured_parts(session, estimates)
     now = np.array([parts.get(target.name, np.nan) for target in targets])
     session, need = best_session(session, robot, most_trials, parts)
     now = np.where(np.isnan(now), _by_forecast(session), now)
-    seen = np.array([_detected(target, made) for target in targets])
+    seen = np.array([_detected(target, estimates) for target in targets])
     met = bool(((now <= 1) | seen).all())
-    counts = [np.zeros_like(one) for one in need.counts] if met else list(need.counts)
+    counts = (
+        [np.zeros_like(group_counts) for group_counts in need.counts] if met else list(need.counts)
+    )
     pushes = _pushes(session, shared_out(counts, count), comfort, done, rng)
-    remaining = {one.name: int(c.sum()) for one, c in zip(states, counts, strict=True)}
+    remaining = {
+        group_counts.name: int(c.sum())
+        for group_counts, c in zip(requested_states, counts, strict=True)
+    }
     enough, detected = met or need.enough, bool(seen.any())
     return NextTrials(pushes, remaining, targets, now, need.parts, met, enough, detected)
 
@@ -265,8 +274,8 @@ def _named(recording: Recording | None, conditions: Sequence[str] | None) -> tup
 
 
 def _known(recording: Recording, names: Sequence[str]) -> dict[str, SoFar]:
-    found = {name: so_far(recording, name) for name in names}
-    return {name: one for name, one in found.items() if one is not None}
+    states = {name: so_far(recording, name) for name in names}
+    return {name: state for name, state in states.items() if state is not None}
 
 
 def _first_set(
@@ -278,7 +287,7 @@ def _first_set(
     done: int,
     rng: np.random.Generator,
 ) -> NextTrials:
-    """A set of pushes along all lines, for conditions of which too little is known."""
+    """A set of pushes along all lines, for conditions with too few trials."""
     profile = robot.first
     lines = lines_of(axes)
     pushes: list[Push] = []
@@ -291,10 +300,10 @@ def _first_set(
         chosen = np.resize(rng.permutation(len(lines)), sets)
         signs = np.where(np.arange(sets) % 2, -1.0, 1.0)
         units = in_random_order(signs[:, None] * lines[chosen], comfort.most_alike, rng)
-        each = pauses(sets, done + len(pushes), comfort, rng)
+        pause_list = pauses(sets, done + len(pushes), comfort, rng)
         pushes += [
             Push(name, tuple(map(float, unit)), profile, float(pause))
-            for unit, pause in zip(units, each, strict=True)
+            for unit, pause in zip(units, pause_list, strict=True)
         ]
         remaining[name] = sets
     none = np.zeros(0)
@@ -304,14 +313,14 @@ def _first_set(
 def best_session(
     session: ExperimentSoFar, robot: PushingRobot, most_trials: int, parts: Mapping[str, float]
 ) -> tuple[ExperimentSoFar, Need]:
-    """The course that needs fewest pushes, with what they would tell."""
+    """The course that needs fewest pushes, with their information."""
     best: tuple[ExperimentSoFar, Need] | None = None
     most = most_trials
     problem: ArmImpedanceError | None = None
     for profile in robot.profiles:
         try:
             menus: tuple[Menu, ...] = tuple(
-                menu_of(one, profile, robot.servo) for one in session.known
+                menu_of(state, profile, robot.servo) for state in session.known
             )
         except ArmImpedanceError as error:
             problem = error
@@ -333,37 +342,37 @@ def _rank(need: Need) -> tuple[bool, int, float]:
 def measured_parts(
     session: ExperimentSoFar, estimates: Sequence[ImpedanceEstimate]
 ) -> dict[str, float]:
-    """Half of each target's interval over what is allowed, as `estimate` finds it."""
-    named = {str(one.keys.get("condition")): one for one in estimates}
-    found = {}
+    """Half-width of each target's interval by `estimate`, relative to the allowed one."""
+    named = {str(estimate.keys.get("condition")): estimate for estimate in estimates}
+    parts = {}
     for target in session.targets:
         if target.column is not None:
             continue
-        ones = [named[name] for name in target.gradients]
+        estimates_of_target = [named[name] for name in target.gradients]
         variance = sum(
-            float(slope @ one.covariance @ slope)
-            for slope, one in zip(target.gradients.values(), ones, strict=True)
+            float(slope @ estimate.covariance @ slope)
+            for slope, estimate in zip(target.gradients.values(), estimates_of_target, strict=True)
         )
-        factor = target.factor(min(one.dof for one in ones))
-        found[target.name] = factor * float(np.sqrt(variance)) / target.allowed
-    return found
+        factor = target.factor(min(estimate.dof for estimate in estimates_of_target))
+        parts[target.name] = factor * float(np.sqrt(variance)) / target.allowed
+    return parts
 
 
 def _detected(target: Target, estimates: Sequence[ImpedanceEstimate]) -> bool:
-    """Whether the two conditions of a difference differ significantly by now."""
+    """True if the two conditions of a difference differ significantly so far."""
     if target.power is None:
         return False
-    named = {str(one.keys.get("condition")): one for one in estimates}
+    named = {str(estimate.keys.get("condition")): estimate for estimate in estimates}
     first, second = (named[name] for name in target.gradients)
     variance = sum(
         float(slope @ named[name].covariance @ slope) for name, slope in target.gradients.items()
     )
-    apart = log_size(first.stiffness) - log_size(second.stiffness)
-    return target.is_detected(apart, float(np.sqrt(variance)), min(first.dof, second.dof))
+    difference = log_size(first.stiffness) - log_size(second.stiffness)
+    return target.is_detected(difference, float(np.sqrt(variance)), min(first.dof, second.dof))
 
 
 def _by_forecast(session: ExperimentSoFar) -> FloatArray:
-    """The same by the noise that was found, for what `estimate` does not print."""
+    """Predicted relative half-widths, for targets that `estimate` does not print."""
     return needed(session, 0).parts
 
 
@@ -374,14 +383,14 @@ def _pushes(
     done: int,
     rng: np.random.Generator,
 ) -> tuple[Push, ...]:
-    made: list[Push] = []
-    for one, menu, count in zip(session.known, session.menus, counts, strict=True):
+    pushes: list[Push] = []
+    for state, menu, count in zip(session.known, session.menus, counts, strict=True):
         if not count.sum():
             continue
         units = in_random_order(ways(menu.lines, count, rng), comfort.most_alike, rng)
-        each = pauses(len(units), done + len(made), comfort, rng)
-        made += [
-            Push(one.name, tuple(map(float, unit)), menu.profile, float(pause))
-            for unit, pause in zip(units, each, strict=True)
+        pause_list = pauses(len(units), done + len(pushes), comfort, rng)
+        pushes += [
+            Push(state.name, tuple(map(float, unit)), menu.profile, float(pause))
+            for unit, pause in zip(units, pause_list, strict=True)
         ]
-    return tuple(made)
+    return tuple(pushes)

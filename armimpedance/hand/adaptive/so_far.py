@@ -1,4 +1,4 @@
-"""What the trials of a condition tell so far: M, B, K, the noise, and the departures."""
+"""Information from the trials of a condition so far: M, B, K, the noise, and the departures."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from armimpedance.hand.still import (
 )
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 
-#: So many pushes of a condition, one set, come before any is chosen.
+#: Size of the first set of a condition, before pushes can be chosen.
 FIRST_TRIALS = 8
 
 
 @dataclass(frozen=True, eq=False)
 class SoFar(FrozenRecord):
-    """One condition.
+    """State of one condition.
 
-    `parameters` (3 d^2,): M (with the handle), B and K by now, row by row.
-    `knowledge`: information of its trials about them and the departures, by the noise found.
-    `seen`, `seen_error` (c,): numbers that the departures seem to have, and standard errors.
-    `jacobian` (d, n) or None: of the arm at the onset, where lengths and angles are known.
-    `trials`: those that can be used.
+    `parameters` (3 d^2,): present estimates of M (with the handle), B and K, row by row.
+    `knowledge`: information of its trials about them and the departures, with the estimated noise.
+    `seen`, `seen_error` (c,): estimated sizes of the departures, and standard errors.
+    `jacobian` (d, n) or None: of the arm at the onset, if lengths and angles are known.
+    `trials`: number of usable trials.
     """
 
     name: str
@@ -53,13 +53,13 @@ class SoFar(FrozenRecord):
 
     @property
     def arm(self) -> PlannedArm:
-        """What is expected of further trials."""
+        """Expected arm of further trials."""
         d = self.axes
         return PlannedArm(self.parameters.reshape(3, d, d), self.name)
 
     @property
     def stiffness(self) -> FloatArray:
-        """K by now, (d, d)."""
+        """Present estimate of K, (d, d)."""
         d = self.axes
         return np.asarray(self.parameters[2 * d * d :].reshape(d, d))
 
@@ -70,7 +70,7 @@ def loss_of(d: int) -> FloatArray:
 
 
 def so_far(recording: Recording, condition: str) -> SoFar | None:
-    """A condition of a recording; None where it has too few trials yet to choose any.
+    """Fit a condition of a recording; None if it has too few trials to choose pushes.
 
     Raises InputError: the recording is not of returning disturbances of the hand in two or three
     axes, or the condition's trials do not give an arm.
@@ -83,7 +83,7 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
         return None
     model = _fitted(recording, rows, window)
     seen, seen_error = model.numbers()
-    made = SoFar(
+    state = SoFar(
         name=condition,
         parameters=model.parameters,
         knowledge=model.knowledge(),
@@ -95,14 +95,14 @@ def so_far(recording: Recording, condition: str) -> SoFar | None:
         jacobian=_jacobian(recording, window),
     )
     try:
-        _ = made.arm
+        _ = state.arm
     except ArmImpedanceError as error:
         raise InputError(f"{condition}: {error}", expected="trials that give an arm's") from error
-    return made
+    return state
 
 
 def _fitted(recording: Recording, rows: IntArray, window: Window) -> Model:
-    """The fit that checks and intervals have made already, where they did."""
+    """The fit that checks and intervals have already made, or a new one."""
     for fitted, model in largest_conditions(recording):
         if np.array_equal(fitted, rows):
             return model
@@ -120,15 +120,15 @@ def _jacobian(recording: Recording, window: Window) -> FloatArray | None:
     return arm.jacobian(angles[window.usable].mean(axis=0))
 
 
-def conditions_of(recording: Recording, asked: Sequence[str] | None) -> tuple[str, ...]:
-    """The conditions that are wished for; default: those of the recording.
+def conditions_of(recording: Recording, requested: Sequence[str] | None) -> tuple[str, ...]:
+    """The requested conditions; default: those of the recording.
 
-    Raises InputError: the recording has other disturbances than are planned here.
+    Raises InputError: the recording has other disturbances than those that can be planned here.
     """
     if recording.kind != "hand" or recording.axes < 2 or recording.perturbation != "returning":
         raise InputError(
             f"{recording.perturbation} disturbances, {recording.kind}, {recording.axes} axes",
             expected="returning disturbances of the hand in two or three axes",
         )
-    known = tuple(recording.trials["condition"].astype(str).unique())
-    return known if asked is None else tuple(dict.fromkeys(asked))
+    available = tuple(recording.trials["condition"].astype(str).unique())
+    return available if requested is None else tuple(dict.fromkeys(requested))

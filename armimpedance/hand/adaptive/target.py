@@ -1,7 +1,8 @@
-"""What is wished: numbers whose intervals are to become narrow.
+"""Requirements: numbers whose intervals are to become narrow.
 
-A number is a function of the conditions' M, B and K; near what was measured it is linear, with a
-gradient g_c (p,) by those of each condition, and its variance is ``sum_c g_c^T C_c g_c``.
+A number is a function of the conditions' M, B and K. Near the estimates it is linear, with a
+gradient g_c (p,) with respect to those of each condition, and its variance is
+``sum_c g_c^T C_c g_c``.
 """
 
 from __future__ import annotations
@@ -20,34 +21,36 @@ from armimpedance.hand.adaptive.so_far import SoFar
 from armimpedance.hand.ellipses import ellipse
 from armimpedance.numerics.regression import t_factor
 
-#: A Brownian motion from 0 to time 1 leaves +- this in 5 % of all cases: a difference that is
-#: looked at as often as one likes is detected beyond it (O'Brien and Fleming, Biometrics 35, 1979,
-#: 549-556, in the limit of many looks).
+#: Boundary that a Brownian motion from time 0 to 1 exceeds with a probability of 5 %. A difference
+#: that is tested arbitrarily often is significant beyond it (O'Brien and Fleming, Biometrics 35,
+#: 1979, 549-556, in the limit of many tests).
 BOUNDARY: Final = 2.2414
-#: A difference of which nothing else was said is to be detected with this probability.
+#: Default probability of detecting a difference.
 POWER: Final = 0.9
 
 
 @dataclass(frozen=True)
 class Aim:
-    """What an experiment is to tell.
+    """Requirements for an experiment.
 
     Attributes
     ----------
     k_part : float or None
-        The 95 % interval of each diagonal element of K, in every condition, as a part of it.
+        Half-width of the 95 % interval of each diagonal element of K, relative to it, in every
+        condition.
     orientation_rad : float or None
-        Half the interval of the orientation of K's ellipse, in every condition.
+        Half-width of the interval of the orientation of K's ellipse, in every condition.
     joint_part : float or None
-        As `k_part`, of the joints' stiffness.
+        As `k_part`, for the joints' stiffness.
     reflex_part : float or None
-        Half the interval of an answer to what was 55 ms earlier, as a part of K.
+        Half-width of the interval of a response to the displacement 55 ms earlier, relative to K.
     difference_part : float or None
-        Two conditions whose ellipses of K differ in size by this part are to be told apart.
+        Relative difference in the size of K's ellipses that is to be detected between two
+        conditions.
     between : (first, second) or None
         The two conditions.
     power : float
-        With this probability they are told apart.
+        Probability of detecting the difference.
     """
 
     k_part: float | None = None
@@ -78,13 +81,13 @@ class Aim:
 
 @dataclass(frozen=True, eq=False)
 class Target(FrozenRecord):
-    """One number that is to be known.
+    """One number with a required precision.
 
-    `gradients`: of each condition that it depends on, (p,).
-    `allowed`: half the interval that fulfils the wish.
-    `power`: None for an interval; else the difference `allowed` is to be detected so often.
-    `column`: a departure's number instead, in its condition.
-    `scale`: what half an interval is divided by to be shown, with `unit`.
+    `gradients`: for each condition that it depends on, (p,).
+    `allowed`: largest half-width of the interval.
+    `power`: None for an interval; else the probability of detecting the difference `allowed`.
+    `column`: the size of a departure in its condition instead.
+    `scale`: divisor of the half-width for printing, with `unit`.
     """
 
     name: str
@@ -96,17 +99,17 @@ class Target(FrozenRecord):
     column: str | None = None
 
     def factor(self, dof: float) -> float:
-        """Standard errors that must fit into `allowed`."""
+        """Number of standard errors that must fit into `allowed`."""
         if self.power is None:
             return t_factor(dof)
         wider = BOUNDARY * t_factor(dof) / t_factor(np.inf)
         return wider + float(stdtrit(dof, self.power))
 
     def is_detected(self, difference: float, sd: float, dof: float) -> bool:
-        """Whether a difference with this standard error is significant, however often it is asked.
+        """True if a difference with this standard error is significant, however often it is tested.
 
-        With the information ``t = sd_end^2 / sd^2`` of what is planned, ``B(t) = z sqrt(t)`` is a
-        Brownian motion where there is no difference.
+        With the information ``t = sd_end^2 / sd^2`` relative to the plan, ``B(t) = z sqrt(t)`` is a
+        Brownian motion if there is no difference.
         """
         sd_end = self.allowed / self.factor(dof)
         t = min((sd_end / sd) ** 2, 1.0)
@@ -115,89 +118,91 @@ class Target(FrozenRecord):
 
 
 def targets_of(aim: Aim, known: Sequence[SoFar]) -> list[Target]:
-    """The numbers that fulfil an aim, near what was measured.
+    """Numbers that must be precise for an aim, linearised at the estimates so far.
 
-    Raises InputError: orientation, size or joints where they are not known.
+    Raises InputError: orientation, size or joints if they are not known.
     """
-    made = [target for one in known for target in _of_condition(aim, one)]
+    targets = [target for state in known for target in _of_condition(aim, state)]
     if aim.difference_part is not None and aim.between is not None:
-        found = {one.name: one for one in known}
-        if all(name in found for name in aim.between):
-            made.append(_difference(aim, *(found[name] for name in aim.between)))
-    return made
+        by_name = {state.name: state for state in known}
+        if all(name in by_name for name in aim.between):
+            targets.append(_difference(aim, *(by_name[name] for name in aim.between)))
+    return targets
 
 
 def log_size(K: FloatArray) -> float:
-    """Logarithm of the size of K's ellipse, which differences compare."""
+    """Logarithm of the size of K's ellipse, for differences."""
     return float(np.log(ellipse(K).size))
 
 
-def _of_condition(aim: Aim, one: SoFar) -> list[Target]:
-    made = []
-    d, K = one.axes, one.stiffness
+def _of_condition(aim: Aim, state: SoFar) -> list[Target]:
+    targets = []
+    d, K = state.axes, state.stiffness
     if aim.k_part is not None:
         for i in range(d):
-            name = f"K {AXES[i]}{AXES[i]} of {one.name}"
+            name = f"K {AXES[i]}{AXES[i]} of {state.name}"
             unit = np.zeros((d, d))
             unit[i, i] = 1.0
-            part = {one.name: _by_K(one, unit)}
-            made.append(Target(name, part, aim.k_part * K[i, i], K[i, i] / 100))
+            part = {state.name: _by_K(state, unit)}
+            targets.append(Target(name, part, aim.k_part * K[i, i], K[i, i] / 100))
     if aim.orientation_rad is not None:
-        _require_plane(one, "orientation")
-        part = {one.name: _by_K(one, _of_ellipse(K, 1))}
-        name = f"orientation of {one.name}"
-        made.append(Target(name, part, aim.orientation_rad, np.pi / 180, "degrees"))
+        _require_plane(state, "orientation")
+        part = {state.name: _by_K(state, _of_ellipse(K, 1))}
+        name = f"orientation of {state.name}"
+        targets.append(Target(name, part, aim.orientation_rad, np.pi / 180, "degrees"))
     if aim.joint_part is not None:
-        made += _of_joints(aim.joint_part, one)
+        targets += _of_joints(aim.joint_part, state)
     if aim.reflex_part is not None:
-        name = f"reflex of {one.name}"
-        made.append(Target(name, {one.name: np.zeros(0)}, aim.reflex_part, 0.01, column="reflex"))
-    return made
+        name = f"reflex of {state.name}"
+        targets.append(
+            Target(name, {state.name: np.zeros(0)}, aim.reflex_part, 0.01, column="reflex")
+        )
+    return targets
 
 
-def _of_joints(part: float, one: SoFar) -> list[Target]:
-    """The diagonal of ``J^T K J``; the force's share counts as known."""
-    J = one.jacobian
+def _of_joints(part: float, state: SoFar) -> list[Target]:
+    """Targets for the diagonal of ``J^T K J``; the force's share counts as known."""
+    J = state.jacobian
     if J is None:
         raise InputError(
-            f"{one.name}: joint stiffness without the arm's lengths and joint angles",
+            f"{state.name}: joint stiffness without the arm's lengths and joint angles",
             expected="a planar arm with both in the recording",
         )
-    K = J.T @ one.stiffness @ J
-    made = []
+    K = J.T @ state.stiffness @ J
+    targets = []
     for i, joint in enumerate(("shoulder", "elbow")):
         slope = np.outer(J[:, i], J[:, i])
-        name = f"{joint} K of {one.name}"
-        made.append(
-            Target(name, {one.name: _by_K(one, slope)}, part * abs(K[i, i]), abs(K[i, i]) / 100)
+        name = f"{joint} K of {state.name}"
+        targets.append(
+            Target(name, {state.name: _by_K(state, slope)}, part * abs(K[i, i]), abs(K[i, i]) / 100)
         )
-    return made
+    return targets
 
 
 def _difference(aim: Aim, first: SoFar, second: SoFar) -> Target:
-    """Logarithm of the sizes' ratio, which is to be told from zero."""
+    """Target for the logarithm of the sizes' ratio, which is to be distinguished from zero."""
     slopes = {}
-    for sign, one in ((1.0, first), (-1.0, second)):
-        _require_plane(one, "size")
-        by_size = _of_ellipse(one.stiffness, 0) / ellipse(one.stiffness).size
-        slopes[one.name] = sign * _by_K(one, by_size)
+    for sign, state in ((1.0, first), (-1.0, second)):
+        _require_plane(state, "size")
+        by_size = _of_ellipse(state.stiffness, 0) / ellipse(state.stiffness).size
+        slopes[state.name] = sign * _by_K(state, by_size)
     name = f"difference of {first.name} and {second.name}"
     return Target(name, slopes, float(np.log1p(aim.difference_part or 0.0)), 0.01, power=aim.power)
 
 
-def _require_plane(one: SoFar, what: str) -> None:
-    if one.axes != 2:
-        raise InputError(f"{what} of a hand in {one.axes} axes", expected="two axes; or K itself")
+def _require_plane(state: SoFar, what: str) -> None:
+    if state.axes != 2:
+        raise InputError(f"{what} of a hand in {state.axes} axes", expected="two axes; or K itself")
 
 
-def _by_K(one: SoFar, slope: FloatArray) -> FloatArray:
-    """Gradient by M, B, K (3 d^2,) of what depends on K only."""
-    rest = np.zeros(2 * one.axes**2)
+def _by_K(state: SoFar, slope: FloatArray) -> FloatArray:
+    """Gradient with respect to M, B, K (3 d^2,) of a function of K only."""
+    rest = np.zeros(2 * state.axes**2)
     return np.concatenate([rest, slope.ravel()])
 
 
 def _of_ellipse(K: FloatArray, number: int) -> FloatArray:
-    """Derivative of its ellipse's size (0) or orientation (1) by the elements of K, (2, 2)."""
+    """Derivative of the ellipse's size (0) or orientation (1) by the elements of K, (2, 2)."""
     xx, xy, yy = ellipse(K).gradient[number]
     # the ellipse is that of the symmetric part
     return np.array([[xx, xy / 2], [xy / 2, yy]])

@@ -25,14 +25,15 @@ from armimpedance.hand.comparison.parametric import (
 from armimpedance.hand.comparison.permutation import arrangements, permutation_test
 from armimpedance.numerics.regression import TrialEquations
 
-#: Permutations of one pair; with many pairs more, so that Holm's smallest p stays near .01.
+#: Permutations of one pair; more with many pairs, so that Holm's smallest p stays near .01.
 FEWEST_PERMUTATIONS: Final = 1999
 PERMUTATIONS_PER_PAIR: Final = 100
-#: With more pairs nothing is drawn: as many draws of each pair as Holm's p asks for never end.
+#: With more pairs there are no permutations or draws: the number that Holm's p requires for each
+#: pair would take too long.
 MOST_DRAWN_PAIRS: Final = 200
-#: p of 20 among the fewest permutations: with a larger one more of them are a waste.
+#: p of 20 among the fewest permutations: with a larger p, more permutations are a waste.
 _CLEARLY_LARGE: Final = 20 / (FEWEST_PERMUTATIONS + 1)
-#: With fewer different exchanges within directions, trials are exchanged across them.
+#: With fewer different exchanges within directions, trials are exchanged across directions.
 _FEW_ARRANGEMENTS: Final = 200
 
 
@@ -46,8 +47,8 @@ def compare(
 ) -> Sequence[Pair]:
     """Compare all pairs of groups, or all with one.
 
-    Up to 200 pairs trials are exchanged, or estimates drawn. Beyond, where `permutations` does not
-    ask for that, the tests rest on the estimates' covariances (`first_order`).
+    With up to 200 pairs, trials are exchanged, or estimates drawn. With more pairs and no stated
+    `permutations`, the tests use the estimates' covariances (`first_order`).
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def compare(
         Name of the group that comes first in every pair.
     permutations : int, optional
         Number of permutations of each pair; default 1999, or one less than 100 times the number of
-        pairs where that is more.
+        pairs if that is more.
     seed : int
         The same seed gives the same p values.
     progress : function (done, all), optional
@@ -64,7 +65,7 @@ def compare(
     Returns
     -------
     sequence of Pair
-        Each holds the differences of a pair's ellipses and elements and the tests of its matrices.
+        The differences of each pair's ellipses and elements, and the tests of its matrices.
 
     Raises
     ------
@@ -75,21 +76,21 @@ def compare(
     if permutations is None and len(pairs) > MOST_DRAWN_PAIRS:
         return _compare_many(groups, pairs, progress)
     count = permutations or max(FEWEST_PERMUTATIONS, PERMUTATIONS_PER_PAIR * len(pairs) - 1)
-    found = []
+    compared = []
     for number, (first, second) in enumerate(pairs):
         stream = np.random.SeedSequence(seed, spawn_key=(number,))
         with _naming(first, second):
-            found.append(_compare_pair(first, second, count, stream, permutations is None))
+            compared.append(_compare_pair(first, second, count, stream, permutations is None))
         if progress is not None:
             progress(number + 1, len(pairs))
-    tests = adjusted([pair.tests for pair in found])
-    return tuple(replace(pair, tests=own) for pair, own in zip(found, tests, strict=True))
+    tests = adjusted([pair.tests for pair in compared])
+    return tuple(replace(pair, tests=own) for pair, own in zip(compared, tests, strict=True))
 
 
 def paired(
     groups: Sequence[ComparedGroup], against: str | None
 ) -> list[tuple[ComparedGroup, ComparedGroup]]:
-    """All pairs, or the group `against` with each other one.
+    """All pairs, or the group `against` with each other group.
 
     Raises InputError: fewer than two groups, or no such group.
     """
@@ -114,7 +115,7 @@ def _compare_pair(
     stream: np.random.SeedSequence,
     stops: bool,
 ) -> Pair:
-    """A pair, its p values not yet adjusted; `stops`: fewer than `count` exchanges may do."""
+    """Compare a pair, without adjustment of p; `stops`: fewer than `count` exchanges may do."""
     differing = changes(first.estimate, second.estimate)
     if first.equations is None or second.equations is None:
         tests = parametric_test(first.estimate, second.estimate, draws=count, seed=stream)
@@ -138,32 +139,34 @@ def _staged(
     permutations: int,
     seed: np.random.SeedSequence,
 ) -> tuple[MatrixTest, ...]:
-    """Permutation tests, of few where these leave no doubt that p is not small.
+    """Run permutation tests, with few permutations if these show clearly that p is not small.
 
-    A p that 20 of the first 1999 exceed is told from these, the others from all of `count`, which
-    are drawn anew: neither way is p at most a level more often than that level.
+    A p that 20 of the first 1999 exceed is computed from these, the others from all of `count`,
+    which are drawn anew. In neither case is p at most a level more often than that level.
     """
     early = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 1))
     few = permutation_test(
         first, second, strata=strata, permutations=FEWEST_PERMUTATIONS, seed=early
     )
-    known = [p for test in few for p in (test.p_distance, test.p_t2) if not np.isnan(p)]
-    if min(known, default=1.0) > _CLEARLY_LARGE:
+    p_values = [p for test in few for p in (test.p_distance, test.p_t2) if not np.isnan(p)]
+    if min(p_values, default=1.0) > _CLEARLY_LARGE:
         return few
-    every = permutation_test(first, second, strata=strata, permutations=permutations, seed=seed)
+    full = permutation_test(first, second, strata=strata, permutations=permutations, seed=seed)
     return tuple(
         replace(
             test,
-            p_distance=one.p_distance if one.p_distance > _CLEARLY_LARGE else test.p_distance,
-            p_t2=one.p_t2 if one.p_t2 > _CLEARLY_LARGE else test.p_t2,
+            p_distance=early_test.p_distance
+            if early_test.p_distance > _CLEARLY_LARGE
+            else test.p_distance,
+            p_t2=early_test.p_t2 if early_test.p_t2 > _CLEARLY_LARGE else test.p_t2,
         )
-        for one, test in zip(few, every, strict=True)
+        for early_test, test in zip(few, full, strict=True)
     )
 
 
 @contextmanager
 def _naming(first: ComparedGroup, second: ComparedGroup) -> Iterator[None]:
-    """Errors that name both groups."""
+    """Add the names of both groups to errors."""
     try:
         yield
     except ArmImpedanceError as error:
@@ -181,15 +184,15 @@ def _compare_many(
             check_alike(estimates[0], group.estimate)
     number = {id(group): i for i, group in enumerate(groups)}
     first, second = np.array([[number[id(group)] for group in pair] for pair in pairs]).T
-    elements, found = Elements.of(estimates), np.empty((len(pairs), 4, 4))
+    elements, tests_of_pairs = Elements.of(estimates), np.empty((len(pairs), 4, 4))
     _check_errors(groups, elements, first, second)
     for start in range(0, len(pairs), elements.block):
         rows = slice(start, start + elements.block)
-        found[rows] = first_order_tests(elements, first[rows], second[rows])
+        tests_of_pairs[rows] = first_order_tests(elements, first[rows], second[rows])
         if progress is not None:
             progress(min(rows.stop, len(pairs)), len(pairs))
-    p = [holm(found[:, i, j]) for i in range(4) for j in (1, 3)]
-    tests = np.concatenate([found, np.stack(p, axis=1).reshape(len(pairs), 4, 2)], axis=2)
+    p = [holm(tests_of_pairs[:, i, j]) for i in range(4) for j in (1, 3)]
+    tests = np.concatenate([tests_of_pairs, np.stack(p, axis=1).reshape(len(pairs), 4, 2)], axis=2)
     names = tuple(group.name for group in groups)
     return ManyPairs(names, first, second, side_of(estimates), labels_of(estimates[0]), tests)
 
@@ -197,25 +200,25 @@ def _compare_many(
 def _check_errors(
     groups: Sequence[ComparedGroup], of: Elements, first: IntArray, second: IntArray
 ) -> None:
-    """Refuse a pair of which one element has no error in either group, and name it."""
-    sure = ~(np.diagonal(of.covariances, axis1=1, axis2=2) > 0)
-    both = np.flatnonzero((sure[first] & sure[second]).any(axis=1))
+    """Refuse a pair if one element has no error in either group; the message names the pair."""
+    errorless = ~(np.diagonal(of.covariances, axis1=1, axis2=2) > 0)
+    both = np.flatnonzero((errorless[first] & errorless[second]).any(axis=1))
     if len(both):
-        one, two = int(first[both[0]]), int(second[both[0]])
-        with _naming(groups[one], groups[two]):
-            check_errors(of.covariances[one] + of.covariances[two])
+        first_group, second_group = int(first[both[0]]), int(second[both[0]])
+        with _naming(groups[first_group], groups[second_group]):
+            check_errors(of.covariances[first_group] + of.covariances[second_group])
 
 
 def common_strata(
     first: ComparedGroup, second: ComparedGroup
 ) -> tuple[tuple[IntArray, IntArray] | None, tuple[str, ...]]:
-    """The directions within which trials are exchanged, and what to say about it."""
-    one, two = first.disturbance, second.disturbance
-    if one is None or two is None:
+    """Directions within which trials are exchanged, and notes about them."""
+    first_labels, second_labels = first.disturbance, second.disturbance
+    if first_labels is None or second_labels is None:
         return None, ("trials exchanged without regard to direction, which is not known for all",)
-    member = np.arange(len(one) + len(two)) < len(one)
-    if arrangements(member, np.concatenate([one, two])) < _FEW_ARRANGEMENTS:
+    member = np.arange(len(first_labels) + len(second_labels)) < len(first_labels)
+    if arrangements(member, np.concatenate([first_labels, second_labels])) < _FEW_ARRANGEMENTS:
         return None, ("trials exchanged across directions: too few within each",)
-    alone = np.setxor1d(one, two)
+    alone = np.setxor1d(first_labels, second_labels)
     note = f"trials of {len(alone)} directions that one group alone has stay where they are"
-    return (one, two), (note,) if len(alone) else ()
+    return (first_labels, second_labels), (note,) if len(alone) else ()

@@ -1,17 +1,16 @@
-"""What differs between two independent estimates, quantity by quantity, with 95 % intervals.
+"""Differences of two independent estimates, quantity by quantity, with 95 % intervals.
 
-Elements of the symmetric part differ by a difference, size and shape of the ellipse by a ratio (on
-a log scale), the orientation by an angle in (-90, 90] degrees. Groups are independent: variances
-add, with degrees of freedom after Welch and Satterthwaite.
+Elements of the symmetric part are compared by a difference, size and shape of the ellipse by a
+ratio (on a log scale), the orientation by an angle in (-90, 90] degrees. Groups are independent:
+variances add, with degrees of freedom after Welch and Satterthwaite.
 
-Shape and orientation have limits of their own that are not symmetric (`ellipses`): the limits of
-their change combine those (G. Y. Zou and A. Donner 2008, Construction of confidence limits about
-effect measures, Stat Med 27:1693-1702),
-``low = d - sqrt((x2 - low2)^2 + (high1 - x1)^2)``. Where a circle cannot be ruled out, so that one
-of the two has no orientation, the change may be anything: -90 to 90 degrees.
+Shape and orientation have asymmetric limits (`ellipses`), which the limits of their change combine
+(G. Y. Zou and A. Donner 2008, Construction of confidence limits about effect measures, Stat Med
+27:1693-1702), ``low = d - sqrt((x2 - low2)^2 + (high1 - x1)^2)``. If a circle cannot be excluded,
+so that one of the two has no orientation, the limits of the change are -90 and 90 degrees.
 
-What belongs to one group alone (`sides`) is computed once, whatever the number of its pairs, and
-many pairs are one call (`change_numbers`).
+The values of a single group (`sides`) are computed once, whatever the number of its pairs, and many
+pairs are computed in one call (`change_numbers`).
 """
 
 from __future__ import annotations
@@ -30,21 +29,21 @@ from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.comparison.matrix_test import upper_elements
 from armimpedance.hand.ellipses import FIELDS, Ellipse, Which, ellipse_of, half_turn
 
-# What a change takes of one group alone: values, variances and the limits of its ellipse.
+# Values of a single group: elements, variances and the limits of its ellipse.
 
 LEVEL: Final = 0.95
 
 
 @dataclass(frozen=True, eq=False)
 class EllipseSide:
-    """The ellipses of G groups; nan where a matrix has none.
+    """Ellipses of G groups; nan if a matrix has none.
 
     `shape`, `shape_variance` (G,), `angle_variance` (G,).
-    `size`, `size_variance` (G,): the variance is that of its logarithm, to first order; so is that
-    of the shape.
+    `size`, `size_variance` (G,): the variance is that of the logarithm, to first order; the same
+    for the shape.
     `log_shape` (G, 3): logarithm of the shape and of its 95 % limits.
     `angle` (G, 3): orientation in rad and its 95 % limits.
-    `circular` (G,): whether a circle cannot be ruled out.
+    `circular` (G,): True if a circle cannot be excluded.
     """
 
     size: FloatArray
@@ -56,8 +55,8 @@ class EllipseSide:
     angle_variance: FloatArray
     circular: BoolArray
 
-    def taken(self, rows: IntArray) -> Self:
-        """Those of the groups of these numbers."""
+    def select(self, rows: IntArray) -> Self:
+        """Select groups by their indices."""
         return type(self)(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
@@ -66,8 +65,8 @@ class Side:
     """One matrix of G groups.
 
     `dof` (G,).
-    `values`, `variances` (G, c): of the elements of the symmetric part.
-    `ellipse`: of matrices of two axes.
+    `values`, `variances` (G, c): elements of the symmetric part, and their variances.
+    `ellipse`: None for other than two axes.
     """
 
     values: FloatArray
@@ -75,9 +74,9 @@ class Side:
     dof: FloatArray
     ellipse: EllipseSide | None
 
-    def taken(self, rows: IntArray) -> Self:
-        """That of the groups of these numbers."""
-        part = None if self.ellipse is None else self.ellipse.taken(rows)
+    def select(self, rows: IntArray) -> Self:
+        """Select groups by their indices."""
+        part = None if self.ellipse is None else self.ellipse.select(rows)
         return type(self)(self.values[rows], self.variances[rows], self.dof[rows], part)
 
 
@@ -96,14 +95,14 @@ def _side(estimates: Sequence[ImpedanceEstimate], field: Which) -> Side:
     return Side(values, variances, dof, planar)
 
 
-def _ellipses(found: Sequence[Ellipse | None]) -> EllipseSide:
-    rows = [_ellipse(each) for each in found]
+def _ellipses(ellipses: Sequence[Ellipse | None]) -> EllipseSide:
+    rows = [_ellipse(ellipse) for ellipse in ellipses]
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return EllipseSide(*columns)
 
 
 def _ellipse(of: Ellipse | None) -> tuple[float | FloatArray, ...]:
-    """The entries of one group, in the order of `EllipseSide`."""
+    """Entries of one group, in the order of `EllipseSide`."""
     if of is None:
         nan, three = float("nan"), np.full(3, np.nan)
         return nan, nan, nan, nan, three, three, nan, False
@@ -130,25 +129,25 @@ def _variance(of: Ellipse, row: int) -> float:
 
 Kind = Literal["difference", "ratio"]
 
-#: Fields of a change that are angles where its quantity is one.
+#: Fields of a change that are angles for an orientation.
 _ANGLES: Final = (
     *("first", "second", "value", "low", "high", "sd"),
     *("between_sd", "between_low", "between_high"),
 )
-#: Sizes and shapes beyond e^300 of one another are no measurement.
+#: Ratios of sizes and shapes are limited to e^300.
 _LARGEST_EXPONENT: Final = 300.0
-#: The square of a larger number is no float.
+#: Largest number whose square is a finite float.
 _LARGEST_ROOT: Final = 1e154
 
 
 class InUnits:
-    """A quantity whose angles can be shown in degrees."""
+    """A quantity whose angles can be converted to degrees."""
 
     quantity: str
     unit: str
 
     def in_degrees(self) -> Self:
-        """An orientation in degrees; anything else as it is."""
+        """Convert an orientation to degrees; return anything else unchanged."""
         if self.unit != "rad" or self.quantity != "orientation":
             return self
         turned: dict[str, Any] = {
@@ -161,12 +160,12 @@ class InUnits:
 
 @dataclass(frozen=True)
 class Change(InUnits):
-    """How one quantity changes from the first to the second group.
+    """Change of one quantity from the first to the second group.
 
     `quantity`: ``K_11`` (of the symmetric part), "size", "shape", "orientation".
     `unit`: unit of `first` and `second`; orientation is in rad.
     `kind`: second - first, or second / first.
-    `value`, `low`, `high`: the change and its 95 % limits; nan where it does not exist.
+    `value`, `low`, `high`: the change and its 95 % limits; nan if it does not exist.
     `sd`: standard error of the difference, or of the logarithm of the ratio.
     `dof`: degrees of freedom of t; inf = normal.
     """
@@ -185,7 +184,7 @@ class Change(InUnits):
 
 
 class Label(NamedTuple):
-    """What a change is of: the fields of the same names of `Change`."""
+    """Quantity of a change: the fields of the same names of `Change`."""
 
     matrix: Which
     quantity: str
@@ -205,7 +204,7 @@ def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change
     -------
     tuple of Change
         For each of inertia, viscosity and stiffness the elements of the symmetric part; with two
-        axes then size, shape and orientation of the ellipse (nan where there is none).
+        axes then size, shape and orientation of the ellipse (nan if there is none).
 
     Raises
     ------
@@ -220,7 +219,7 @@ def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change
 
 
 def check_alike(first: ImpedanceEstimate, second: ImpedanceEstimate) -> None:
-    """Refuse two estimates that cannot be held against each other.
+    """Refuse two estimates that cannot be compared.
 
     Raises InputError: different levels or numbers of axes.
     """
@@ -233,38 +232,40 @@ def check_alike(first: ImpedanceEstimate, second: ImpedanceEstimate) -> None:
 
 
 def labels_of(estimate: ImpedanceEstimate) -> tuple[Label, ...]:
-    """What the changes of such estimates are of, in their order."""
-    found: list[Label] = []
+    """Labels of the changes of such estimates, in their order."""
+    labels: list[Label] = []
     for field in FIELDS:
         symbol = MATRICES[field][0]
         unit = UNITS[estimate.level][symbol]
         names = [f"{symbol}_{i + 1}{j + 1}" for i, j in zip(*np.triu_indices(estimate.k))]  # noqa: B905
-        found += [Label(field, name, unit, "difference") for name in names]
+        labels += [Label(field, name, unit, "difference") for name in names]
         if estimate.k == 2:
-            found.append(Label(field, "size", f"({unit})^2", "ratio"))
-            found.append(Label(field, "shape", "", "ratio"))
-            found.append(Label(field, "orientation", "rad", "difference"))
-    return tuple(found)
+            labels.append(Label(field, "size", f"({unit})^2", "ratio"))
+            labels.append(Label(field, "shape", "", "ratio"))
+            labels.append(Label(field, "orientation", "rad", "difference"))
+    return tuple(labels)
 
 
 def change_numbers(sides: Sequence[Side], first: IntArray, second: IntArray) -> FloatArray:
-    """The numbers of all changes of R pairs.
+    """Compute the numbers of all changes of R pairs.
 
     `sides`: one for each matrix (`side_of`), of all groups.
-    `first`, `second` (R,): numbers of the groups of each pair.
+    `first`, `second` (R,): indices of the groups of each pair.
     Returns: (R, n, 7): of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
     """
     columns: list[FloatArray] = []
-    # what has no ellipse is nan all through
+    # without an ellipse, all values are nan
     with np.errstate(all="ignore"):
         for side in sides:
-            one, two = side.taken(first), side.taken(second)
-            columns += [_element(one, two, j) for j in range(one.values.shape[1])]
-            if one.ellipse is not None and two.ellipse is not None:
-                dof = one.dof, two.dof
-                columns.append(_size(one.ellipse, two.ellipse, dof))
-                columns.append(_shape(one.ellipse, two.ellipse, dof))
-                columns.append(_turn(one.ellipse, two.ellipse, dof))
+            first_side, second_side = side.select(first), side.select(second)
+            columns += [
+                _element(first_side, second_side, j) for j in range(first_side.values.shape[1])
+            ]
+            if first_side.ellipse is not None and second_side.ellipse is not None:
+                dof = first_side.dof, second_side.dof
+                columns.append(_size(first_side.ellipse, second_side.ellipse, dof))
+                columns.append(_shape(first_side.ellipse, second_side.ellipse, dof))
+                columns.append(_turn(first_side.ellipse, second_side.ellipse, dof))
     return np.stack(columns, axis=1)
 
 
@@ -277,7 +278,7 @@ def welch_dof(variances: tuple[Any, Any], dof: tuple[Any, Any]) -> FloatArray:
 
 
 def _squared(values: Any) -> FloatArray:
-    """Squares by the C library's ``pow``: those of many are those of one to the last bit."""
+    """Squares by the C library's ``pow``: bitwise equal for arrays and single numbers."""
     flat = np.ravel(values).tolist()
     squares = [np.inf if abs(value) >= _LARGEST_ROOT else value**2 for value in flat]
     return np.array(squares).reshape(np.shape(values))
@@ -288,52 +289,68 @@ def _reach(dof: FloatArray, sd: FloatArray) -> FloatArray:
     return np.asarray(stdtrit(dof, 0.5 + LEVEL / 2) * sd)
 
 
-def _element(one: Side, two: Side, j: int) -> FloatArray:
-    x1, x2, v1, v2 = one.values[:, j], two.values[:, j], one.variances[:, j], two.variances[:, j]
-    dof, sd = welch_dof((v1, v2), (one.dof, two.dof)), np.sqrt(np.maximum(v1 + v2, 0))
+def _element(first: Side, second: Side, j: int) -> FloatArray:
+    x1, x2, v1, v2 = (
+        first.values[:, j],
+        second.values[:, j],
+        first.variances[:, j],
+        second.variances[:, j],
+    )
+    dof, sd = welch_dof((v1, v2), (first.dof, second.dof)), np.sqrt(np.maximum(v1 + v2, 0))
     d, reach = x2 - x1, _reach(dof, sd)
     return np.stack([x1, x2, d, d - reach, d + reach, sd, dof], axis=1)
 
 
-def _size(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    v1, v2 = one.size_variance, two.size_variance
+def _size(
+    first: EllipseSide, second: EllipseSide, dof: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    v1, v2 = first.size_variance, second.size_variance
     joint, sd = welch_dof((v1, v2), dof), np.sqrt(v1 + v2)
-    ratio, factor = two.size / one.size, np.exp(np.minimum(_reach(joint, sd), _LARGEST_EXPONENT))
+    ratio, factor = (
+        second.size / first.size,
+        np.exp(np.minimum(_reach(joint, sd), _LARGEST_EXPONENT)),
+    )
     missing = np.isnan(ratio)
-    ends = (one.size, two.size, ratio, ratio / factor, ratio * factor, sd, joint)
+    ends = (first.size, second.size, ratio, ratio / factor, ratio * factor, sd, joint)
     return _absent(np.stack(ends, axis=1), missing)
 
 
-def _shape(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    d = two.log_shape[:, 0] - one.log_shape[:, 0]
-    low, high = _combined(d, one.log_shape, two.log_shape)
+def _shape(
+    first: EllipseSide, second: EllipseSide, dof: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    d = second.log_shape[:, 0] - first.log_shape[:, 0]
+    low, high = _combined(d, first.log_shape, second.log_shape)
     limit = _LARGEST_EXPONENT
     ends = [np.exp(np.clip(x, -limit, limit)) for x in (d, low, high)]
-    v1, v2 = one.shape_variance, two.shape_variance
+    v1, v2 = first.shape_variance, second.shape_variance
     joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
-    row = np.stack([one.shape, two.shape, *ends, np.sqrt(v1 + v2), joint], axis=1)
+    row = np.stack([first.shape, second.shape, *ends, np.sqrt(v1 + v2), joint], axis=1)
     return _absent(row, np.isnan(d))
 
 
-def _turn(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
-    d = half_turn(two.angle[:, 0] - one.angle[:, 0])
-    low, high = _combined(d, one.angle, two.angle)
-    unknown = one.circular | two.circular | (high - low >= np.pi)
+def _turn(
+    first: EllipseSide, second: EllipseSide, dof: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    d = half_turn(second.angle[:, 0] - first.angle[:, 0])
+    low, high = _combined(d, first.angle, second.angle)
+    unknown = first.circular | second.circular | (high - low >= np.pi)
     low, high = np.where(unknown, -np.pi / 2, low), np.where(unknown, np.pi / 2, high)
-    v1, v2 = one.angle_variance, two.angle_variance
+    v1, v2 = first.angle_variance, second.angle_variance
     sd = np.where(unknown, np.nan, np.sqrt(v1 + v2))
     joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
-    row = np.stack([one.angle[:, 0], two.angle[:, 0], d, low, high, sd, joint], axis=1)
+    row = np.stack([first.angle[:, 0], second.angle[:, 0], d, low, high, sd, joint], axis=1)
     return _absent(row, np.isnan(d))
 
 
-def _combined(d: FloatArray, one: FloatArray, two: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Limits of differences d (R,) from (value, low, high) of both, (R, 3)."""
-    low = d - np.hypot(two[:, 0] - two[:, 1], one[:, 2] - one[:, 0])
-    high = d + np.hypot(two[:, 2] - two[:, 0], one[:, 0] - one[:, 1])
+def _combined(
+    d: FloatArray, first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Limits of differences d (R,) from (value, low, high) of both groups, (R, 3)."""
+    low = d - np.hypot(second[:, 0] - second[:, 1], first[:, 2] - first[:, 0])
+    high = d + np.hypot(second[:, 2] - second[:, 0], first[:, 0] - first[:, 1])
     return low, high
 
 
 def _absent(rows: FloatArray, missing: FloatArray) -> FloatArray:
-    """The same rows, all nan where an ellipse is missing."""
+    """Set rows to nan if an ellipse is missing."""
     return np.where(missing[:, None], np.nan, rows)

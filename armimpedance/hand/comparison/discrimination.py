@@ -1,9 +1,9 @@
-"""Two groups of people told apart by one number each: measures, intervals, threshold.
+"""Discrimination of two groups of people by one number each: measures, intervals, threshold.
 
-A mean difference that is "significant" says little about the next patient. What does: how far apart
-the groups stand in units of the spread between people (effect size), how often a member of one has
-the larger value (area under the ROC curve), and how many are put into the right group by a rule
-that was made without them (leave-one-out).
+A "significant" mean difference says little about the next patient. The following measures do: the
+difference of the groups in units of the spread between people (effect size), the probability that a
+member of one has the larger value (area under the ROC curve), and the number assigned to the right
+group by a rule that was made without them (leave-one-out).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from armimpedance.show.files import Content, Quantity, WrittenResult, table_cont
 if TYPE_CHECKING:
     import pandas as pd
 
-# How far two samples stand apart: five measures, each with its 95 % interval.
+# Separation of two samples: five measures, each with its 95 % interval.
 
 _LEVEL: Final = 0.95
 Interval = tuple[float, float]
@@ -81,9 +81,9 @@ def newcombe_auc(auc: float, n_first: int, n_second: int) -> Interval:
 
 
 def leave_one_out(x: FloatArray, y: FloatArray) -> int:
-    """How many people fall on their own group's side of the midpoint of the others' means.
+    """Number of people on their own group's side of the midpoint of the others' means.
 
-    Somebody who falls exactly on it counts as wrong.
+    A person exactly on the midpoint counts as wrong.
     """
     correct = 0
     for own, other in ((x, y), (y, x)):
@@ -102,13 +102,13 @@ def wilson(successes: int, trials: int) -> Interval:
     return max(middle - half, 0.0), min(middle + half, 1.0)
 
 
-#: Fewer people in a group say nothing about the spread between them.
+#: Fewest people in a group, for an estimate of the spread between them.
 FEWEST: Final = 3
 
 
 @dataclass(frozen=True, eq=False)
 class PeopleGroup(FrozenRecord):
-    """One value a person, with its standard error where there is one.
+    """One value per person, with its standard error if there is one.
 
     Attributes
     ----------
@@ -116,8 +116,7 @@ class PeopleGroup(FrozenRecord):
     people : tuple of str
     values : (P,)
     sd : (P,) or None
-        Standard error of each value as measured; for drawing, and to say how much of the spread it
-        makes.
+        Standard error of each measured value; for drawing, and for its share of the spread.
     unit : str
     """
 
@@ -135,7 +134,7 @@ class PeopleGroup(FrozenRecord):
             )
 
 
-#: What the columns of the table are; all measures but the difference are pure numbers.
+#: Meanings of the columns; all measures but the difference are pure numbers.
 MEASURES: Final = {
     "measure": Meaning("how far the groups stand apart, by this measure"),
     "value": Meaning("value of the measure"),
@@ -146,14 +145,14 @@ _DIFFERENCE: Final = "difference of means"
 
 
 def _measured(row: Mapping[str, Any]) -> Quantity:
-    """A row of the table as one number with its limits."""
+    """Convert a row of the table to one number with its limits."""
     name, unit = row["measure"], "" if row["measure"] == _DIFFERENCE else "1"
     return Quantity({}, name, name, row["value"], row["ci_low"], row["ci_high"], unit=unit)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Discrimination(WrittenResult, FrozenRecord):
-    """How well one number separates two groups.
+    """Separation of two groups by one number.
 
     Attributes
     ----------
@@ -161,23 +160,24 @@ class Discrimination(WrittenResult, FrozenRecord):
         Name of the values, with their unit.
     first, second : PeopleGroup
     difference, difference_ci95 : float, (2,)
-        Mean of the second less that of the first; Welch's interval.
+        Mean of the second minus that of the first; Welch's interval.
     effect, effect_ci95 : float, (2,)
-        Hedges' g: the difference over the pooled standard deviation, its small-sample bias taken
-        off; interval from the noncentral t distribution.
+        Hedges' g: the difference over the pooled standard deviation, corrected for its small-sample
+        bias; interval from the noncentral t distribution.
     mann_whitney_u, p : float
-        U of the second group; exact two-sided p where nobody ties.
+        U of the second group; exact two-sided p without ties.
     auc, auc_ci95 : float, (2,)
         Chance that a member of the second group has the larger value, ties counting half; the
-        score interval of Newcombe (2006), method 5, which is not empty where all are told apart.
+        score interval of Newcombe (2006), method 5, which has a positive length even for complete
+        separation.
     threshold : float
         Midway between the groups' means.
     correct, people : int
-        How many a threshold puts right that was made without them.
+        Number of people classified correctly by a threshold that was made without them.
     accuracy_ci95 : (2,)
         Wilson's interval of correct/people.
     measurement_share : float or None
-        Part of the variance within the groups that the values' own errors make up.
+        Share of the errors of the values in the variance within the groups.
     warnings : tuple of str
     """
 
@@ -203,11 +203,11 @@ class Discrimination(WrittenResult, FrozenRecord):
 
     @property
     def accuracy(self) -> float:
-        """Share of people that leave-one-out puts right."""
+        """Share of people classified correctly by leave-one-out."""
         return self.correct / self.people
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a measure: value and 95 % limits."""
+        """One row per measure: value and 95 % limits."""
         import pandas as pd
 
         rows = {
@@ -221,7 +221,7 @@ class Discrimination(WrittenResult, FrozenRecord):
 
     @property
     def content(self) -> Content:
-        """One row a measure; JSON holds everybody's value too."""
+        """One row per measure; JSON also holds the value of each person."""
         table = self.to_frame().reset_index().to_dict("records")
         rows = [{str(name): cell for name, cell in row.items()} for row in table]
         return table_content(
@@ -233,7 +233,7 @@ class Discrimination(WrittenResult, FrozenRecord):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, as the command writes them."""
+        """Plain values, for the command's JSON."""
         return {
             "quantity": self.quantity,
             "groups": [_group_object(group) for group in (self.first, self.second)],
@@ -271,7 +271,7 @@ class Discrimination(WrittenResult, FrozenRecord):
 def discriminate_groups(
     first: PeopleGroup, second: PeopleGroup, parameter: str = ""
 ) -> Discrimination:
-    """Tell two groups apart by their values.
+    """Measure how well two groups are separated by their values.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def discriminate_groups(
     Raises
     ------
     InputError
-        Groups of one name or of different units, or of people who are all alike.
+        Groups of the same name or of different units, or without any spread.
     """
     if first.name == second.name:
         raise InputError(f"two groups of the name {first.name}", expected="a name each")
@@ -342,18 +342,18 @@ def _measurement_share(first: PeopleGroup, second: PeopleGroup) -> float | None:
 
 
 def _warnings(x: FloatArray, y: FloatArray, share: float | None) -> tuple[str, ...]:
-    told = []
+    warnings = []
     if min(len(x), len(y)) < 8:
-        told.append(
+        warnings.append(
             f"{len(x)} and {len(y)} people: the intervals are wide, and those of the effect size "
             "and the difference take the values as normally distributed"
         )
     if share is not None and share > 0.5:
-        # a part of the variance beyond all of it: the stated errors are larger than the spread
+        # a share above 1: the stated errors are larger than the spread
         part = "all" if share > 1 else f"{100 * share:.0f} %"
         larger = f" (the stated errors are {sqrt(share):.2g} times as large)" if share > 1 else ""
-        told.append(
+        warnings.append(
             f"{part} of the spread within the groups is the measurement's own error{larger}: more "
             "or longer recordings would part the groups better"
         )
-    return tuple(told)
+    return tuple(warnings)

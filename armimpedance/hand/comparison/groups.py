@@ -1,4 +1,4 @@
-"""The groups that are compared: an estimate each, and its trials where they are at hand."""
+"""The groups that are compared: an estimate each, and its trials if available."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 @dataclass(frozen=True, eq=False)
 class ComparedGroup:
-    """One group.
+    """One group of a comparison.
 
     Attributes
     ----------
@@ -32,9 +32,10 @@ class ComparedGroup:
         The values of its columns, ``relaxed`` or ``relaxed, 2``.
     estimate : ImpedanceEstimate
     equations : TrialEquations or None
-        One pair (A_t, b_t) per trial for the limb's own M, B, K; None: only the estimate is known.
+        One pair (A_t, b_t) per trial for the limb's own M, B, K; None if only the estimate is
+        available.
     disturbance : (T,) int or None
-        Trials with the same number saw the same disturbance, across groups; None: not known.
+        Trials with the same number had the same disturbance, across groups; None if unknown.
     """
 
     name: str
@@ -44,7 +45,7 @@ class ComparedGroup:
 
 
 def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
-    """The values of the columns `by`, whole numbers without a decimal point.
+    """Name of a group: values of the columns `by`, whole numbers without a decimal point.
 
     `keys`: columns of a group.
     `by`: columns whose values make the group's name.
@@ -58,8 +59,8 @@ def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
 def without_handle(equations: TrialEquations, handle_mass_kg: float) -> TrialEquations:
     """The same equations for the limb's own inertia.
 
-    ``b_t - A_t (theta + m h) = 0`` with h the identity in the place of M: ``b_t := b_t - A_t m h``.
-    Groups with different handles can then exchange trials.
+    ``b_t - A_t (theta + m h) = 0`` with h the identity at the elements of M:
+    ``b_t := b_t - A_t m h``. Groups with different handles can then exchange trials.
     """
     n = len(equations.names)
     k = round(np.sqrt(n / 3))
@@ -101,15 +102,17 @@ def groups_of_recording(
     NotIdentifiableError
         A group's motion does not determine its parameters.
     """
-    given = dict(keys or {})
-    columns = [column for column in by if column not in given]
+    fixed_keys = dict(keys or {})
+    columns = [column for column in by if column not in fixed_keys]
     if recording.perturbation == "stochastic":
-        found = estimate(recording, by=columns, options=options, progress=progress)
-        return groups_of_estimates([replace(e, keys={**given, **e.keys}) for e in found], by)
+        estimates = estimate(recording, by=columns, options=options, progress=progress)
+        return groups_of_estimates(
+            [replace(e, keys={**fixed_keys, **e.keys}) for e in estimates], by
+        )
     parts = _parts(recording, columns)
     timing, groups = disturbance_times(recording), []
-    for done, (own, rows) in enumerate(parts, start=1):
-        named = {**given, **own}
+    for done, (group_keys, rows) in enumerate(parts, start=1):
+        named = {**fixed_keys, **group_keys}
         try:
             window = cut_windows(recording, rows, timing)
             groups.append(_group(recording, window, named, by, options))
@@ -126,29 +129,29 @@ def groups_of_recording(
 def groups_of_estimates(
     estimates: Sequence[ImpedanceEstimate], by: Sequence[str]
 ) -> list[ComparedGroup]:
-    """Groups of which only the estimates are known.
+    """Groups without trials, from estimates.
 
     `by`: names among their keys.
-    Returns: one group per estimate, named by its values of `by`; none holds equations of trials.
+    Returns: one group per estimate, named by its values of `by`; none has equations of trials.
     Raises InputError: a column is missing, or two estimates are alike in all of them.
     """
     groups: dict[str, ComparedGroup] = {}
-    for found in estimates:
+    for one in estimates:
         for column in by:
-            if column not in found.keys:
+            if column not in one.keys:
                 raise InputError(
                     "no such column of groups",
                     column=column,
-                    expected=f"one of {', '.join(found.keys) or 'none: the results name no group'}",
+                    expected=f"one of {', '.join(one.keys) or 'none: the results name no group'}",
                 )
-        name = name_of(found.keys, by)
+        name = name_of(one.keys, by)
         if name in groups:
             raise InputError(
                 f"several results for {name}",
                 expected="one per group: name further columns with --by, or the subjects' with "
                 "--subjects",
             )
-        groups[name] = ComparedGroup(name, found)
+        groups[name] = ComparedGroup(name, one)
     return list(groups.values())
 
 
@@ -173,18 +176,21 @@ def _group(
             expected="two trials or more in each group",
         )
     prepared = METHODS.named(options.method).prepare(window, recording.kind)
-    made = estimate_window(window, Group.of(recording, keys), options, prepared)
+    estimate = estimate_window(window, Group.of(recording, keys), options, prepared)
     equations = prepared.trial_equations(recording.kind)
     if prepared.equations is not None:
         equations = _on_one_scale(equations)
     handle = recording.handle_mass_kg if recording.kind == "hand" else 0.0
     return ComparedGroup(
-        name_of(keys, by), made, without_handle(equations, handle), _directions(recording, window)
+        name_of(keys, by),
+        estimate,
+        without_handle(equations, handle),
+        _directions(recording, window),
     )
 
 
 def _on_one_scale(equations: TrialEquations) -> TrialEquations:
-    """Weights relative to the group's mean: a weighted fit's own scale is its noise's."""
+    """Divide by the mean weight of the group: a weighted fit is scaled by its noise."""
     scale = abs(float(equations.A.mean(axis=0)[-1, -1])) or 1.0
     return replace(equations, A=equations.A / scale, b=equations.b / scale)
 
@@ -192,7 +198,7 @@ def _on_one_scale(equations: TrialEquations) -> TrialEquations:
 def _directions(recording: Recording, window: Window) -> IntArray | None:
     """Direction of each usable trial in thousandths of a degree: the same number in all groups.
 
-    In space, turns of the angle above the plane are counted on top (column ``elevation_deg``).
+    In space, the angle above the plane (column ``elevation_deg``) is added as multiples of a turn.
     """
     if window.disturbance is None:
         return None
@@ -206,7 +212,7 @@ def _directions(recording: Recording, window: Window) -> IntArray | None:
     return around + 360_000 * np.round(1000 * above).astype(np.int64)
 
 
-# Pairs of groups that were compared, and the inertia that two sessions must share.
+# Pairs of compared groups, and the inertia that two sessions must share.
 
 Basis = Literal["permutation", "covariance", "first order"]
 
@@ -216,12 +222,12 @@ BLOCK: Final = 512
 
 @dataclass(frozen=True, repr=False)
 class Pair:
-    """Two groups compared.
+    """Comparison of two groups.
 
     `first`, `second`: names of the groups; changes are from the first to the second.
     `tests`: inertia, viscosity, stiffness, all three; p values adjusted over all pairs.
-    `basis`: whether trials were exchanged, or the tests rest on the estimates' covariances: the
-    distance's then on draws from them, or, of many pairs, on its law to first order.
+    `basis`: "permutation" if trials were exchanged; else the tests use the estimates' covariances,
+    that of the distance by draws from them or, with many pairs, by its distribution to first order.
     """
 
     first: str
@@ -237,7 +243,7 @@ class Pair:
 
 
 def notes_of(tests: Sequence[MatrixTest]) -> tuple[str, ...]:
-    """What a pair's tests could not say."""
+    """Notes on missing results of a pair's tests."""
     notes: tuple[str, ...] = ()
     missing = [test.matrix for test in tests[:3] if isnan(test.distance)]
     if missing:
@@ -249,12 +255,12 @@ def notes_of(tests: Sequence[MatrixTest]) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class ManyPairs(Sequence[Pair]):
-    """Many pairs of groups: a `Pair` is made where it is asked for.
+    """Many pairs of groups: a `Pair` is built when it is accessed.
 
-    `names`: of the groups.
-    `first`, `second` (R,): numbers of the groups of each pair.
-    `sides`: what the changes take of each group.
-    `labels`: what the changes are of.
+    `names`: names of the groups.
+    `first`, `second` (R,): indices of the groups of each pair.
+    `sides`: values of each group for the changes.
+    `labels`: quantities of the changes.
     `tests` (R, 4, 6): of inertia, viscosity, stiffness and all: the fields of `MatrixTest` after
     its name.
     """
@@ -290,14 +296,14 @@ class ManyPairs(Sequence[Pair]):
         i, j = int(self.first[row]), int(self.second[row])
         numbers = self.tests[row].tolist()
         tests = tuple(
-            MatrixTest(name, *each) for name, each in zip(MATRIX_NAMES, numbers, strict=True)
+            MatrixTest(name, *values) for name, values in zip(MATRIX_NAMES, numbers, strict=True)
         )
         return Pair(self.names[i], self.names[j], later, tests, self.basis, notes_of(tests))
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Neighbouring pairs, whose changes are computed together when one is asked for."""
+    """Neighbouring pairs, whose changes are computed together when one is accessed."""
 
     pairs: ManyPairs
     start: int
@@ -305,14 +311,14 @@ class _Block:
 
     @cached_property
     def numbers(self) -> list[list[list[float]]]:
-        """`change_numbers` of each pair."""
+        """Result of `change_numbers` for each pair."""
         rows, pairs = slice(self.start, self.stop), self.pairs
         return change_numbers(pairs.sides, pairs.first[rows], pairs.second[rows]).tolist()  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)
 class LaterChanges(Sequence[Change]):
-    """The changes of one of many pairs, computed where they are asked for."""
+    """The changes of one of many pairs, computed when they are accessed."""
 
     block: _Block
     row: int
@@ -320,7 +326,7 @@ class LaterChanges(Sequence[Change]):
     def _made(self) -> tuple[Change, ...]:
         numbers = self.block.numbers[self.row]
         labels = self.block.pairs.labels
-        return tuple(Change(*label, *each) for label, each in zip(labels, numbers, strict=True))
+        return tuple(Change(*label, *values) for label, values in zip(labels, numbers, strict=True))
 
     def __len__(self) -> int:
         return len(self.block.pairs.labels)
@@ -336,32 +342,33 @@ class LaterChanges(Sequence[Change]):
         return self._made()[index]
 
 
-# The inertia at one posture holds two sessions against each other: no muscle can change it.
+# The inertia at one posture is a check of two sessions: no muscle can change it.
 
-#: Groups whose mean places are nearer than this have one posture (m, rad).
+#: Groups whose mean places are nearer than this are in one posture (m, rad).
 SAME_PLACE: Final = 0.02
-#: An inertia that differs by more than this part, and by more than chance, is told.
+#: Smallest relative difference of the inertia that is reported, if it is significant.
 LEAST_CHANGE: Final = 0.03
-#: Times the half-width of a 95 % interval that chance exceeds less than once in a hundred times.
+#: Multiple of the half-width of a 95 % interval that chance exceeds less than once in a hundred
+#: times.
 UNLIKELY: Final = 1.45
 
 
 def check_inertia(groups: Sequence[ComparedGroup], pairs: Sequence[Pair]) -> tuple[Finding, ...]:
-    """Pairs of one person at one place whose inertia differs by a factor.
+    """Check for pairs of one person at one place whose inertia differs by a factor.
 
-    Returns: "inertia", one for each pair that differs, or one for all that do not; empty where no
-    two groups have one posture.
+    Returns: "inertia", one for each pair that differs, or one for all that do not; empty if no two
+    groups are in one posture.
     """
     of = {group.name: group.estimate for group in groups}
-    told, limits = [], []
+    findings, limits = [], []
     for pair in pairs:
-        one, other = of[pair.first], of[pair.second]
-        if not _one_posture(one, other):
+        first, second = of[pair.first], of[pair.second]
+        if not _one_posture(first, second):
             continue
-        change, error = _factor(one, other)
-        # More pairs, more chances: as many standard errors more as of a normal distribution
+        change, error = _factor(first, second)
+        # with more pairs the limit grows as for the maximum of normal numbers
         many = float(np.sqrt(1 + 2 * np.log(len(pairs)) / (UNLIKELY * t_factor(np.inf)) ** 2))
-        limit = max(LEAST_CHANGE, many * UNLIKELY * t_factor(one.dof + other.dof) * error)
+        limit = max(LEAST_CHANGE, many * UNLIKELY * t_factor(first.dof + second.dof) * error)
         limits.append(limit)
         if abs(change) > limit:
             text = (
@@ -369,30 +376,30 @@ def check_inertia(groups: Sequence[ComparedGroup], pairs: Sequence[Pair]) -> tup
                 "one posture, which no muscle can make; a gain, a unit, the sensors' timing or "
                 "what is held changed between them, and B and K with it: compare a known load"
             )
-            told.append(Finding("inertia", "warning", text, f"{100 * limit:.2g} %"))
-    if told or not limits:
-        return tuple(told)
+            findings.append(Finding("inertia", "warning", text, f"{100 * limit:.2g} %"))
+    if findings or not limits:
+        return tuple(findings)
     text = "the same in all groups of one posture"
     return (Finding("inertia", "ok", text, f"{100 * max(limits):.2g} %"),)
 
 
-def _one_posture(one: ImpedanceEstimate, other: ImpedanceEstimate) -> bool:
-    if any(one.keys.get(key) != other.keys.get(key) for key in ("subject", "recording")):
+def _one_posture(first: ImpedanceEstimate, second: ImpedanceEstimate) -> bool:
+    if any(first.keys.get(key) != second.keys.get(key) for key in ("subject", "recording")):
         return False
-    if one.position is None or other.position is None:
+    if first.position is None or second.position is None:
         return False
-    return float(np.linalg.norm(one.position - other.position)) < SAME_PLACE
+    return float(np.linalg.norm(first.position - second.position)) < SAME_PLACE
 
 
 def _factor(one: ImpedanceEstimate, other: ImpedanceEstimate) -> tuple[float, float]:
-    """k and its standard error, where M of the second is (1 + k) times that of the first."""
+    """k and its standard error, if M of the second is (1 + k) times that of the first."""
     size = one.k**2
     # with the handle: it is behind the same sensor
     first, second = (np.asarray(each.inertia_with_handle).ravel() for each in (one, other))
     mean = (first + second) / 2
     covariance = one.covariance[:size, :size] + other.covariance[:size, :size]
-    # The spread of a few trials is itself uncertain, and weights that follow it promise too much:
-    # they follow the noise's own covariance, where it is known.
+    # The scatter of few trials is itself uncertain, and weights from it would be too optimistic:
+    # they use the covariance of the noise, if it is known.
     expected = covariance
     if one.bound is not None and other.bound is not None:
         expected = one.bound[:size, :size] + other.bound[:size, :size]

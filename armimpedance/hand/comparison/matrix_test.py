@@ -23,7 +23,7 @@ from armimpedance.core.errors import InputError
 def affine_invariant_distance(first: ArrayLike, second: ArrayLike) -> FloatArray:
     """Distance of the symmetric parts of matrices (..., k, k), (...,).
 
-    nan where one of the two is not positive definite: it has no place among such matrices.
+    nan if one of the two is not positive definite.
 
     Raises InputError: matrices that are not square or not of the same size.
     """
@@ -31,14 +31,14 @@ def affine_invariant_distance(first: ArrayLike, second: ArrayLike) -> FloatArray
     if A.shape[-2:] != B.shape[-2:]:
         raise InputError(f"matrices {A.shape[-2:]} and {B.shape[-2:]}", expected="the same size")
     A, B = np.broadcast_arrays(A, B)
-    known = is_positive_definite(A) & is_positive_definite(B)
-    result = np.full(known.shape, np.nan)
-    if known.any():
+    definite = is_positive_definite(A) & is_positive_definite(B)
+    result = np.full(definite.shape, np.nan)
+    if definite.any():
         # L^-1 B L^-T (k, k) with A = L L^T has the eigenvalues of A^-1 B
-        inverse = np.linalg.inv(np.linalg.cholesky(A[known]))
-        between = inverse @ B[known] @ inverse.swapaxes(-1, -2)
+        inverse = np.linalg.inv(np.linalg.cholesky(A[definite]))
+        between = inverse @ B[definite] @ inverse.swapaxes(-1, -2)
         values = np.linalg.eigvalsh(symmetric(between))
-        result[known] = np.sqrt((np.log(np.maximum(values, np.finfo(float).tiny)) ** 2).sum(-1))
+        result[definite] = np.sqrt((np.log(np.maximum(values, np.finfo(float).tiny)) ** 2).sum(-1))
     return result
 
 
@@ -59,7 +59,7 @@ def expected_square(middle: ArrayLike, covariance: ArrayLike) -> FloatArray:
 def metric_at(middle: FloatArray) -> FloatArray:
     """``g_ef = tr(P^-1 E_e P^-1 E_f)`` (..., c, c): the squared distance near P (..., k, k).
 
-    E_e is the symmetric matrix of which the element e of `upper_elements` is one.
+    E_e is the symmetric matrix whose element e of `upper_elements` is 1.
     """
     P = symmetric(middle)
     basis = _symmetric_basis(P.shape[-1])
@@ -73,7 +73,7 @@ def symmetric(matrices: FloatArray) -> FloatArray:
 
 
 def is_positive_definite(matrices: FloatArray) -> np.ndarray:
-    """Whether the symmetric part of each is positive definite, (...,)."""
+    """True if the symmetric part of each matrix is positive definite, (...,)."""
     return np.asarray(np.linalg.eigvalsh(symmetric(matrices))[..., 0] > 0)
 
 
@@ -85,7 +85,7 @@ def upper_elements(k: int) -> FloatArray:
 
 
 def _symmetric_basis(k: int) -> FloatArray:
-    """Symmetric matrices (c, k, k) of which one element i <= j is one, the others zero."""
+    """Symmetric matrices (c, k, k) with one element i <= j equal to 1, the others 0."""
     rows, columns = np.triu_indices(k)
     basis = np.zeros((len(rows), k, k))
     basis[np.arange(len(rows)), rows, columns] = 1.0
@@ -95,7 +95,8 @@ def _symmetric_basis(k: int) -> FloatArray:
 
 # Hotelling's test of two means with unequal covariances, for stacks of differences.
 
-#: ``1/(1 - R^2)`` of one element on the others; above it, an inverse is rounding.
+#: Largest ``1/(1 - R^2)`` of one element on the others; above it an inverse is dominated by
+#: rounding.
 LARGEST_INFLATION: Final = 1e12
 
 
@@ -104,7 +105,7 @@ def hotelling(
     covariances: tuple[FloatArray, FloatArray],
     dof: tuple[FloatArray | float, FloatArray | float],
 ) -> tuple[FloatArray, FloatArray]:
-    """``T2 = d^T (V1 + V2)^-1 d`` and the probability of so large a one by chance.
+    """``T2 = d^T (V1 + V2)^-1 d`` and the probability that chance exceeds it.
 
     ``(nu - p + 1)/(nu p) T2`` is taken to follow F with p and nu - p + 1 degrees of freedom, nu
     after K. Krishnamoorthy and J. Yu (2004), Modified Nel and Van der Merwe test for the
@@ -113,8 +114,8 @@ def hotelling(
 
     `difference` (..., p).
     `covariances` two of (..., p, p): covariances of the two means.
-    `dof` two of (...,): degrees of freedom of each covariance; inf: known.
-    Returns: `T2`, `probability` (...,): nan where the sum of the covariances is singular: some
+    `dof` two of (...,): degrees of freedom of each covariance; inf if it is known.
+    Returns: `T2`, `probability` (...,): nan if the sum of the covariances is singular: some
     direction has no spread.
     """
     total = covariances[0] + covariances[1]
@@ -132,15 +133,15 @@ def hotelling(
         np.einsum("...ij,...ji->...", U, U) + np.trace(U, axis1=-2, axis2=-1) ** 2 for U in shares
     ]
     rate = sum(s / f for s, f in zip(spread, dof, strict=True))
-    known = np.broadcast_to(rate == 0, T2.shape)
-    nu = (p + p * p) / np.where(known, 1.0, rate)
-    # Few trials: one degree of freedom at least, so that a p value exists.
+    exact = np.broadcast_to(rate == 0, T2.shape)
+    nu = (p + p * p) / np.where(exact, 1.0, rate)
+    # with few trials: at least one degree of freedom, so that a p value exists
     second = np.maximum(nu - p + 1, 1.0)
-    return T2, np.where(known, chdtrc(p, T2), fdtrc(p, second, T2 * second / (nu * p)))
+    return T2, np.where(exact, chdtrc(p, T2), fdtrc(p, second, T2 * second / (nu * p)))
 
 
 def _inverse(correlation: FloatArray) -> FloatArray:
-    """Inverses of correlation matrices (..., p, p); nan where a matrix is singular."""
+    """Inverses of correlation matrices (..., p, p); nan if a matrix is singular."""
     eye = np.eye(correlation.shape[-1])
     regular = np.linalg.det(correlation) != 0
     inverse = np.linalg.inv(np.where(regular[..., None, None], correlation, eye))
@@ -150,18 +151,18 @@ def _inverse(correlation: FloatArray) -> FloatArray:
     return np.where(regular[..., None, None], inverse, np.nan)
 
 
-#: The four hypotheses of a pair: each matrix the same, and all three.
+#: The four hypotheses of a pair: equality of each matrix, and of all three.
 MATRIX_NAMES: Final = ("inertia", "viscosity", "stiffness", "all")
 
 
 @dataclass(frozen=True)
 class MatrixTest:
-    """How far two groups' matrices are apart, and how often chance makes them so.
+    """Difference of two groups' matrices, and its p values.
 
-    `distance`: affine-invariant; nan where a matrix is not positive definite, and for "all".
-    `p_distance`: nan as `distance`; for "all" of the summed squares over their expectations.
+    `distance`: affine-invariant; nan if a matrix is not positive definite, and for "all".
+    `p_distance`: nan like `distance`; for "all" that of the summed squares over their expectations.
     `t2`: Hotelling's ``d^T V^-1 d`` of the symmetric elements; nan with fewer trials than elements.
-    `p_distance_adjusted`, `p_t2_adjusted`: Holm, over all pairs that were compared.
+    `p_distance_adjusted`, `p_t2_adjusted`: by Holm, over all compared pairs.
     """
 
     matrix: str
@@ -177,8 +178,8 @@ class MatrixTest:
 class Statistics:
     """Statistics of R pairs of groups; columns: inertia, viscosity, stiffness, all.
 
-    `t2`, `chance` (R, 4): Hotelling's T2 and its probability; nan where there are too few trials.
-    `ratio` (R, 4): squared distance over its expectation by chance; nan where a matrix has no
+    `t2`, `chance` (R, 4): Hotelling's T2 and its probability; nan if there are too few trials.
+    `ratio` (R, 4): squared distance over its expectation by chance; nan if a matrix has no
     distance.
     `distance` (R, 3): affine-invariant.
     """
@@ -212,7 +213,7 @@ def t2_chances(
     covariances: tuple[FloatArray, FloatArray],
     dof: tuple[FloatArray | float, FloatArray | float],
 ) -> tuple[FloatArray, FloatArray]:
-    """`Statistics.t2` and `Statistics.chance`, (R, 4), of what `statistics_between` takes."""
+    """`Statistics.t2` and `Statistics.chance`, (R, 4); arguments as in `statistics_between`."""
     c = difference.shape[1] // 3
     parts = [slice(c * i, c * i + c) for i in range(3)] + [slice(0, 3 * c)]
     t2, chance = np.full((2, len(difference), 4), np.nan)
@@ -223,9 +224,12 @@ def t2_chances(
             t2[:, i], chance[:, i] = hotelling(difference[:, part], block, dof)
         elif enough.any():
             rows = np.flatnonzero(enough)
-            each = (np.broadcast_to(dof[0], len(t2))[rows], np.broadcast_to(dof[1], len(t2))[rows])
+            dof_of_rows = (
+                np.broadcast_to(dof[0], len(t2))[rows],
+                np.broadcast_to(dof[1], len(t2))[rows],
+            )
             block = (covariances[0][rows, part, part], covariances[1][rows, part, part])
-            t2[rows, i], chance[rows, i] = hotelling(difference[rows, part], block, each)
+            t2[rows, i], chance[rows, i] = hotelling(difference[rows, part], block, dof_of_rows)
     return t2, chance
 
 
@@ -252,42 +256,42 @@ def _over_chance(
 ) -> FloatArray:
     """Squared distance over its expectation by chance (`distance.expected_square`), (R,)."""
     middle = (matrices[0][:, i] + matrices[1][:, i]) / 2
-    known = np.isfinite(distance[:, i]) & is_positive_definite(middle)
+    valid = np.isfinite(distance[:, i]) & is_positive_definite(middle)
     result = np.full(len(distance), np.nan)
-    result[known] = distance[known, i] ** 2 / expected_square(middle[known], covariance[known])
+    result[valid] = distance[valid, i] ** 2 / expected_square(middle[valid], covariance[valid])
     return result
 
 
 def exceedance(statistic: FloatArray) -> float:
-    """``(1 + count)/(1 + R)`` of R others at least as large as the first one, the data's.
+    """p value ``(1 + count)/(1 + R)``: count of R others not below the first value, the data's.
 
-    Others that do not exist count as larger; where the data's does not exist the answer is nan.
+    Missing others count as larger; without the data's value the result is nan.
     """
     observed, others = statistic[0], statistic[1:]
     if not np.isfinite(observed):
         return float("nan")
-    # up to rounding a tie is a tie
+    # values that differ by rounding only are ties
     beyond = np.isnan(others) | (others >= observed - 1e-9 * abs(observed))
     return float((1 + beyond.sum()) / (1 + len(others)))
 
 
 def holm(p: ArrayLike) -> FloatArray:
-    """Adjusted p values (n,) that hold the level for all n hypotheses together.
+    """Adjusted p values (n,) that keep the level for all n hypotheses together.
 
     S. Holm (1979), A simple sequentially rejective multiple test procedure, Scand J Stat 6:65-70.
     nan stays nan and is not counted.
     """
     values = np.asarray(p, dtype=np.float64)
     result = np.full(values.shape, np.nan)
-    known = np.flatnonzero(np.isfinite(values))
-    order = known[np.argsort(values[known], kind="stable")]
+    valid = np.flatnonzero(np.isfinite(values))
+    order = valid[np.argsort(values[valid], kind="stable")]
     steps = len(order) - np.arange(len(order))
     result[order] = np.minimum(np.maximum.accumulate(values[order] * steps), 1.0)
     return result
 
 
 def adjusted(tests: list[tuple[MatrixTest, ...]]) -> list[tuple[MatrixTest, ...]]:
-    """The tests of several pairs with p values adjusted over the pairs, each matrix by itself."""
+    """Adjust the p values of several pairs over the pairs, separately for each matrix."""
     table = [list(pair) for pair in tests]
     for i in range(len(MATRIX_NAMES)):
         distance = holm([pair[i].p_distance for pair in table])

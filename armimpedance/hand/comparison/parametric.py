@@ -1,4 +1,4 @@
-"""Tests from estimates and their covariances alone, without trials to exchange."""
+"""Tests from estimates and their covariances alone, without trials."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def parametric_test(
     draws: int = 1999,
     seed: int | np.random.SeedSequence = 0,
 ) -> tuple[MatrixTest, ...]:
-    """Test that two independent estimates are of the same matrices.
+    """Test the hypothesis that two independent estimates have the same matrices.
 
-    T2 against its F distribution (`hotelling`); the distance against pairs drawn from the two
-    covariances about one common value (t distributed), as the null hypothesis has it.
+    T2 is compared with its F distribution (`hotelling`); the distance with pairs drawn from the two
+    covariances about one common value (t distributed), as under the null hypothesis.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def parametric_test(
     pair, k = (first, second), first.k
     (x1, V1), (x2, V2) = (symmetric_elements(e) for e in pair)
     check_errors(V1 + V2)
-    # The value (c,) from which both are least far: x0 = x1 + V1 (V1 + V2)^-1 (x2 - x1)
+    # the common value (c,) nearest to both: x0 = x1 + V1 (V1 + V2)^-1 (x2 - x1)
     common = x1 + V1 @ np.linalg.lstsq(V1 + V2, x2 - x1, rcond=None)[0]
-    found = statistics_between(
+    statistics = statistics_between(
         (matrices_of(x1[None], k), matrices_of(x2[None], k)),
         (x2 - x1)[None],
         (V1[None], V2[None]),
@@ -71,14 +71,14 @@ def parametric_test(
     )
     rng = np.random.default_rng(seed)
     drawn = [_draw(common, V, e.dof, draws, rng) for V, e in zip((V1, V2), pair, strict=True)]
-    ratio = np.vstack([found.ratio, _ratios(drawn[0], drawn[1], V1 + V2, k)])
+    ratio = np.vstack([statistics.ratio, _ratios(drawn[0], drawn[1], V1 + V2, k)])
     return tuple(
         MatrixTest(
             matrix=name,
-            distance=float(found.distance[0, i]) if i < 3 else float("nan"),
+            distance=float(statistics.distance[0, i]) if i < 3 else float("nan"),
             p_distance=exceedance(ratio[:, i]),
-            t2=float(found.t2[0, i]),
-            p_t2=float(found.chance[0, i]),
+            t2=float(statistics.t2[0, i]),
+            p_t2=float(statistics.chance[0, i]),
         )
         for i, name in enumerate(MATRIX_NAMES)
     )
@@ -91,7 +91,7 @@ def symmetric_elements(estimate: ImpedanceEstimate) -> tuple[FloatArray, FloatAr
 
 
 def check_errors(total: FloatArray) -> None:
-    """Refuse differences (..., 3 c, 3 c) of which one element has no error."""
+    """Refuse differences (..., 3 c, 3 c) if one element has no error."""
     if not (np.diagonal(total, axis1=-2, axis2=-1) > 0).all():
         raise InputError(
             "an estimate without an error: its covariance is zero",
@@ -99,18 +99,18 @@ def check_errors(total: FloatArray) -> None:
         )
 
 
-def _ratios(one: FloatArray, two: FloatArray, total: FloatArray, k: int) -> FloatArray:
-    """`Statistics.ratio` of pairs drawn, elements (R, 3 c) of both and their covariance."""
+def _ratios(first: FloatArray, second: FloatArray, total: FloatArray, k: int) -> FloatArray:
+    """`Statistics.ratio` of drawn pairs: elements (R, 3 c) of both, and their covariance."""
     if k != 2:
-        stack = np.broadcast_to(total, (len(one), *total.shape))
-        return distance_ratios((matrices_of(one, k), matrices_of(two, k)), stack)[0]
-    return planar_statistics(one.reshape(-1, 3, 3), two.reshape(-1, 3, 3), total)
+        stack = np.broadcast_to(total, (len(first), *total.shape))
+        return distance_ratios((matrices_of(first, k), matrices_of(second, k)), stack)[0]
+    return planar_statistics(first.reshape(-1, 3, 3), second.reshape(-1, 3, 3), total)
 
 
 def _draw(
     centre: FloatArray, covariance: FloatArray, dof: float, draws: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Multivariate t about a centre (c,), (draws, c)."""
+    """Draw from a multivariate t distribution about a centre (c,), (draws, c)."""
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0))
     normal = rng.standard_normal((draws, len(centre))) @ root.T
@@ -119,7 +119,7 @@ def _draw(
 
 
 def matrices_of(elements: FloatArray, k: int) -> FloatArray:
-    """Symmetric matrices (R, 3, k, k) of their elements i <= j (R, 3 c)."""
+    """Symmetric matrices (R, 3, k, k) from their elements i <= j (R, 3 c)."""
     rows, columns = np.triu_indices(k)
     parts = elements.reshape(len(elements), 3, len(rows))
     result = np.empty((len(elements), 3, k, k))
@@ -138,12 +138,12 @@ def matrices_of(elements: FloatArray, k: int) -> FloatArray:
 # approximations for distributions of quadratic forms in normal variables, Biometrika 86:929-935).
 # Its relative error is a few per cent, however small the tail.
 
-#: Halvings of the bracket of the saddlepoint, then steps of Newton's.
+#: Bisections of the bracket of the saddlepoint, then Newton steps.
 _HALVINGS: Final = 40
 _NEWTON: Final = 4
-#: Degrees of freedom that stand for a covariance that is known.
+#: Degrees of freedom that are used for a known covariance.
 _KNOWN_DOF: Final = 1e7
-#: Nearer to the mean than this many standard deviations the formula is 0/0; its limit holds.
+#: Nearer to the mean than this many standard deviations the formula is 0/0 and its limit is used.
 _NEAR_MEAN: Final = 1e-3
 
 
@@ -151,13 +151,13 @@ def mixture_tail(weights: FloatArray, dof: FloatArray, statistic: FloatArray) ->
     """``P(sum_j w_j X_j > q Y/nu)``.
 
     `weights` (R, J): at least 0, and not all of them 0.
-    `dof` (R,): nu; inf: Y/nu is one.
+    `dof` (R,): nu; inf for Y/nu = 1.
     `statistic` (R,): q, at least 0.
-    Returns: (R,): nan where an argument is.
+    Returns: (R,): nan if an argument is nan.
     """
     weights = np.maximum(weights, 1e-12 * weights.max(axis=1, keepdims=True))
     nu, scale = np.minimum(dof, _KNOWN_DOF), weights.sum(axis=1)
-    # a statistic of zero is exceeded always; a little above, nothing divides by zero
+    # a statistic of zero is always exceeded; a slightly larger one avoids a division by zero
     against = np.maximum(statistic, 1e-9 * scale) / nu
     rates = np.concatenate([weights, -against[:, None]], axis=1)
     counts = np.ones_like(rates)
@@ -179,7 +179,7 @@ def _saddlepoint(rates: FloatArray, counts: FloatArray) -> FloatArray:
         slope = (counts * shares).sum(axis=1)
         low, high = np.where(slope > 0, low, t), np.where(slope > 0, t, high)
         step = t - slope / (2 * (counts * shares**2).sum(axis=1))
-        # a step that leaves the bracket is a halving instead
+        # a step that leaves the bracket is replaced by a bisection
         t = np.where((step > low) & (step < high), step, (low + high) / 2)
     return np.asarray(t)
 
@@ -197,19 +197,16 @@ def _tail(rates: FloatArray, counts: FloatArray, t: FloatArray) -> FloatArray:
 
 
 # Tests of many pairs from the estimates' covariances alone, without draws, in blocks.
-#
-# T2 goes against its F distribution (`hotelling`), which needs no draws. The squared distance of
-# two matrices ``X -+ D/2`` is the sum over the eigenvalues e of ``X^-1 D`` of ``(2
-# artanh(e/2))^2``: near X the quadratic form ``tr(X^-1 D X^-1 D)``. The value X0 from which both
-# estimates are least far tells nothing about D, so that X is held at X0; then the form is a
-# weighted sum of chi-squares over one more (`mixture`), with the degrees of freedom of Welch and
-# Satterthwaite.
-#
-# What the squared distance has beyond the form, it has in the tail too: a distance d is reached by
-# no form smaller than ``(2 tanh(d/2))^2``, which stands in its place and errs on the careful side.
-# docs/evidence/compare.md has the measured levels.
+# T2 is compared with its F distribution (`hotelling`), without draws. The squared distance of two
+# matrices ``X -+ D/2`` is the sum over the eigenvalues e of ``X^-1 D`` of ``(2 artanh(e/2))^2``:
+# near X the quadratic form ``tr(X^-1 D X^-1 D)``. The common value X0 nearest to both estimates has
+# no information about D, so that X is fixed at X0. Then the form is a weighted sum of chi-squares
+# over one more (`mixture`), with the degrees of freedom of Welch and Satterthwaite.
+# The squared distance exceeds the form, also in the tail: a distance d requires a form of at least
+# ``(2 tanh(d/2))^2``, which is used in its place and is conservative. See docs/evidence/compare.md
+# for the measured levels.
 
-#: Numbers of one block of pairs: some 20 MB with what is computed on the way.
+#: Numbers in one block of pairs: some 20 MB with intermediate results.
 _BLOCK_NUMBERS: Final = 40_000
 
 
@@ -227,47 +224,47 @@ class Elements:
 
     @classmethod
     def of(cls, estimates: Sequence[ImpedanceEstimate]) -> Self:
-        """Those of estimates of one number of axes."""
+        """Collect the elements of estimates with the same number of axes."""
         values, covariances = zip(*map(symmetric_elements, estimates), strict=True)
-        dof = np.array([each.dof for each in estimates])
+        dof = np.array([estimate.dof for estimate in estimates])
         return cls(np.array(values), np.array(covariances), dof, estimates[0].k)
 
     @property
     def block(self) -> int:
-        """Pairs of a block."""
+        """Number of pairs in a block."""
         return int(max(_BLOCK_NUMBERS // self.values.shape[1] ** 2, 1))
 
 
 def first_order_tests(of: Elements, first: IntArray, second: IntArray) -> FloatArray:
-    """Tests of R pairs, (R, 4, 4).
+    """Test R pairs, (R, 4, 4).
 
-    `first`, `second` (R,): numbers of the estimates of each pair.
+    `first`, `second` (R,): indices of the estimates of each pair.
     Returns: (R, 4, 4): of inertia, viscosity, stiffness and all: distance, its p, T2, its p, as in
     `MatrixTest`.
     Raises InputError: a pair without an error.
     """
     x1, x2, V1, V2 = (part[of_] for part in (of.values, of.covariances) for of_ in (first, second))
     check_errors(V1 + V2)
-    found = statistics_between(
+    statistics = statistics_between(
         (matrices_of(x1, of.k), matrices_of(x2, of.k)),
         x2 - x1,
         (V1, V2),
         (of.dof[first], of.dof[second]),
     )
     common = x1 + (V1 @ np.linalg.solve(V1 + V2, (x2 - x1)[..., None]))[..., 0]
-    chance = _distance_chance(found, matrices_of(common, of.k), (V1, V2), of, (first, second))
-    distance = np.column_stack([found.distance, np.full(len(first), np.nan)])
-    return np.stack([distance, chance, found.t2, found.chance], axis=2)
+    chance = _distance_chance(statistics, matrices_of(common, of.k), (V1, V2), of, (first, second))
+    distance = np.column_stack([statistics.distance, np.full(len(first), np.nan)])
+    return np.stack([distance, chance, statistics.t2, statistics.chance], axis=2)
 
 
 def _distance_chance(
-    found: Statistics,
+    statistics: Statistics,
     common: FloatArray,
     covariances: tuple[FloatArray, FloatArray],
     of: Elements,
     pair: tuple[IntArray, IntArray],
 ) -> FloatArray:
-    """p of the distances, (R, 4); nan where one does not exist."""
+    """p values of the distances, (R, 4); nan if a distance does not exist."""
     V1, V2 = covariances
     total, c = V1 + V2, V1.shape[-1] // 3
     metric, share = np.zeros_like(total), np.zeros((len(total), 4))
@@ -276,31 +273,31 @@ def _distance_chance(
         part = slice(c * i, c * i + c)
         safe = np.where(definite[:, i, None, None], common[:, i], np.eye(of.k))
         g = metric_at(safe)
-        # so that the form is one on average, as the statistic is
+        # scale the form to a mean of 1, like the statistic
         size = np.einsum("ref,rfe->r", g, total[:, part, part])
         metric[:, part, part] = g / size[:, None, None]
         share[:, i] = np.einsum("ref,rfe->r", g, V1[:, part, part]) / size
     share[:, 3] = share[:, :3].mean(axis=1)
     dof = 1 / (share**2 / of.dof[pair[0], None] + (1 - share) ** 2 / of.dof[pair[1], None])
-    form = _form_of(found)
+    form = _form_of(statistics)
     parts = [slice(c * i, c * i + c) for i in range(3)] + [slice(0, 3 * c)]
     p = [
         mixture_tail(_weights(metric[:, s, s], total[:, s, s]), dof[:, i], form[:, i])
         for i, s in enumerate(parts)
     ]
-    # a common value that is no limb's says nothing against chance
-    known = np.column_stack([definite, definite.all(axis=1)])
-    return np.where(np.isnan(found.ratio), np.nan, np.where(known, np.column_stack(p), 1.0))
+    # an implausible common value is no evidence against chance
+    valid = np.column_stack([definite, definite.all(axis=1)])
+    return np.where(np.isnan(statistics.ratio), np.nan, np.where(valid, np.column_stack(p), 1.0))
 
 
-def _form_of(found: Statistics) -> FloatArray:
-    """The least quadratic form (R, 4) that belongs to the distances found."""
-    d = found.distance
+def _form_of(statistics: Statistics) -> FloatArray:
+    """Smallest quadratic form (R, 4) that is compatible with the distances."""
+    d = statistics.distance
     with np.errstate(divide="ignore", invalid="ignore"):
-        # without any distance nothing is smaller
+        # at distance zero the ratio is 1
         shrunk = np.where(d > 0, (2 * np.tanh(d / 2) / d) ** 2, 1.0)
-    own = found.ratio[:, :3] * shrunk
-    return np.column_stack([own, own.sum(axis=1)])
+    forms = statistics.ratio[:, :3] * shrunk
+    return np.column_stack([forms, forms.sum(axis=1)])
 
 
 def _weights(metric: FloatArray, covariance: FloatArray) -> FloatArray:

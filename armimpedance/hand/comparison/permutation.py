@@ -1,21 +1,21 @@
-"""Permutation tests of equal matrices: trials change groups, within each disturbance.
+"""Permutation tests of equal matrices: trials are exchanged within each disturbance.
 
-Each trial enters as its small equation ``b_t - A_t theta = 0``, so that a permutation costs two
-solves of 3 k^2 unknowns and no look at the samples. Two statistics, for inertia, viscosity and
-stiffness and for all three together:
+Each trial is represented by its small equation ``b_t - A_t theta = 0``, so that a permutation costs
+two solves of 3 k^2 unknowns without the samples. There are two statistics, for inertia, viscosity
+and stiffness and for all three together:
 
 - *T2*: the probability of Hotelling's T2 of the difference of the symmetric elements, with each
   group's own clustered covariance;
-- *distance*: the squared affine-invariant distance over what chance alone makes of it under those
-  covariances (for all three matrices the sum).
+- *distance*: the squared affine-invariant distance over its expectation by chance under those
+covariances (for all three matrices the sum).
 
 Both are computed anew, covariances included, in every permutation. Exchanging trials gives both
-groups one noise; a plain difference then keeps its level only with as many trials in both. A
+groups the same noise; a plain difference then keeps its level only with equal numbers of trials. A
 statistic whose distribution does not depend on the noise keeps it anyway (E. Chung and J. P. Romano
 2013, Exact and asymptotically robust permutation tests, Ann Stat 41:484-507) and stays exact where
 trials are exchangeable. T2 itself depends, with nine elements and a dozen noisy trials, on how well
 its covariance is known; its probability does so to the next order only (R. Beran 1988, Prepivoting
-test statistics, J Am Stat Assoc 83:687-697). docs/evidence/compare.md has the measured levels.
+test statistics, J Am Stat Assoc 83:687-697). See docs/evidence/compare.md for the measured levels.
 """
 
 from __future__ import annotations
@@ -40,18 +40,17 @@ from armimpedance.hand.comparison.matrix_test import (
 )
 from armimpedance.numerics.regression import WORST_CONDITION, TrialEquations
 
-# Squared distances over chance of matrices of two axes, in closed form.
-#
-# What `distance` computes by eigenvalues for matrices of any size: for two axes each is a handful
-# of products, so that a draw or a permutation costs a fraction of a microsecond.
+# Ratios of squared distances to their expectation, for two axes, in closed form.
+# `distance` computes them by eigenvalues for any size. For two axes a few products are enough, so
+# that a draw or a permutation costs a fraction of a microsecond.
 
 
 def planar_statistics(first: FloatArray, second: FloatArray, covariance: FloatArray) -> FloatArray:
-    """The ratios of M, B and K, and their sum, of R pairs of groups.
+    """Ratios of M, B and K, and their sum, for R pairs of groups.
 
     `first`, `second` (R, 3, 3): elements 11, 12, 22 of each of the three matrices.
     `covariance` (R, 9, 9) or (9, 9): of the difference of all of them.
-    Returns: (R, 4): nan where a matrix is not positive definite.
+    Returns: (R, 4): nan if a matrix is not positive definite.
     """
     parts = [slice(3 * i, 3 * i + 3) for i in range(3)]
     ratios = [
@@ -62,15 +61,15 @@ def planar_statistics(first: FloatArray, second: FloatArray, covariance: FloatAr
 
 
 def planar_ratios(first: FloatArray, second: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Squared affine-invariant distance over its expectation by chance, of R pairs of matrices.
+    """Squared affine-invariant distance over its expectation by chance, for R pairs of matrices.
 
     `first`, `second` (R, 3): elements 11, 12, 22 of the symmetric matrices.
     `covariance` (R, 3, 3) or (3, 3): of the difference of these elements.
-    Returns: (R,): nan where one of the two is not positive definite.
+    Returns: (R,): nan if one of the two is not positive definite.
     """
     a, b, c = np.ascontiguousarray(first.T)
     A, B, C = np.ascontiguousarray(second.T)
-    # what is not definite divides by zero; it is put right at the end
+    # indefinite matrices divide by zero here; they are set to nan at the end
     with np.errstate(all="ignore"):
         det, DET = a * c - b * b, A * C - B * B
         squared = _squared_distance((a, b, det), (A, B, C), DET / det)
@@ -87,7 +86,7 @@ def _squared_distance(
     """``log^2 l1 + log^2 l2``, l the eigenvalues of L^-1 B L^-T, L L^T the first matrix.
 
     ``log l = g +- h``: ``exp(2 g)`` is the ratio of the determinants, ``sinh h`` the radius of
-    Mohr's circle over ``exp(g)``, which keeps its digits where both eigenvalues are one.
+    Mohr's circle over ``exp(g)``, which keeps its digits if both eigenvalues are near 1.
     """
     a, b, det = first
     A, B, C = second
@@ -110,7 +109,7 @@ def _expected_square(
     return np.asarray(own + 2 * v * (v * V[0, 2] + 2 * u * V[0, 1] + 2 * w * V[1, 2]))
 
 
-#: Numbers held at once by one batch of permutations.
+#: Numbers in memory for one batch of permutations.
 _BATCH_NUMBERS: Final = 2_000_000
 
 
@@ -122,15 +121,16 @@ def permutation_test(
     permutations: int = 1999,
     seed: int | np.random.SeedSequence = 0,
 ) -> tuple[MatrixTest, ...]:
-    """Test that two groups of trials have the same inertia, viscosity, stiffness, and all three.
+    """Test equality of inertia, viscosity, stiffness, and all three, of two groups of trials.
 
-    ``p = (1 + count)/(1 + permutations)``, count the permutations whose statistic is at least the
-    data's. A permutation in which a matrix is not positive definite counts as one.
+    ``p = (1 + count)/(1 + permutations)``, where count is the number of permutations whose
+    statistic is at least the data's. A permutation with a matrix that is not positive definite is
+    included in the count.
 
     Parameters
     ----------
     first, second : TrialEquations
-        Equations for M, B, K row by row, the handle taken off (`groups.without_handle`).
+        Equations for M, B, K row by row, without the handle (`groups.without_handle`).
     strata : (T1,), (T2,), optional
         Disturbance of each trial: trials are exchanged within equal numbers only.
     permutations : int
@@ -146,13 +146,13 @@ def permutation_test(
     InputError
         A group of one trial, fewer than one permutation, or groups of different axes.
     NotIdentifiableError
-        A permutation leaves a group that does not determine its parameters.
+        A permutation gives a group that does not determine its parameters.
     """
     _check(first, second, permutations)
     labels = None if strata is None else np.concatenate([np.asarray(s) for s in strata])
     member = np.arange(first.n_clusters + second.n_clusters) < first.n_clusters
     others = permuted_members(member, labels, permutations, np.random.default_rng(seed))
-    found = statistics_of(
+    statistics = statistics_of(
         np.concatenate([first.A, second.A]),
         np.concatenate([first.b, second.b]),
         np.vstack([member, others]),
@@ -160,10 +160,10 @@ def permutation_test(
     return tuple(
         MatrixTest(
             matrix=name,
-            distance=float(found.distance[0, i]) if i < 3 else float("nan"),
-            p_distance=exceedance(found.ratio[:, i]),
-            t2=float(found.t2[0, i]),
-            p_t2=exceedance(-found.chance[:, i]),
+            distance=float(statistics.distance[0, i]) if i < 3 else float("nan"),
+            p_distance=exceedance(statistics.ratio[:, i]),
+            t2=float(statistics.t2[0, i]),
+            p_t2=exceedance(-statistics.chance[:, i]),
         )
         for i, name in enumerate(MATRIX_NAMES)
     )
@@ -172,7 +172,7 @@ def permutation_test(
 def permuted_members(
     member: BoolArray, strata: IntArray | None, count: int, rng: np.random.Generator
 ) -> BoolArray:
-    """Which trials (T,) form the first group in each of `count` permutations, (count, T).
+    """Masks (count, T) of the first group's trials in each of `count` permutations.
 
     Every stratum keeps its number of members of the first group.
     """
@@ -186,7 +186,7 @@ def permuted_members(
 
 
 def arrangements(member: BoolArray, strata: IntArray | None) -> int:
-    """Number of different permutations: no p value is below one over it."""
+    """Number of different permutations: no p value can be below its inverse."""
     labels = np.zeros(len(member), dtype=np.int64) if strata is None else strata
     total = 1
     for label in np.unique(labels):
@@ -198,7 +198,7 @@ def arrangements(member: BoolArray, strata: IntArray | None) -> int:
 def statistics_of(A: FloatArray, b: FloatArray, members: BoolArray) -> Statistics:
     """Statistics of assignments `members` (R, T) of trials with equations A (T, n, n), b (T, n).
 
-    With two axes `distance` is that of the first assignment, the data's; of others it may be nan.
+    With two axes `distance` is that of the first assignment, the data's; for others it may be nan.
     """
     diagonal = np.abs(np.diagonal(A.sum(axis=0)))
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
@@ -220,13 +220,13 @@ def _batch(A: FloatArray, b: FloatArray, scale: FloatArray, members: BoolArray) 
     k = round(np.sqrt(len(scale) / 3))
     # symmetric elements (3 c,) = C (3 c, n) theta (n,)
     C = np.kron(np.eye(3), upper_elements(k)) * scale
-    one, V1 = _solve_group(A, b, C, members)
-    two, V2 = _solve_group(A, b, C, ~members)
-    matrices = tuple((theta * scale).reshape(-1, 3, k, k) for theta in (one, two))
+    first, V1 = _solve_group(A, b, C, members)
+    second, V2 = _solve_group(A, b, C, ~members)
+    matrices = tuple((theta * scale).reshape(-1, 3, k, k) for theta in (first, second))
     dof = members.sum(axis=1) - 1, (~members).sum(axis=1) - 1
-    difference = (two - one) @ C.T
+    difference = (second - first) @ C.T
     t2, chance = t2_chances(difference, (V1, V2), dof)
-    # the first row may be the data, whose distance is reported; of others the ratio is enough
+    # the first row may be the data, whose distance is reported; for others the ratio is enough
     exact = 1 if k == 2 else len(members)
     head = tuple(m[:exact] for m in matrices)
     ratio, distance = distance_ratios(head, (V1 + V2)[:exact])  # type: ignore[arg-type]
@@ -256,7 +256,7 @@ def _solve_group(
 
 
 def _inverse(total: FloatArray) -> FloatArray:
-    """Inverse of a stack (R, n, n), whose diagonal is near one."""
+    """Inverses of a stack (R, n, n) with diagonals near 1."""
     try:
         inverse = np.asarray(np.linalg.inv(total), dtype=np.float64)
     except np.linalg.LinAlgError:

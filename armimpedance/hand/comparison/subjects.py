@@ -1,17 +1,17 @@
-"""Several subjects: the mean change over subjects, and how much subjects differ.
+"""Several subjects: the mean change over subjects, and the spread between them.
 
 Random effects: subject s changes by ``y_s = mean + u_s + e_s``, the sd of u (between subjects)
-unknown, the variance v_s of the error e_s known from the subject's own trials. Why this and not a
-two-level bootstrap: four to eight subjects drawn with replacement give a spread (n - 1)/n too small
-and percentile intervals that miss far more often than they say; t with n - 1 degrees of freedom
-does not.
+unknown, the variance v_s of the error e_s known from the subject's own trials. A two-level
+bootstrap is not used: four to eight subjects drawn with replacement give a spread that is too small
+by (n - 1)/n, and percentile intervals with far less than their nominal coverage. The t distribution
+with n - 1 degrees of freedom has no such error.
 
 The between-subject variance tau^2 is the root of the generalised Q statistic,
 ``Q(tau^2) = sum_s (y_s - mean)^2/(v_s + tau^2) = n - 1`` (R. C. Paule and J. Mandel 1982, Consensus
-values and weighting factors, J Res Natl Bur Stand 87:377-385), its 95 % limits are where Q meets
-the quantiles of chi^2 (W. Viechtbauer 2007, Confidence intervals for the amount of heterogeneity in
-meta-analysis, Stat Med 26:37-52). The interval of the mean is that of J. Hartung and G. Knapp
-(2001, Stat Med 20:3875-3889), never narrower than the subjects' own errors make it.
+values and weighting factors, J Res Natl Bur Stand 87:377-385). Its 95 % limits are those values at
+which Q equals the quantiles of chi^2 (W. Viechtbauer 2007, Confidence intervals for the amount of
+heterogeneity in meta-analysis, Stat Med 26:37-52). The interval of the mean is that of J. Hartung
+and G. Knapp (2001, Stat Med 20:3875-3889), never narrower than the subjects' own errors imply.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ class SubjectsChange(InUnits):
 
     `first`, `second`: names of the groups.
     `matrix`, `quantity`, `unit`, `kind`: the same as in `Change`.
-    `value`, `low`, `high`: mean change and its 95 % limits; of a ratio the geometric mean.
+    `value`, `low`, `high`: mean change and its 95 % limits; for a ratio the geometric mean.
     `between_sd`, `between_low`, `between_high`: sd between subjects of the difference, or of the
     logarithm of the ratio.
-    `n`: subjects that have both groups.
+    `n`: number of subjects that have both groups.
     `p`, `p_adjusted`: p value of the hypothesis that there is no mean change, and the same adjusted
     by Holm's method over the pairs of groups.
     """
@@ -101,7 +101,7 @@ def random_effects(values: FloatArray, variances: FloatArray) -> RandomEffects:
     n = len(y)
     if n < 2:
         raise InputError("one subject only", expected="two subjects or more")
-    # an error of zero would weigh infinitely
+    # an error of zero would have infinite weight
     v = np.maximum(v, 1e-12 * (np.mean(v) + np.var(y)) + np.finfo(float).tiny)
     tail = (1 - LEVEL) / 2
     between = _root_of_q(y, v, n - 1)
@@ -122,7 +122,7 @@ def _weighted(y: FloatArray, variance: FloatArray) -> tuple[float, float, float]
 
 
 def _root_of_q(y: FloatArray, v: FloatArray, target: float) -> float:
-    """The tau^2 >= 0 at which Q, which falls with it, is `target`; 0 where Q is below it at 0."""
+    """Value tau^2 >= 0 at which Q, which decreases with it, equals `target`; 0 if Q(0) is below."""
     if _weighted(y, v)[2] <= target:
         return 0.0
     low, high = 0.0, float((y - y.mean()) @ (y - y.mean()) / target + v.max())
@@ -137,7 +137,7 @@ def _root_of_q(y: FloatArray, v: FloatArray, target: float) -> float:
 def compare_subjects(
     subjects: Mapping[str, Sequence[ComparedGroup]], *, against: str | None = None
 ) -> list[SubjectsChange]:
-    """Mean changes between groups over the subjects that have both.
+    """Estimate mean changes between groups over the subjects that have both.
 
     `subjects`: name of the subject -> its groups.
     `against`: the group that comes first in every pair.
@@ -151,18 +151,18 @@ def compare_subjects(
         )
     by_name = [{group.name: group for group in groups} for groups in subjects.values()]
     names = list(dict.fromkeys(name for groups in by_name for name in groups))
-    found = [_over_subjects(*pair, by_name) for pair in _pairs(names, against)]
-    found = [rows for rows in found if rows]
-    if not found:
+    changes_of_pairs = [_over_subjects(*pair, by_name) for pair in _pairs(names, against)]
+    changes_of_pairs = [rows for rows in changes_of_pairs if rows]
+    if not changes_of_pairs:
         raise InputError(
             f"no two groups that two subjects have both (groups: {'; '.join(names)})",
             expected="the same names of groups in each subject",
         )
-    return _adjusted(found)
+    return _adjusted(changes_of_pairs)
 
 
 def _pairs(names: Sequence[str], against: str | None) -> list[tuple[str, str]]:
-    """All pairs of names, or the one `against` with each other one."""
+    """All pairs of names, or the group `against` with each other group."""
     if against is None:
         return list(combinations(names, 2))
     if against not in names:
@@ -173,47 +173,54 @@ def _pairs(names: Sequence[str], against: str | None) -> list[tuple[str, str]]:
 def _over_subjects(
     first: str, second: str, by_name: Sequence[Mapping[str, ComparedGroup]]
 ) -> list[SubjectsChange]:
-    """Mean changes over the subjects that have both groups; nothing if they are fewer than two."""
+    """Mean changes over the subjects that have both groups; empty if they are fewer than two."""
     both = [groups for groups in by_name if first in groups and second in groups]
     if len(both) < 2:
         return []
-    each = [changes(groups[first].estimate, groups[second].estimate) for groups in both]
-    return [_summary(first, second, row) for row in zip(*each, strict=True)]
+    by_subject = [changes(groups[first].estimate, groups[second].estimate) for groups in both]
+    return [_summary(first, second, row) for row in zip(*by_subject, strict=True)]
 
 
 def _summary(first: str, second: str, over: Sequence[Change]) -> SubjectsChange:
-    one = over[0]
-    ratio = one.kind == "ratio"
+    first_change = over[0]
+    ratio = first_change.kind == "ratio"
     with np.errstate(invalid="ignore", divide="ignore"):
         y = np.array([np.log(c.value) if ratio else c.value for c in over])
     v = np.array([c.sd**2 for c in over])
-    known = np.isfinite(y) & np.isfinite(v)
-    head = (first, second, one.matrix, one.quantity, one.unit, one.kind)
-    if known.sum() < 2:
+    valid = np.isfinite(y) & np.isfinite(v)
+    head = (
+        first,
+        second,
+        first_change.matrix,
+        first_change.quantity,
+        first_change.unit,
+        first_change.kind,
+    )
+    if valid.sum() < 2:
         nan = float("nan")
-        return SubjectsChange(*head, nan, nan, nan, nan, nan, nan, int(known.sum()), nan)
-    if one.quantity == "orientation":
+        return SubjectsChange(*head, nan, nan, nan, nan, nan, nan, int(valid.sum()), nan)
+    if first_change.quantity == "orientation":
         y = _unwrapped(y)
-    made = random_effects(y[known], v[known])
-    reach = float(stdtrit(made.dof, 0.5 + LEVEL / 2)) * made.standard_error
-    p = float(2 * stdtr(made.dof, -abs(made.mean) / made.standard_error))
-    ends = [made.mean, made.mean - reach, made.mean + reach]
+    effects = random_effects(y[valid], v[valid])
+    reach = float(stdtrit(effects.dof, 0.5 + LEVEL / 2)) * effects.standard_error
+    p = float(2 * stdtr(effects.dof, -abs(effects.mean) / effects.standard_error))
+    ends = [effects.mean, effects.mean - reach, effects.mean + reach]
     value, low, high = (float(np.exp(np.clip(x, -300, 300))) if ratio else x for x in ends)
-    between = (made.between_sd, *made.between_limits)
-    return SubjectsChange(*head, value, low, high, *between, int(known.sum()), p)
+    between = (effects.between_sd, *effects.between_limits)
+    return SubjectsChange(*head, value, low, high, *between, int(valid.sum()), p)
 
 
 def _unwrapped(angles: FloatArray) -> FloatArray:
-    """Axes' changes (n,) within a quarter turn of their mean axis."""
-    known = angles[np.isfinite(angles)]
-    middle = float(np.angle(np.exp(2j * known).sum()) / 2)
+    """Changes of axes (n,) within a quarter turn of their mean axis."""
+    finite = angles[np.isfinite(angles)]
+    middle = float(np.angle(np.exp(2j * finite).sum()) / 2)
     return np.array([middle + half_turn(a - middle) for a in angles])
 
 
-def _adjusted(found: list[list[SubjectsChange]]) -> list[SubjectsChange]:
-    columns = [holm([c.p for c in column]) for column in zip(*found, strict=True)]
+def _adjusted(changes_of_pairs: list[list[SubjectsChange]]) -> list[SubjectsChange]:
+    columns = [holm([c.p for c in column]) for column in zip(*changes_of_pairs, strict=True)]
     return [
         replace(change, p_adjusted=float(columns[j][i]))
-        for i, row in enumerate(found)
+        for i, row in enumerate(changes_of_pairs)
         for j, change in enumerate(row)
     ]

@@ -1,4 +1,4 @@
-"""Ellipses and ellipsoids of positive definite matrices, with intervals by two roads."""
+"""Ellipses and ellipsoids of positive definite matrices, with intervals by two methods."""
 
 import lazy_loader
 

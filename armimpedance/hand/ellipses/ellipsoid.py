@@ -1,10 +1,11 @@
 """Ellipsoids of impedance in space: half-axes, size, axes, with intervals.
 
 The ellipsoid of a matrix A is the locus of ``A u``, |u| = 1. Half-axes are the eigenvalues of the
-symmetric part, its size is the volume ``4/3 pi l1 l2 l3``; both have intervals on a log scale. An
-axis is judged without derivatives, as an ellipse's orientation is (Fieller): the direction u is
-one as far as ``A u`` less its part along u, which is linear in A, may be zero by an F test of two
-degrees of freedom. Where two half-axes are nearly alike the axes may turn all the way.
+symmetric part, its size is the volume ``4/3 pi l1 l2 l3``; both have intervals on a log scale. The
+confidence region of an axis needs no derivatives, as that of an ellipse's orientation (Fieller): a
+direction u belongs to it if ``A u`` minus its part along u, which is linear in A, may be zero by an
+F test of two degrees of freedom. If two half-axes are nearly equal, the axes may have any
+direction.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ from armimpedance.core.errors import InputError, check_level
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.ellipses.geometry import FIELDS, NotPositiveDefiniteError, Which
 
-#: Turns of an axis that are tried, rad.
+#: Angles by which an axis is turned in the search, rad.
 _TURNS: Final = np.radians(np.arange(0.5, 90.5, 0.5))
-#: So many degrees of freedom are as good as infinitely many.
+#: Degrees of freedom that are used for infinitely many.
 _MANY: Final = 1e7
 
 
@@ -38,9 +39,9 @@ class Ellipsoid:
     semi_axes : (3,)
         Eigenvalues, the largest first, in the matrix' unit.
     axes : (3, 3)
-        Columns: their directions.
+        Directions of the half-axes, as columns.
     covariance : (9, 9)
-        Of the matrix' elements, row by row.
+        Covariance of the matrix' elements, row by row.
     dof : float
     """
 
@@ -84,28 +85,28 @@ class Ellipsoid:
         return np.asarray(values * np.exp(np.minimum(t * sd, 300.0)[:, None] * [-1.0, 1.0]))
 
     def may_be_axis(self, direction: ArrayLike, level: float = 0.95) -> bool:
-        """Whether a direction (3,) may be one of the axes."""
+        """True if a direction (3,) may be one of the axes."""
         u = np.asarray(direction, dtype=float)
         return bool(self._off_axis(u[None] / np.linalg.norm(u), level)[0] <= 1)
 
     def turns(self, level: float = 0.95) -> FloatArray:
-        """How far (rad) each axis may turn towards each of the two others, (3, 2).
+        """Largest angle (rad) by which each axis may turn towards each of the two others, (3, 2).
 
-        The others in the order of the half-axes; ``pi/2``: all the way.
+        The others are in the order of the half-axes; ``pi/2`` if any angle is possible.
         """
         return np.stack([self.turns_of(i, level) for i in range(3)])
 
     def turns_of(self, i: int, level: float = 0.95) -> FloatArray:
-        """One row of `turns`, (2,): axis i, 0 being the longest."""
-        found = []
+        """One row of `turns`, (2,), for axis i; 0 is the longest."""
+        largest = []
         for j in (j for j in range(3) if j != i):
             turned = [
                 np.cos(_TURNS)[:, None] * self.axes[:, i]
                 + sign * np.sin(_TURNS)[:, None] * self.axes[:, j]
                 for sign in (-1.0, 1.0)
             ]
-            found.append(max(self._reach(one, level) for one in turned))
-        return np.array(found)
+            largest.append(max(self._reach(directions, level) for directions in turned))
+        return np.array(largest)
 
     def _reach(self, turned: FloatArray, level: float) -> float:
         out = self._off_axis(turned, level) > 1
@@ -115,7 +116,7 @@ class Ellipsoid:
         return zip(self.axes.T, self.semi_axes, strict=True)
 
     def _off_axis(self, u: FloatArray, level: float) -> FloatArray:
-        """Squared distance of directions (n, 3) from an axis, parts of what chance does."""
+        """Squared distance of directions (n, 3) from an axis, relative to the limit by chance."""
         limit = 2 * float(fdtri(2, min(self.dof, _MANY), _checked(level)))
         S = (np.eye(9) + _TRANSPOSE) / 2
         covariance = S @ self.covariance @ S.T
@@ -129,7 +130,7 @@ class Ellipsoid:
         return np.asarray(np.einsum("na,nab,nb->n", w, inverse, w) / scale / limit)
 
 
-#: vec of a matrix to vec of its transpose.
+#: Map from vec of a matrix to vec of its transpose.
 _TRANSPOSE: Final = np.eye(9).reshape(3, 3, 9).transpose(1, 0, 2).reshape(9, 9)
 
 
@@ -159,14 +160,16 @@ def ellipsoid_of_matrix(matrix: ArrayLike, covariance: ArrayLike, dof: float = n
     NotPositiveDefiniteError
         The symmetric part is not positive definite.
     """
-    given = frozen_array(matrix, "matrix", (3, 3))
-    symmetric = (given + given.T) / 2
+    elements = frozen_array(matrix, "matrix", (3, 3))
+    symmetric = (elements + elements.T) / 2
     values, vectors = np.linalg.eigh(symmetric)
     if not values[0] > 1e-13 * abs(values[-1]):
-        told = ", ".join(f"{v:.4g}" for v in values)
-        raise NotPositiveDefiniteError(f"no ellipsoid: eigenvalues {told} are not all positive")
-    held = frozen_array(covariance, "covariance", (9, 9))
-    return Ellipsoid(symmetric, values[::-1].copy(), vectors[:, ::-1].copy(), held, dof)
+        listed = ", ".join(f"{v:.4g}" for v in values)
+        raise NotPositiveDefiniteError(f"no ellipsoid: eigenvalues {listed} are not all positive")
+    frozen_covariance = frozen_array(covariance, "covariance", (9, 9))
+    return Ellipsoid(
+        symmetric, values[::-1].copy(), vectors[:, ::-1].copy(), frozen_covariance, dof
+    )
 
 
 def ellipsoid_of(estimate: ImpedanceEstimate, which: Which) -> Ellipsoid | None:
@@ -176,12 +179,12 @@ def ellipsoid_of(estimate: ImpedanceEstimate, which: Which) -> Ellipsoid | None:
     ----------
     estimate : ImpedanceEstimate
     which : {"inertia", "viscosity", "stiffness"}
-        Matrix whose ellipsoid is wanted.
+        Matrix of the ellipsoid.
 
     Returns
     -------
     Ellipsoid or None
-        None for an estimate of other than three axes, or where the matrix' symmetric part is not
+        None for an estimate of other than three axes, or if the matrix' symmetric part is not
         positive definite.
 
     Raises
@@ -195,7 +198,7 @@ def ellipsoid_of(estimate: ImpedanceEstimate, which: Which) -> Ellipsoid | None:
         return None
     block = slice(9 * FIELDS.index(which), 9 * FIELDS.index(which) + 9)
     try:
-        held = estimate.covariance[block, block]
-        return ellipsoid_of_matrix(getattr(estimate, which), held, estimate.dof)
+        covariance = estimate.covariance[block, block]
+        return ellipsoid_of_matrix(getattr(estimate, which), covariance, estimate.dof)
     except NotPositiveDefiniteError:
         return None

@@ -8,7 +8,7 @@ major axis, counter-clockwise from the line shoulder -> hand.
 With mean ``m = (A11 + A22)/2`` and deviator ``r (cos 2phi, sin 2phi) = ((A11 - A22)/2, A12)`` the
 eigenvalues are ``m +- r`` and phi is the major axis. The orientation is the direction of a noisy
 two-dimensional vector: its interval is Fieller's, which a first-order error would make too narrow
-near a circle, and the whole circle where the joint confidence region holds a circular matrix.
+near a circle, and the whole circle if the joint confidence region contains a circular matrix.
 
 Measured coverage of the 95 % intervals of size / orientation / shape (Gaussian elements with
 5 to 8 % error, covariance known up to a factor with 39 degrees of freedom, 2,000 draws each, shapes
@@ -40,7 +40,7 @@ _ELEMENTS: Final = np.array([[1, 0, 0, 0], [0, 0.5, 0.5, 0], [0, 0, 0, 1]])
 #: (A11, A12, A22) to the deviator ((A11 - A22)/2, A12).
 _DEVIATOR: Final = np.array([[0.5, 0, -0.5], [0, 1, 0]])
 
-#: Keeps a limit of a size that is next to nothing finite.
+#: Keeps the limits of a very small size finite.
 _LARGEST_EXPONENT: Final = 300.0
 
 
@@ -50,16 +50,16 @@ class NotPositiveDefiniteError(EstimationError):
 
 @dataclass(frozen=True)
 class Ellipse:
-    """The ellipse of a positive definite 2x2 matrix; made by `ellipse`.
+    """The ellipse of a positive definite 2x2 matrix; built by `ellipse`.
 
     Attributes
     ----------
     semi_major, semi_minor : float
         Eigenvalues l1 >= l2, in the matrix' unit.
     axis_angle_rad : float
-        Major axis from +x, in (-pi/2, pi/2].
+        Angle of the major axis from +x, in (-pi/2, pi/2].
     reference_angle_rad : float
-        The line from which `orientation_rad` is measured, from +x.
+        Angle of the line from which `orientation_rad` is measured, from +x.
     element_covariance : (3, 3) or None
         Covariance of A11, the symmetric A12, and A22.
     dof : float
@@ -87,17 +87,17 @@ class Ellipse:
 
     @property
     def shape(self) -> float:
-        """``l2/l1``, in (0, 1]."""
+        """Ratio ``l2/l1``, in (0, 1]."""
         return self.semi_minor / self.semi_major
 
     @property
     def orientation_rad(self) -> float:
-        """Major axis, counter-clockwise from the reference line, in (-pi/2, pi/2]."""
+        """Angle of the major axis, counter-clockwise from the reference line, in (-pi/2, pi/2]."""
         return float(half_turn(self.axis_angle_rad - self.reference_angle_rad))
 
     @cached_property
     def deviator(self) -> FloatArray:
-        """``((A11 - A22)/2, A12)``, (2,): its length is half the difference of the axes."""
+        """Vector ``((A11 - A22)/2, A12)``, (2,): its length is half the difference of the axes."""
         radius = (self.semi_major - self.semi_minor) / 2
         angle = 2 * self.axis_angle_rad
         return frozen(radius * np.array([np.cos(angle), np.sin(angle)]))
@@ -127,7 +127,7 @@ class Ellipse:
     def covariance(self) -> FloatArray | None:
         """Covariance of (size, orientation in rad, shape), (3, 3), to first order.
 
-        It is nan where `gradient` is.
+        It is nan if `gradient` is nan.
         """
         if self.element_covariance is None:
             return None
@@ -135,7 +135,7 @@ class Ellipse:
         return gradient @ self.element_covariance @ gradient.T
 
     def may_be_circular(self, level: float = 0.95) -> bool:
-        """Whether a circle lies in the deviator's joint confidence region."""
+        """True if a circle lies in the deviator's joint confidence region."""
         # twice the F quantile with (2, dof) degrees of freedom, whose closed form holds at inf too
         limit = -2 * np.log1p(-level)
         if np.isfinite(self.dof):
@@ -147,9 +147,9 @@ class Ellipse:
     def interval(self, level: float = 0.95) -> FloatArray:
         """Confidence limits (low, high) of size, orientation (rad) and shape, (3, 2).
 
-        Size on a log scale, shape through ``log(l1/l2) >= 0``, so both stay where they can be.
-        The orientation's limits may reach beyond +-pi/2, where the axis wraps round; a full turn
-        of the axis, (-pi/2, pi/2), says that nothing is known.
+        The size is on a log scale, the shape uses ``log(l1/l2) >= 0``, so that both stay in their
+        range. The orientation's limits may reach beyond +-pi/2, where the axis wraps round; (-pi/2,
+        pi/2), a full turn of the axis, means that the orientation is undetermined.
 
         Raises
         ------
@@ -176,7 +176,7 @@ class Ellipse:
     def _shape_interval(self, t: float, circular: bool) -> tuple[float, float]:
         x, covariance = self.deviator, np.asarray(self.element_covariance)
         if np.hypot(*x) <= 1e-12 * self.semi_major:
-            # along the direction in which the deviator is least known
+            # along the direction in which the deviator has the largest variance
             largest = max(np.linalg.eigvalsh(self._deviator_covariance)[1], 0.0)
             reach = 2 * t * np.sqrt(largest) / self.semi_major
         else:
@@ -185,7 +185,10 @@ class Ellipse:
         return self.shape * np.exp(-reach), high
 
     def _orientation_interval(self, t: float) -> tuple[float, float]:
-        """Directions n with ``(n . x)^2 <= t^2 n^T S n``: those the deviator may be normal to."""
+        """Limits from directions n with ``(n . x)^2 <= t^2 n^T S n``.
+
+        These may be normal to the true deviator.
+        """
         x, covariance = self.deviator, self._deviator_covariance
         values, vectors = np.linalg.eigh(np.outer(x, x) - t**2 * covariance)
         centre = vectors[:, 1] * np.sign(vectors[:, 1] @ x)
@@ -197,7 +200,7 @@ class Ellipse:
 
 
 def _sd_along(direction: FloatArray, covariance: FloatArray) -> float:
-    """Standard deviation along a direction; a variance that rounding made negative is none."""
+    """Standard deviation along a direction; 0 for a variance made negative by rounding."""
     return float(np.sqrt(max(float(direction @ covariance @ direction), 0.0)))
 
 
@@ -246,7 +249,7 @@ def ellipse(
     A = frozen_array(matrix, "matrix", (2, 2))
     a, c, b = _ELEMENTS @ A.ravel()
     mean, radius = (a + b) / 2, np.hypot((a - b) / 2, c)
-    # to rounding: a matrix that a constraint holds singular has no ellipse
+    # up to rounding: a matrix made singular by a constraint has no ellipse
     if not mean - radius > 1e-13 * mean:
         raise NotPositiveDefiniteError(
             f"no ellipse: eigenvalues {mean - radius:.4g} and {mean + radius:.4g} are not both "
@@ -254,8 +257,8 @@ def ellipse(
         )
     elements = None
     if covariance is not None:
-        given = frozen_array(covariance, "covariance", (4, 4))
-        elements = frozen_array(_ELEMENTS @ given @ _ELEMENTS.T, "covariance", (3, 3))
+        element_covariance = frozen_array(covariance, "covariance", (4, 4))
+        elements = frozen_array(_ELEMENTS @ element_covariance @ _ELEMENTS.T, "covariance", (3, 3))
     return Ellipse(
         semi_major=float(mean + radius),
         semi_minor=float(mean - radius),
@@ -267,7 +270,7 @@ def ellipse(
 
 
 def half_turn(angle: ArrayLike) -> FloatArray:
-    """The same axis in (-pi/2, pi/2]: a line has no direction.
+    """Reduce the angle of an axis to (-pi/2, pi/2]: a line has no direction.
 
     Parameters
     ----------
@@ -281,7 +284,7 @@ def half_turn(angle: ArrayLike) -> FloatArray:
     return np.asarray(np.pi / 2 - np.mod(np.pi / 2 - np.asarray(angle), np.pi))
 
 
-# The ellipse of an estimate: at the hand counted from the line shoulder -> hand.
+# The ellipse of an estimate: at the hand, angles are measured from the line shoulder -> hand.
 
 
 def ellipse_of(
@@ -289,24 +292,24 @@ def ellipse_of(
 ) -> Ellipse | None:
     """The ellipse of an estimate's stiffness, viscosity or inertia.
 
-    At the hand the orientation counts from the line shoulder -> hand (from +x where the hand's
-    position is not known; `reference_angle_rad` of the result tells), at the joints from the
-    first joint's axis.
+    At the hand the orientation is measured from the line shoulder -> hand (from +x if the hand's
+    position is not known; see `reference_angle_rad` of the result), at the joints from the first
+    joint's axis.
 
     Parameters
     ----------
     estimate : ImpedanceEstimate
         Estimate with two axes, at the hand or at the joints.
     which : {"inertia", "viscosity", "stiffness"}
-        Matrix whose ellipse is wanted.
+        Matrix of the ellipse.
     with_handle : bool
-        Take the inertia as measured, with the mass between sensor and hand.
+        Use the inertia as measured, with the mass between sensor and hand.
 
     Returns
     -------
     Ellipse or None
         The ellipse with the estimate's covariance. None for an estimate with other than two axes,
-        or where the matrix' symmetric part is not positive definite.
+        or if the matrix' symmetric part is not positive definite.
 
     Raises
     ------
@@ -349,7 +352,7 @@ def _reference_angle(estimate: ImpedanceEstimate) -> float:
     return float(np.arctan2(line[1], line[0]))
 
 
-# The points of an ellipse, as it is drawn.
+# The points of an ellipse, for drawing.
 
 
 def locus(matrix: ArrayLike, n: int = 200) -> FloatArray:

@@ -16,7 +16,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError, check_level
 from armimpedance.hand.ellipses.geometry import Ellipse
 
-#: More resamples than this part without an ellipse: the others do not stand for all.
+#: Largest share of resamples without an ellipse: with more, the others are not representative.
 MOST_LOST = 0.1
 
 
@@ -26,7 +26,7 @@ class ResampledEllipse:
 
     `correlation_of_axes`: mean resultant length of the resampled axes, 1 if they all agree, 0 if
     any direction is as likely as any other.
-    `lost`: part of the resamples that were not positive definite.
+    `lost`: share of the resamples that were not positive definite.
     `dof`: degrees of freedom of the t distribution.
     """
 
@@ -59,7 +59,7 @@ def resampled_ellipse(of: Ellipse, matrices: ArrayLike, dof: float) -> Resampled
     Parameters
     ----------
     of : Ellipse
-        Ellipse of the matrix that all the data give.
+        Ellipse of the matrix from all data.
     matrices : (R, 2, 2)
         Resamples of its matrix.
     dof : float
@@ -82,12 +82,12 @@ def resampled_ellipse(of: Ellipse, matrices: ArrayLike, dof: float) -> Resampled
     mean = (A[:, 0, 0] + A[:, 1, 1]) / 2
     x, y = (A[:, 0, 0] - A[:, 1, 1]) / 2, (A[:, 0, 1] + A[:, 1, 0]) / 2
     radius = np.hypot(x, y)
-    whole = mean > radius
-    lost = 1 - float(whole.mean())
+    valid = mean > radius
+    lost = 1 - float(valid.mean())
     if lost > MOST_LOST:
         raise EstimationError(f"{100 * lost:.0f} % of the resamples have no ellipse")
-    large, small = (mean + radius)[whole], (mean - radius)[whole]
-    twice = np.exp(1j * (np.arctan2(y, x)[whole] - 2 * of.axis_angle_rad))
+    large, small = (mean + radius)[valid], (mean - radius)[valid]
+    twice = np.exp(1j * (np.arctan2(y, x)[valid] - 2 * of.axis_angle_rad))
     return ResampledEllipse(
         of=of,
         sd_log_size=float(np.std(np.log(large * small), ddof=1)),

@@ -1,4 +1,4 @@
-"""Hand -> joint -> muscle: impedance from one level to another, with its covariance."""
+"""Hand -> joint -> muscle: conversion of impedance between levels, with its covariance."""
 
 import lazy_loader
 

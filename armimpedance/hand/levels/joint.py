@@ -1,10 +1,10 @@
-"""Impedance of the hand as impedance of the joints, and back.
+"""Conversion of impedance from the hand to the joints, and back.
 
 With the force F that the hand exerts on the environment and the torque g that carries the arm's
-weight, the muscles bear ``tau = J^T F + g``. Differentiated by the joint angles, with
-``dtau = -K_j dq`` and ``dF = -K_e J dq``, it gives ``K_j = J^T K_e J - Gamma(F) - dg/dq``. Tsuji
-(1997), eq. (10) is ``J^T K_e J`` alone, which holds in a horizontal plane for a hand that bears no
-force. For more joints than hand axes only the way to the hand is unique.
+weight, the muscles bear ``tau = J^T F + g``. Its derivative by the joint angles, with
+``dtau = -K_j dq`` and ``dF = -K_e J dq``, is ``K_j = J^T K_e J - Gamma(F) - dg/dq``. Tsuji (1997),
+eq. (10) is ``J^T K_e J`` alone, which holds in a horizontal plane for a hand that bears no force.
+With more joints than hand axes, only the conversion to the hand is unique.
 """
 
 from __future__ import annotations
@@ -24,24 +24,25 @@ from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Subject
 from armimpedance.hand.levels.symmetry import symmetric_part
 from armimpedance.limb.arm import SINGULAR_CONDITION, arm_of, require_full_rank
 
-#: Above this condition of J, one per cent in a length is as large as J's smallest singular value.
+#: Above this condition of J, an error of one per cent in a length is as large as J's smallest
+#: singular value.
 _NEARLY_SINGULAR = 100.0
 
-#: Directions of the hand in which some share of gravity always acts.
+#: Number of the hand's directions at which gravity always has a component along them.
 _IN_SPACE = 3
 
 _WITHOUT_GRAVITY = (
     "gravity: unknown, so that its gradient dg/dq was left out of the joint stiffness, of which it "
     "may be some 5 to 10 %; give a posture with its gravity_gradient"
 )
-#: A hand that is this far from where its joint angles put it, m, is another arm's.
+#: Largest distance, m, between the hand's measured place and that by the joint angles.
 _APART_M = 0.01
 
 _WITHOUT_GAMMA = "hand force unknown: the force term Gamma was left out of the joint stiffness"
 
 
 def force_term(posture: ArmPosture, force: ArrayLike) -> FloatArray:
-    """``Gamma_ij = sum_k F_k d2p_k/dq_i dq_j``: what a hand force adds, (n, n), N m/rad.
+    """``Gamma_ij = sum_k F_k d2p_k/dq_i dq_j``: the term of a hand force, (n, n), N m/rad.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def to_joint(
     estimate : ImpedanceEstimate
         At the hand, d axes.
     posture : ArmPosture
-        n <= d joints; its `gravity_gradient` is taken off.
+        n <= d joints; its `gravity_gradient` is subtracted.
     force_dependent : bool
         False leaves Gamma out, as the source does.
     symmetric : bool
@@ -97,7 +98,7 @@ def to_joint(
     Raises
     ------
     InputError
-        The estimate is not one of the hand, or posture and estimate differ in axes.
+        The estimate is not at the hand, or posture and estimate differ in axes.
     NotIdentifiableError
         More joints than hand axes (see `feasible_joint_stiffness`), or a singular posture.
     """
@@ -105,10 +106,10 @@ def to_joint(
     d, n = J.shape
     hand = symmetric_part(estimate) if symmetric else estimate
     gamma, note = _gamma(estimate, posture, force_dependent)
-    # of a stable arm K_j + Gamma + dg/dq - J^T K_e J is positive semidefinite
+    # for a stable arm K_j + Gamma + dg/dq - J^T K_e J is positive semidefinite
     stiffness = J.T @ hand.stiffness @ J - gamma - _gravity_gradient(posture)
     if n > d:
-        least = ", ".join(f"{one:.3g}" for one in np.diag(stiffness))
+        least = ", ".join(f"{element:.3g}" for element in np.diag(stiffness))
         raise NotIdentifiableError(
             f"{n} joints, {d} hand axes: the joint impedance is not unique, its stiffness on the "
             f"diagonal is at least {least} N m/rad; feasible_joint_stiffness describes all that "
@@ -158,7 +159,7 @@ def to_hand(
     posture : ArmPosture
         n >= d joints.
     force_dependent : bool
-        The estimate was (or is to be) mapped with Gamma.
+        True if the estimate was (or is to be) mapped with Gamma.
 
     Returns
     -------
@@ -167,7 +168,7 @@ def to_hand(
     Raises
     ------
     InputError
-        The estimate is not one of the joints, or posture and estimate differ in joints.
+        The estimate is not at the joints, or posture and estimate differ in joints.
     NotIdentifiableError
         Singular posture, fewer joints than hand axes, or a singular matrix of a redundant arm.
     """
@@ -238,28 +239,30 @@ def _gamma(
 
 
 def posture_findings(estimate: ImpedanceEstimate, posture: ArmPosture) -> tuple[Finding, ...]:
-    """Whether the arm's lengths and the shoulder's place agree with where the hand was.
+    """Check that the arm's lengths and the shoulder's place agree with the hand's place.
 
     `estimate`: at the hand.
-    `posture`: that it is mapped with.
-    Returns: empty where the hand's place was not measured, or nothing depends on the shoulder's.
+    `posture`: posture of the mapping.
+    Returns: empty if the hand's place was not measured, or nothing depends on the shoulder's.
     """
     if estimate.position is None:
         return ()
     if estimate.shoulder_m is None:
         if estimate.joint_angles is not None:
             return ()
-        told = "its place is not known and was taken as the origin: K_j is that of an arm there"
-        return (Finding("shoulder", "cannot tell", f"{told}; give shoulder_m or joint angles"),)
+        text = "its place is not known and was taken as the origin: K_j is that of an arm there"
+        return (Finding("shoulder", "cannot tell", f"{text}; give shoulder_m or joint angles"),)
     reach = estimate.position - estimate.shoulder_m
     apart = float(np.linalg.norm(posture.hand_position - reach))
     share = 200 * apart / max(float(np.linalg.norm(reach)), apart)
-    said = f"the joint angles put the hand {1e3 * apart:.0f} mm from where it was measured"
+    text_of_distance = (
+        f"the joint angles put the hand {1e3 * apart:.0f} mm from where it was measured"
+    )
     smallest = f"{1e3 * _APART_M:.0f} mm"
     if apart <= _APART_M:
-        return (Finding("lengths", "ok", said, smallest=smallest),)
-    said += f": lengths, shoulder_m or angles are wrong, and K_j by some {share:.0f} %"
-    return (Finding("lengths", "warning", said, smallest=smallest),)
+        return (Finding("lengths", "ok", text_of_distance, smallest=smallest),)
+    text_of_distance += f": lengths, shoulder_m or angles are wrong, and K_j by some {share:.0f} %"
+    return (Finding("lengths", "warning", text_of_distance, smallest=smallest),)
 
 
 def _gravity_gradient(posture: ArmPosture) -> FloatArray:
@@ -268,7 +271,7 @@ def _gravity_gradient(posture: ArmPosture) -> FloatArray:
 
 
 def _missing_gravity(posture: ArmPosture) -> tuple[str, ...]:
-    """A warning where gravity acts in the hand's directions and what it does is not known."""
+    """A warning if gravity acts in the hand's directions and its effect is unknown."""
     known = posture.gravity_gradient is not None
     return () if known or len(posture.hand_position) < _IN_SPACE else (_WITHOUT_GRAVITY,)
 
@@ -289,9 +292,10 @@ def _posture_warnings(J: FloatArray) -> tuple[str, ...]:
     return ()
 
 
-# What is not known of the arm itself, in the covariance of an estimate that was mapped with it.
+# Uncertainty of the arm itself, in the covariance of an estimate that was mapped with it.
 
-#: Step of a difference, in standard deviations: the hand must stay within reach.
+#: Step of a numerical difference, in standard deviations: small, so that the hand stays within
+#: reach.
 _STEP: Final = 0.05
 
 _LENGTHS_FROM_HEIGHT: Final = (
@@ -303,33 +307,33 @@ _LENGTHS_FROM_HEIGHT: Final = (
 def with_arm_errors(
     mapped: Callable[[Subject | None], ImpedanceEstimate], subject: Subject | None
 ) -> ImpedanceEstimate:
-    """An estimate mapped with a subject's arm, its covariance with what is not known of the arm.
+    """Map an estimate with a subject's arm, and add the uncertainty of the arm to its covariance.
 
-    Where the subject says how well its mass and lengths are known, each adds ``s^2 d d^T``, with d
-    how M, B, K change with it: the whole way is made again with a little more and a little less of
-    it, the posture from a hand's position among it.
+    If the subject states standard deviations of its mass and lengths, each adds ``s^2 d d^T``, with
+    d the derivative of M, B, K. For that the whole mapping is repeated with a slightly larger and a
+    slightly smaller value, including the posture from a hand's position.
 
-    `mapped`: from a subject to the estimate mapped with its arm.
-    Returns: with a warning where lengths come from the height alone, and nothing says how well.
+    `mapped`: function from a subject to the estimate mapped with its arm.
+    Returns: with a warning if lengths come from the height alone and no uncertainty is stated.
     """
-    made = mapped(subject)
+    estimate = mapped(subject)
     if subject is None:
-        return made
-    covariance, shared = np.array(made.covariance), dict(made.shared_errors)
+        return estimate
+    covariance, shared = np.array(estimate.covariance), dict(estimate.shared_errors)
     for name, less, more in _neighbours(subject):
         # d (3 k^2,) for one standard deviation of one measure
         d = (mapped(more).parameters - mapped(less).parameters) / (2 * _STEP)
         covariance += np.outer(d, d)
         shared[name] = d
-    made = replace(made, covariance=covariance, shared_errors=shared)
+    estimate = replace(estimate, covariance=covariance, shared_errors=shared)
     guessed = subject.upper_arm_m is None or subject.forearm_hand_m is None
     if guessed and subject.length_sd_m is None:
-        return made.with_warning(_LENGTHS_FROM_HEIGHT)
-    return made
+        return estimate.with_warning(_LENGTHS_FROM_HEIGHT)
+    return estimate
 
 
 def _neighbours(subject: Subject) -> Iterator[tuple[str, Subject, Subject]]:
-    """Each measure that has an sd, the subject with a little less of it and with a little more."""
+    """Yield each measure that has an sd, with the subject for a smaller and a larger value."""
     if subject.mass_kg is not None and subject.mass_sd_kg is not None:
         step = _STEP * subject.mass_sd_kg
         yield (

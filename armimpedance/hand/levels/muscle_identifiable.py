@@ -1,15 +1,16 @@
-"""What one joint stiffness determines of the muscles' stiffnesses: sums and ranges.
+"""Information of one joint stiffness about the muscles' stiffnesses: sums and ranges.
 
-K_j of two joints, the curvature term taken off, gives three numbers ``y = A k`` for m muscles,
-k >= 0: column i of A (3, m) is ``g_s^2, g_s g_e, g_e^2`` of muscle i. Determined are the
-combinations ``c k`` with c in the row space of A, and nothing else; of every other combination K_j
-says a range only, which linear programs find: least and largest ``c k`` with ``A k = y, k >= 0``.
+K_j of two joints, without the curvature term, gives three numbers ``y = A k`` for m muscles, k >=
+0: column i of A (3, m) is ``g_s^2, g_s g_e, g_e^2`` of muscle i. Only the combinations ``c k`` with
+c in the row space of A are determined. For every other combination K_j determines a range, which is
+found by linear programs: least and largest ``c k`` with ``A k = y, k >= 0``.
 
 Limits of the ranges come from the programs' duals. Any p with ``A^T p <= c`` gives ``c k >= p y``
-for every feasible k (weak duality), so ``p y`` less its error is a lower limit for all feasible k,
-whatever the true y is. At the measured y the program's own p gives the sharpest; the least ``c k``
-is convex in y, so the limit errs on the safe side where another p would hold. The same for the
-largest, with signs turned. Viscosity is the same without the curvature term.
+for every feasible k (weak duality), so ``p y`` minus its error is a lower limit for all feasible k,
+whatever the true y is. At the measured y the program's p gives the sharpest limit; the least
+``c k`` is convex in y, so the limit is conservative where another p would be optimal. The same
+holds for the largest value, with opposite signs. Viscosity is treated in the same way without the
+curvature term.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.numerics.regression import t_factor
 
-# What is known of single muscles from one joint matrix: sums that it determines, and ranges.
+# Results for single muscles from one joint matrix: determined sums, and ranges.
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Combination(FrozenRecord):
 
     `name`: ``ss``, ``se``, ``ee`` for the elements of ``G^T diag(k) G``, or a muscle's name.
     `coefficients` (m,): c; m^2 for elements, 1 for a muscle.
-    `value`, `sd`, `low`, `high`: N m/rad (elements) or N/m (a muscle), with 95 % limits; those of
-    viscosity have an s more.
+    `value`, `sd`, `low`, `high`: N m/rad (elements) or N/m (a muscle), with 95 % limits; for
+    viscosity N m s/rad and N s/m.
     """
 
     name: str
@@ -54,10 +55,10 @@ class FeasibleRange(FrozenRecord):
 
     `coefficients` (m,).
     `name`: a muscle, or a group and element such as ``two_joint_ss``.
-    `low`, `high`: at the measured joint matrix (or at the nearest one that the muscles can make);
-    nan where there is none.
-    `outer_low`, `outer_high`: 95 % limits: `low` less its error, `high` more its error.
-    `determined`: whether the range is a single value for every joint matrix.
+    `low`, `high`: at the measured joint matrix (or at the nearest possible one); nan if there is
+    none.
+    `outer_low`, `outer_high`: 95 % limits: `low` minus its error, `high` plus its error.
+    `determined`: True if the range is a single value for every joint matrix.
     """
 
     name: str
@@ -71,18 +72,18 @@ class FeasibleRange(FrozenRecord):
 
 @dataclass(frozen=True)
 class MuscleShare(FrozenRecord):
-    """What one joint matrix says of the muscles.
+    """Information of one joint matrix about the muscles.
 
     `muscles` (m,) tuple of str.
-    `rank`: independent combinations that are determined.
+    `rank`: number of independent combinations that are determined.
     `combinations`: elements of ``G^T diag(k) G``, then single muscles that are determined.
     `single`, `groups`: the ranges of each muscle, and those of the shoulder's, the elbow's and the
     two-joint muscles' parts in the elements.
-    `outside_se`: how many standard errors the joint matrix lies outside of what muscles with k >= 0
-    make; 0: inside.
-    `possible`: whether it is inside, or so near that its error may explain it (at least 95 %).
-    Where it is not, no stiffnesses of these muscles with these moment arms make it, and ranges are
-    nan.
+    `outside_se`: distance of the joint matrix, in standard errors, from the set that muscles with k
+    >= 0 can produce; 0 inside.
+    `possible`: True if it is inside, or so near that its error may explain the distance (at least
+    95 %). Otherwise no stiffnesses of these muscles with these moment arms produce it, and ranges
+    are nan.
     """
 
     muscles: tuple[str, ...]
@@ -94,12 +95,12 @@ class MuscleShare(FrozenRecord):
     possible: bool
 
 
-# Nonnegative stiffnesses of muscles that make a joint matrix: linear programs and their duals.
+# Nonnegative stiffnesses of muscles for a joint matrix: linear programs and their duals.
 
-#: Directions of A below this part of its largest singular value (columns scaled to 1) are none:
-#: moment arms are not known to a thousandth.
+#: Singular values of A below this share of the largest (columns scaled to 1) count as zero: moment
+#: arms are not known to a thousandth.
 RANK_TOLERANCE: Final = 1e-3
-#: A matrix with smaller standard errors than this part of itself counts as known that well.
+#: Smallest relative standard error of a matrix; smaller ones are replaced by it.
 _LEAST_ERROR: Final = 1e-9
 
 
@@ -119,7 +120,7 @@ class MuscleCone(FrozenRecord):
     dof: float
 
     def share(self, elements: list[str], groups: dict[str, FloatArray]) -> MuscleShare:
-        """What y says of the muscles, of the named rows of A, and of groups of muscles."""
+        """Results for single muscles, for the named rows of A, and for groups of muscles."""
         nearest, outside = self._nearest()
         possible = outside <= self._farthest
         single = dict(zip(self.muscles, np.eye(len(self.muscles)), strict=True))
@@ -144,9 +145,9 @@ class MuscleCone(FrozenRecord):
 
     @property
     def _farthest(self) -> float:
-        """Standard errors from the truth that 95 % of joint matrices keep within.
+        """Distance from the truth, in standard errors, within which 95 % of joint matrices lie.
 
-        The distance to a convex set that holds the truth is never more than that to the truth.
+        The distance to a convex set that contains the truth is never larger than that to the truth.
         """
         p = len(self.y)
         squared = chdtri(p, 0.05) if np.isinf(self.dof) else p * fdtri(p, self.dof, 0.95)
@@ -154,7 +155,7 @@ class MuscleCone(FrozenRecord):
 
     @property
     def _columns(self) -> FloatArray:
-        """Sizes of A's columns, (m,): in units of the joint matrix all muscles count alike."""
+        """Norms of A's columns, (m,): in units of the joint matrix all muscles are equivalent."""
         return np.linalg.norm(self.A, axis=0)
 
     @property
@@ -165,11 +166,11 @@ class MuscleCone(FrozenRecord):
 
     def _is_determined(self, c: FloatArray) -> bool:
         scaled, rows = c / self._columns, self._row_space
-        left = scaled - rows.T @ (rows @ scaled)
-        return bool(np.linalg.norm(left) <= RANK_TOLERANCE * np.linalg.norm(scaled))
+        residual = scaled - rows.T @ (rows @ scaled)
+        return bool(np.linalg.norm(residual) <= RANK_TOLERANCE * np.linalg.norm(scaled))
 
     def _whitener(self) -> FloatArray:
-        """W (p, p) with ``W C W^T = I``; errors that are zero count as tiny."""
+        """W (p, p) with ``W C W^T = I``; zero errors are replaced by tiny ones."""
         floor = (_LEAST_ERROR * max(np.abs(self.y).max(), np.finfo(float).tiny)) ** 2
         root = np.linalg.cholesky(self.covariance + floor * np.eye(len(self.y)))
         return np.asarray(np.linalg.inv(root))
@@ -178,7 +179,7 @@ class MuscleCone(FrozenRecord):
         """The nearest ``A k`` with k >= 0 (p,), and its distance in standard errors."""
         W = self._whitener()
         scaled = W @ self.A / self._columns
-        # nnls wants numbers of ordinary size
+        # nnls requires numbers of ordinary size
         size = max(np.abs(scaled).max(), np.finfo(float).tiny)
         k, distance = nnls(scaled / size, W @ self.y)
         rounding = 1e-9 * np.linalg.norm(W @ self.y)
@@ -186,7 +187,7 @@ class MuscleCone(FrozenRecord):
         return self.A / self._columns @ k / size, outside
 
     def _combination(self, name: str, c: FloatArray) -> Combination:
-        """``c k`` from the determined part of k, generalised least squares."""
+        """Estimate ``c k`` from the determined part of k by generalised least squares."""
         W, rows = self._whitener(), self._row_space
         # y (p,) = A (p, m) k (m,), k = R^T z on the row space R (rank, m), columns scaled
         design = W @ (self.A / self._columns) @ rows.T
@@ -223,7 +224,7 @@ class MuscleCone(FrozenRecord):
         size = max(np.abs(y).max(), np.finfo(float).tiny)
         scaled = c / self._columns
         unit = max(np.abs(scaled).max(), np.finfo(float).tiny)
-        # k = size x / columns: the program's numbers are all of size 1
+        # k = size x / columns: all numbers of the program are of size 1
         solved = linprog(
             scaled / unit,
             A_eq=self.A / self._columns,
@@ -237,9 +238,9 @@ class MuscleCone(FrozenRecord):
         return float(dual @ y), dual
 
     def _limit(self, dual: FloatArray, nearest: FloatArray) -> float:
-        """``p y`` less its error: holds for every dual p, wherever the true y is.
+        """``p y`` minus its error: holds for every dual p, whatever the true y is.
 
-        The measured y and the nearest possible one each promise a value; the lower one counts.
+        The lower of the values at the measured y and at the nearest possible one is used.
         """
         sd = float(np.sqrt(max(float(dual @ self.covariance @ dual), 0.0)))
         return min(float(dual @ self.y), float(dual @ nearest)) - self._reach * sd
@@ -254,13 +255,13 @@ def muscle_share(
     curvature: ArrayLike | None = None,
     dof: float = np.inf,
 ) -> MuscleShare:
-    """What K_j (or B_j) says of the muscles.
+    """Determine the information of K_j (or B_j) about the muscles.
 
     `muscles` (m,) sequence of str.
-    `joint_matrix` (n, n): N m/rad or N m s/rad; its symmetric part counts.
+    `joint_matrix` (n, n): N m/rad or N m s/rad; its symmetric part is used.
     `covariance` (n^2, n^2): covariance of its elements row by row.
     `G` (m, n): moment arms dL/dq, m.
-    `curvature` (n, n): ``sum_n f_n d2L_n`` (`hand.levels.curvature_term`), taken off; counts as
+    `curvature` (n, n): ``sum_n f_n d2L_n`` (`hand.levels.curvature_term`), subtracted; taken as
     known.
     `dof`: degrees of freedom of the t distribution for limits; inf = normal.
     Raises InputError: shapes that do not belong together, or a muscle without any moment arm.
@@ -287,7 +288,7 @@ def muscle_share(
 
 
 def _symmetric_elements(n: int, pairs: list[tuple[int, int]]) -> FloatArray:
-    """Elements (p,) of the symmetric part from a matrix row by row (n^2,)."""
+    """Map from a matrix row by row (n^2,) to the elements (p,) of its symmetric part."""
     rows = np.zeros((len(pairs), n * n))
     for row, (i, j) in zip(rows, pairs, strict=True):
         row[i * n + j] += 0.5
@@ -301,16 +302,16 @@ def _element_names(n: int, pairs: list[tuple[int, int]]) -> list[str]:
 
 
 def _groups(arms: FloatArray, pairs: list[tuple[int, int]]) -> dict[str, FloatArray]:
-    """Coefficients of each group's part in each element, where it has one."""
+    """Coefficients of each group's part in each element, if it has one."""
     n = arms.shape[1]
     names, spans = _element_names(n, pairs), arms != 0
     joints = ("shoulder", "elbow") if n == 2 else tuple(f"joint_{i + 1}" for i in range(n))
     members = {joint: spans[:, j] & (spans.sum(axis=1) == 1) for j, joint in enumerate(joints)}
     members["two_joint" if n == 2 else "multi_joint"] = spans.sum(axis=1) > 1
-    found = {}
-    for group, who in members.items():
+    coefficients = {}
+    for group, members_of_group in members.items():
         for name, (i, j) in zip(names, pairs, strict=True):
-            part = np.where(who, arms[:, i] * arms[:, j], 0.0)
+            part = np.where(members_of_group, arms[:, i] * arms[:, j], 0.0)
             if part.any():
-                found[f"{group}_{name}"] = part
-    return found
+                coefficients[f"{group}_{name}"] = part
+    return coefficients

@@ -1,4 +1,4 @@
-"""A joint-level estimate seen from the muscles of an arm."""
+"""Mapping of a joint-level estimate to the muscles of an arm."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from armimpedance.limb.arm import MuscularArm
 #
 # With ``tau = -G^T f`` (Tsuji (1997), eq. (6)) and muscles whose tension grows by k per
 # lengthening, ``K_j = -dtau/dq = G^T K_m G + sum_n f_n d2L_n/dq2``. The source's eq. (11) lacks the
-# second term; it holds where the muscles bear no tension or their moment arms are constant.
+# second term; it holds if the muscles bear no tension or their moment arms are constant.
 
 
 def joint_stiffness(
@@ -86,12 +86,12 @@ _NO_TORQUE: Final = (
 
 @dataclass(frozen=True)
 class MuscleEstimate(FrozenRecord):
-    """What joint stiffness and viscosity of one condition say of the muscles.
+    """Information about the muscles from joint stiffness and viscosity of one condition.
 
-    `arm`, `arm_source`: the arm's name, and where its numbers come from.
+    `arm`, `arm_source`: the arm's name, and the source of its numbers.
     `joint_angles` (n,): rad.
-    `tension` (m,) or None: tensions in N from static optimisation; None where the torque is not
-    known or cannot be made.
+    `tension` (m,) or None: tensions in N from static optimisation; None if the torque is unknown or
+    impossible.
     `keys`: the group's columns.
     """
 
@@ -125,11 +125,11 @@ def to_muscle(
     curvature: bool = True,
     activation: ArrayLike | None = None,
 ) -> MuscleEstimate:
-    """Joint -> muscle: tensions, and what K_j and B_j say of K_m and B_m.
+    """Joint -> muscle: tensions, and the information of K_j and B_j about K_m and B_m.
 
-    ``K_j = G^T K_m G + sum_n f_n d2L_n``, ``B_j = G^T B_m G``; tensions f make the joint torque
-    ``tau = -G^T f`` with least effort, or nearest to measured activations. Tension that opposing
-    muscles add without a torque is in neither, and the joints' own tissue counts as muscle.
+    ``K_j = G^T K_m G + sum_n f_n d2L_n``, ``B_j = G^T B_m G``; tensions f produce the joint torque
+    ``tau = -G^T f`` with least effort, or nearest to measured activations. Least effort includes no
+    tension of opposing muscles without torque, and the joints' own tissue counts as muscle.
 
     Parameters
     ----------
@@ -149,8 +149,8 @@ def to_muscle(
     Raises
     ------
     InputError
-        The estimate is not one of the joints or has another number of them, its joint angles are
-        not known, or lie outside of a table of moment arms.
+        The estimate is not at the joints or has another number of joints, or its joint angles are
+        unknown or outside of a table of moment arms.
     """
     q = _angles(estimate, arm)
     G, C = arm.paths.moment_arms(q), arm.paths.curvature(q)
@@ -191,7 +191,7 @@ def _angles(estimate: ImpedanceEstimate, arm: MuscularArm) -> FloatArray:
         raise InputError(
             f"an estimate of {estimate.k} joints", expected=f"{arm.paths.joints}, as {arm.name} has"
         )
-    # of a recording of joints, the position is the joint angles
+    # in a recording of joints, the position is the joint angles
     q = estimate.position if estimate.joint_angles is None else estimate.joint_angles
     if q is None:
         raise InputError("joint angles unknown", expected="q_shoulder_rad and q_elbow_rad")
@@ -201,23 +201,25 @@ def _angles(estimate: ImpedanceEstimate, arm: MuscularArm) -> FloatArray:
 def _tension(
     estimate: ImpedanceEstimate, arm: MuscularArm, G: FloatArray, activation: ArrayLike | None
 ) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """Tensions (m,) where the torque is known and can be made, and what to warn of."""
+    """Tensions (m,) if the torque is known and possible, and warnings."""
     torque = estimate.torque
     if torque is None and estimate.joint_angles is None:
-        # of a recording of joints, the force is the torque by the limb
+        # in a recording of joints, the force is the torque by the limb
         torque = estimate.force
     if torque is None:
         return None, (_NO_TORQUE,)
     try:
         name = "static optimisation"
-        found = tensions_for(torque[None], G, arm.max_tension, activation=activation, labels=[name])
+        tensions = tensions_for(
+            torque[None], G, arm.max_tension, activation=activation, labels=[name]
+        )
     except InputError as error:
         return None, (f"{error}: the curvature term was left out",)
-    return found[0], ()
+    return tensions[0], ()
 
 
 def _outside(q: FloatArray, arm: MuscularArm) -> tuple[str, ...]:
-    """A warning for each joint angle that the arm was not made for."""
+    """A warning for each joint angle outside the range of the arm model."""
     names = _JOINTS if len(q) == 2 else tuple(f"joint {i + 1}" for i in range(len(q)))
     return tuple(
         f"{name} at {np.rad2deg(angle):.0f} degrees, outside of the {np.rad2deg(low):.0f} to "

@@ -1,4 +1,4 @@
-"""The posture at which an estimate is mapped, in the plane and in space, and whose arm it is."""
+"""Posture at which an estimate is mapped, in the plane and in space, and its arm."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from armimpedance.limb.arm import (
 from armimpedance.recordings import read_subject
 from armimpedance.show.verbs.results import PathLike, read_recording
 
-#: A stand-in where the body mass is unknown: kinematics do not need it, and M is dropped.
+#: Placeholder for an unknown body mass: kinematics do not need it, and M is dropped.
 _ANY_MASS_KG = 70.0
 
 
@@ -38,23 +38,22 @@ def arm_posture_for(
     *,
     gravity_m_s2: Sequence[float] | None = None,
 ) -> tuple[ArmPosture, str]:
-    """The arm's posture at the onset, and one sentence that says where it comes from.
+    """The arm's posture at the onset, and a sentence on its source.
 
     Measured joint angles if the estimate has them; else inverse kinematics of the two-link arm
-    from the hand's position and the shoulder's (the origin where it is not known), elbow >= 0.
+    from the hand's position and the shoulder's (the origin if it is not known), elbow >= 0.
 
     Parameters
     ----------
     estimate : ImpedanceEstimate
         An estimate at the hand.
     subject : Subject, optional
-        Gives the lengths of the two-link arm where no `arm` is given; without a body mass the
-        posture has no inertia.
+        Source of the lengths of the two-link arm without an `arm`; without a body mass the posture
+        has no inertia.
     arm : Arm, optional
-        An arm that takes the place of the subject's; it knows its own gravity.
+        An arm to be used instead of the subject's; it includes its own gravity.
     gravity_m_s2 : (d,), optional
-        Gravity along the hand's axes, as the recording says; without, the plane is taken as
-        horizontal.
+        Gravity along the hand's axes, from the recording; default: a horizontal plane.
 
     Returns
     -------
@@ -79,13 +78,13 @@ def arm_posture_for(
 def kinematic_arm(
     subject: Subject | None, gravity_m_s2: Sequence[float] | None = None
 ) -> TwoLinkArm:
-    """The two-link arm of a subject whose body mass need not be known where no gravity acts.
+    """The two-link arm of a subject; the body mass is only needed if gravity acts.
 
     Parameters
     ----------
     subject : Subject or None
     gravity_m_s2 : (2,), optional
-        Gravity along the hand's axes; without, the plane is taken as horizontal.
+        Gravity along the hand's axes; default: a horizontal plane.
 
     Returns
     -------
@@ -136,15 +135,15 @@ def _posture(estimate: ImpedanceEstimate, arm: Arm) -> tuple[ArmPosture, str]:
     return arm.posture(arm.joint_angles(hand - shoulder)), source
 
 
-# The posture in space at which an estimate is to be mapped.
+# The posture in space at which an estimate is mapped.
 
 _AXES: Final = 3
 
 
 def is_in_space(estimate: ImpedanceEstimate) -> bool:
-    """Whether an estimate is of an arm in space.
+    """True if an estimate is of an arm in space.
 
-    Returns: of the hand by its three axes, of the joints by its four angles, or seven.
+    The criterion is three axes at the hand, and four or seven angles at the joints.
     """
     if estimate.level == "hand":
         return estimate.k == _AXES
@@ -160,15 +159,15 @@ def spatial_posture_for(
     swivel_rad: float | None = None,
     wrist: Literal["locked", "free"] | None = None,
 ) -> tuple[ArmPosture, FloatArray, str]:
-    """The posture, all angles (n,), and one sentence that says where they come from.
+    """Posture in space, all angles (n,), and a sentence on their source.
 
-    Measured joint angles if the estimate has them, seven where the wrist is free; else inverse
+    Measured joint angles if the estimate has them, seven if the wrist is free; else inverse
     kinematics from the hand's place, the shoulder's and the swivel.
 
-    `elbow`: held: the upper arm's axial turning is no joint.
-    `gravity_m_s2` (3,): along the hand's axes; without, its part of the stiffness is left out.
-    `swivel_rad`: needed where the angles were not measured.
-    `wrist`: of seven measured angles; default: free.
+    `elbow`: held: the axial rotation of the upper arm is no joint.
+    `gravity_m_s2` (3,): along the hand's axes; default: its part of the stiffness is left out.
+    `swivel_rad`: required if the angles were not measured.
+    `wrist`: for seven measured angles; default: free.
     Returns: `q` (n,).
     `posture`: of three joints (turn, elevation, elbow), of four (the axial one third), or of these
     and the three of a free wrist.
@@ -189,9 +188,9 @@ def spatial_arm(
     gravity_m_s2: Sequence[float] | None = None,
     joints: int = LOCKED_WRIST,
 ) -> SpatialArm:
-    """The arm in space of a subject, whose body mass need not be known where no gravity acts.
+    """The arm in space of a subject; the body mass is only needed if gravity acts.
 
-    `gravity_m_s2` (3,): along the hand's axes; without, what the arm's weight adds is left out.
+    `gravity_m_s2` (3,): along the hand's axes; default: the effect of the arm's weight is left out.
     `joints`: 4, or 7 with a free wrist.
     Raises InputError: no subject, one without lengths and height, gravity of other axes or on an
     unknown mass, or another number of joints.
@@ -233,15 +232,15 @@ def _angles(
     return arm.joint_angles(estimate.position - shoulder, swivel_rad), source
 
 
-# Whose arm an estimate or a model belongs to, and which of its joints move.
+# The arm of an estimate or a model, and its moving joints.
 
-#: Whose arm it is: a recording, its path, or the subject alone.
+#: Source of an arm: a recording, its path, or the subject alone.
 Whose = Recording | Subject | PathLike
-#: Shoulder and elbow.
+#: Joints of a planar arm: shoulder and elbow.
 PLANAR: Final = (0, 1)
-#: Whether the upper arm was kept from turning about its own axis.
+#: "held" if the upper arm was kept from turning about its own axis.
 Elbow = Literal["held", "free"]
-#: Whether forearm and hand were kept from turning.
+#: "locked" if forearm and hand were kept from turning.
 Wrist = Literal["locked", "free"]
 
 
@@ -262,13 +261,13 @@ def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
     ------
     InputError
         The recording cannot be read, its subject has neither lengths nor height, gravity acts in
-        other axes, or nobody knows arms of so many joints.
+        other axes, or there is no arm model with so many joints.
     """
-    found = read_subject(whose) if isinstance(whose, str | os.PathLike) else whose
-    subject = found if isinstance(found, Subject) else found.subject
-    gravity = None if isinstance(found, Subject) else found.gravity_m_s2
+    source = read_subject(whose) if isinstance(whose, str | os.PathLike) else whose
+    subject = source if isinstance(source, Subject) else source.subject
+    gravity = None if isinstance(source, Subject) else source.gravity_m_s2
     if joints in IN_SPACE:
-        # one posture at a time, and no dynamics beside the weight
+        # one posture at a time, and no dynamics except the weight
         return cast(Arm, spatial_arm(subject, gravity, joints))
     if joints != len(PLANAR):
         expected = "2, 4 or 7; in Python an arm of your own"
@@ -277,14 +276,14 @@ def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
 
 
 def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[int, ...]:
-    """The joints that move: without the upper arm's turning about its own axis where it is held.
+    """The joints that move: without the upper arm's axial rotation if that is held.
 
     Parameters
     ----------
     joints : int
     recording : Recording, Subject or path
     elbow : {"held", "free"} or None
-        None: what the recording's trials say, else free.
+        None: as stated in the recording's trials, else free.
 
     Returns
     -------
@@ -293,22 +292,22 @@ def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[i
     Raises
     ------
     InputError
-        The elbow of a planar arm is asked about.
+        `elbow` is stated for a planar arm.
     """
     if joints not in IN_SPACE:
         if elbow is not None:
             raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
         return tuple(range(joints))
-    told, wrist = elbow_and_wrist_of(recording)
-    return joints_that_move(joints, elbow or told or "free", wrist)
+    stated, wrist = elbow_and_wrist_of(recording)
+    return joints_that_move(joints, elbow or stated or "free", wrist)
 
 
 def elbow_and_wrist_of(recording: Whose | None) -> tuple[Elbow | None, Wrist | None]:
-    """What the trials of a recording say of elbow and wrist: kept only where throughout."""
+    """Stated freedom of elbow and wrist in a recording: held only if held in all trials."""
     if recording is None or isinstance(recording, Subject):
         return None, None
-    found = recording if isinstance(recording, Recording) else read_recording(recording)
-    rows = np.arange(len(found.trials))
-    if WRIST not in found.trials:
-        return elbow_told(found, rows), None
-    return elbow_told(found, rows), "free" if is_wrist_free(found, rows) else "locked"
+    opened = recording if isinstance(recording, Recording) else read_recording(recording)
+    rows = np.arange(len(opened.trials))
+    if WRIST not in opened.trials:
+        return elbow_told(opened, rows), None
+    return elbow_told(opened, rows), "free" if is_wrist_free(opened, rows) else "locked"

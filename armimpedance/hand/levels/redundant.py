@@ -1,4 +1,4 @@
-"""What the hand's stiffness says of the joints of a redundant arm: a set, not a matrix.
+"""Joint stiffnesses of a redundant arm compatible with the hand's stiffness: a set, not a matrix.
 
 All joint compliances C with ``J C J^T = K_e^-1`` give the same hand stiffness. In the basis of
 J's row space and null space the row-space block of C is fixed and the others are free, so the
@@ -46,11 +46,11 @@ class FeasibleJointStiffness(FrozenRecord):
         return len(self.directions)
 
     def element_bounds(self, i: int, j: int) -> tuple[float, float]:
-        """Open bounds of the element (i, j) over all members, counted from 0; inf where none."""
+        """Open bounds of the element (i, j), counted from 0, over all members; inf if unbounded."""
         return (float(self.lower_bound[i, i]) if i == j else -np.inf), np.inf
 
     def member(self, coefficients: ArrayLike) -> FloatArray:
-        """The joint stiffness (n, n) at these coefficients (p,) of `directions`.
+        """Joint stiffness (n, n) at these coefficients (p,) of `directions`.
 
         Raises InputError: wrong number of coefficients, or the compliance there is not positive
         definite.
@@ -64,7 +64,7 @@ class FeasibleJointStiffness(FrozenRecord):
         return np.linalg.inv(C) - self.force_term
 
     def contains(self, joint_stiffness: ArrayLike, *, rtol: float = 1e-6) -> bool:
-        """Whether this symmetric K_j (n, n) is stable and gives the hand stiffness."""
+        """True if this symmetric K_j (n, n) is stable and gives the hand stiffness."""
         K = np.asarray(joint_stiffness, dtype=float) + self.force_term
         if not np.allclose(K, K.T, rtol=0, atol=rtol * np.abs(K).max()):
             return False
@@ -123,13 +123,13 @@ def feasible_joint_stiffness(
 
 
 def _row_and_null_space(J: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Orthonormal bases (n, d) and (n, n - d)."""
+    """Orthonormal bases of the row space (n, d) and the null space (n, n - d)."""
     V = np.linalg.svd(J)[2].T
     return V[:, : len(J)], V[:, len(J) :]
 
 
 def _free_directions(rows: FloatArray, null: FloatArray) -> FloatArray:
-    """``v w^T + w v^T`` for w in the null space and v anywhere, each once, unit Frobenius norm."""
+    """Distinct matrices ``v w^T + w v^T`` of unit Frobenius norm, w in the null space, any v."""
     n = len(rows)
     basis = np.hstack([rows, null])
     pairs = [(i, j) for j in range(rows.shape[1], n) for i in range(j + 1)]

@@ -1,7 +1,7 @@
 """The symmetric and the antisymmetric part of an impedance, with their covariance.
 
-The symmetric part goes into eigenvectors, ellipses and mappings; the antisymmetric part (a force
-field that rotates, which no passive spring can make) is reported with its standard error.
+The symmetric part is used for eigenvectors, ellipses and mappings; the antisymmetric part (a
+rotational force field, which no passive spring can produce) is reported with its standard error.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class AntisymmetricPart(FrozenRecord):
     """``(A_ij - A_ji)/2`` for i < j, of M, B and K (rows), in the units of the estimate.
 
     `value`, `sd` (3, c).
-    `names` (3, c) tuple of tuples of str: ``M_12`` stands for ``(M_12 - M_21)/2``.
+    `names` (3, c) tuple of tuples of str: ``M_12`` is the name of ``(M_12 - M_21)/2``.
     """
 
     names: tuple[tuple[str, ...], ...]
@@ -79,7 +79,7 @@ class AntisymmetricPart(FrozenRecord):
 
     @property
     def p(self) -> FloatArray:
-        """Two-sided probability of so large a t in a symmetric arm, (3, c)."""
+        """Two-sided probability that |t| of a symmetric arm exceeds this value, (3, c)."""
         return np.asarray(2 * stdtr(self.dof, -np.abs(self.t)))
 
     def interval(self, level: float = 0.95) -> FloatArray:
@@ -98,12 +98,12 @@ def antisymmetric_part(estimate: ImpedanceEstimate) -> AntisymmetricPart:
     -------
     AntisymmetricPart
     """
-    pairs, every = _differences(estimate.k)
-    variance = np.diag(every @ estimate.covariance @ every.T)
+    pairs, differences = _differences(estimate.k)
+    variance = np.diag(differences @ estimate.covariance @ differences.T)
     symbols = [symbol for symbol, _ in MATRICES.values()]
     return AntisymmetricPart(
         names=tuple(tuple(f"{symbol}_{i}{j}" for i, j in pairs) for symbol in symbols),
-        value=(every @ estimate.parameters).reshape(3, -1),
+        value=(differences @ estimate.parameters).reshape(3, -1),
         sd=np.sqrt(np.maximum(variance, 0)).reshape(3, -1),
         dof=estimate.dof,
     )
@@ -111,7 +111,7 @@ def antisymmetric_part(estimate: ImpedanceEstimate) -> AntisymmetricPart:
 
 @cache
 def _differences(k: int) -> tuple[tuple[tuple[int, int], ...], FloatArray]:
-    """Rows and columns from 1 above the diagonal, and ``(A_ij - A_ji)/2`` of M, B, K as a map."""
+    """Index pairs above the diagonal, from 1, and the map of M, B, K to ``(A_ij - A_ji)/2``."""
     rows, columns = np.triu_indices(k, 1)
     # coefficients (c,) = (A_ij - A_ji)/2 = D (c, k^2) vec(A) (k^2,)
     difference = (np.eye(k * k) - transposition(k))[rows * k + columns] / 2

@@ -1,9 +1,9 @@
-"""Muscle tensions that make a joint torque: static optimisation.
+"""Muscle tensions for a joint torque: static optimisation.
 
-``tau = -G^T f`` (Tsuji (1997), eq. (6)) leaves tensions open where there are more muscles than
-joints. Least effort: the smallest sum of squared activations ``a_i = f_i / max_i`` in 0..1. With
-measured activations: the nearest to those in the same norm. The problem's dual has one unknown for
-each joint and is solved by a damped Newton method, all conditions at once.
+``tau = -G^T f`` (Tsuji (1997), eq. (6)) does not determine the tensions if there are more muscles
+than joints. Least effort: the smallest sum of squared activations ``a_i = f_i / max_i`` in 0..1.
+With measured activations: the nearest to those in the same norm. The problem's dual has one unknown
+for each joint and is solved by a damped Newton method, all conditions at once.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.optimize import linprog
 from armimpedance.core.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.core.errors import EstimationError, InputError
 
-#: Torque that may be left over, as a part of what the strongest muscle can make.
+#: Largest residual torque, relative to the torque of the strongest muscle.
 TOLERANCE: Final = 1e-10
 _MOST_STEPS: Final = 200
 _MOST_HALVINGS: Final = 60
@@ -44,7 +44,7 @@ def tensions_for(
     max_tension : (m,)
         N at full activation.
     activation : (..., m), optional
-        Measured, 0..1.
+        Measured activations, 0..1.
     labels : sequence of str, optional
         Name of each condition in messages; default ``row 1`` and so on.
 
@@ -55,7 +55,8 @@ def tensions_for(
     Raises
     ------
     InputError
-        A torque that no tensions in 0..max make: which row, and what can be made.
+        A torque that no tensions in 0..max produce; the message names the row and the possible
+        share.
     EstimationError
         The iteration ended without a solution.
     """
@@ -66,8 +67,8 @@ def tensions_for(
     if not (top > 0).all():
         raise InputError("a maximum tension that is not positive", expected="more than 0 N")
     arms = np.broadcast_to(np.asarray(G, dtype=float), (*batch, m, n)).reshape(-1, m, n)
-    wished = np.zeros(m) if activation is None else np.asarray(activation, dtype=float)
-    start = np.broadcast_to(wished, (*batch, m)).reshape(-1, m)
+    desired = np.zeros(m) if activation is None else np.asarray(activation, dtype=float)
+    start = np.broadcast_to(desired, (*batch, m)).reshape(-1, m)
     tau = tau.reshape(-1, n)
     if not all(np.isfinite(part).all() for part in (tau, arms, start)):
         raise InputError("a torque, moment arm or activation is not finite", expected="numbers")
@@ -92,14 +93,14 @@ class _Dual:
 
     @property
     def scale(self) -> FloatArray:
-        """The largest torque of a single muscle in each row, (P,)."""
+        """Largest torque of a single muscle in each row, (P,)."""
         return np.maximum(np.abs(self.A).max(axis=(1, 2)), np.finfo(float).tiny)
 
     def select(self, rows: BoolArray) -> _Dual:
         return _Dual(self.A[rows], self.tau[rows], self.start[rows])
 
     def activation(self, y: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Activations (P, m), and which are free of their limits."""
+        """Activations (P, m), and True for those strictly between their limits."""
         wanted = self.start + np.einsum("pnm,pn->pm", self.A, y)
         return np.clip(wanted, 0.0, 1.0), (wanted > 0) & (wanted < 1)
 
@@ -113,41 +114,41 @@ class _Dual:
 
 
 def _maximise(problem: _Dual) -> tuple[FloatArray, BoolArray]:
-    """Activations (P, m), and where they make the torque."""
+    """Activations (P, m), and True for rows in which they produce the torque."""
     P, n = problem.tau.shape
-    y, found = np.zeros((P, n)), np.zeros((P, problem.A.shape[-1]))
+    y, activations = np.zeros((P, n)), np.zeros((P, problem.A.shape[-1]))
     met = np.zeros(P, dtype=bool)
     for _ in range(_MOST_STEPS):
         part = problem.select(~met)
         a, free = part.activation(y[~met])
-        left = part.gradient(a)
-        done = np.abs(left).max(axis=1) <= TOLERANCE * part.scale
-        found[~met] = a
-        step = _newton_step(part, free, left)
-        y[~met] = np.where(done[:, None], y[~met], _line_search(part, y[~met], step, left))
+        residual = part.gradient(a)
+        done = np.abs(residual).max(axis=1) <= TOLERANCE * part.scale
+        activations[~met] = a
+        step = _newton_step(part, free, residual)
+        y[~met] = np.where(done[:, None], y[~met], _line_search(part, y[~met], step, residual))
         met[~met] = done
         if met.all():
             break
-    return found, met
+    return activations, met
 
 
-def _newton_step(part: _Dual, free: BoolArray, left: FloatArray) -> FloatArray:
-    """``H (n, n) step (n,) = tau - A a``, H of the free muscles, damped while far away."""
+def _newton_step(part: _Dual, free: BoolArray, residual: FloatArray) -> FloatArray:
+    """Newton step of ``H step = tau - A a``, H (n, n) of the free muscles, damped far away."""
     A, n = part.A, part.tau.shape[1]
     H = np.einsum("pim,pm,pjm->pij", A, free.astype(float), A)
     size = part.scale**2
-    far = np.minimum(np.linalg.norm(left, axis=1) / part.scale, 1.0)
+    far = np.minimum(np.linalg.norm(residual, axis=1) / part.scale, 1.0)
     damping = size * np.maximum(1e-4 * far**2, 1e-14)
     H = H + damping[:, None, None] * np.eye(n)
-    return np.asarray(np.linalg.solve(H, left[..., None])[..., 0])
+    return np.asarray(np.linalg.solve(H, residual[..., None])[..., 0])
 
 
-def _line_search(part: _Dual, y: FloatArray, step: FloatArray, left: FloatArray) -> FloatArray:
-    """Halve the steps that do not raise the dual by a quarter of what its slope promises."""
-    value, slope = part.value(y), np.sum(step * left, axis=1)
+def _line_search(part: _Dual, y: FloatArray, step: FloatArray, residual: FloatArray) -> FloatArray:
+    """Halve the steps that raise the dual by less than a quarter of the linear prediction."""
+    value, slope = part.value(y), np.sum(step * residual, axis=1)
     length = np.ones(len(y))
     for _ in range(_MOST_HALVINGS):
-        # near the solution the promised rise drowns in rounding: take the whole step
+        # near the solution the predicted rise is below rounding: take the whole step
         rise = part.value(y + length[:, None] * step) - value
         short = rise < 0.25 * length * slope - 1e-13 * np.abs(value)
         if not short.any():
@@ -157,7 +158,7 @@ def _line_search(part: _Dual, y: FloatArray, step: FloatArray, left: FloatArray)
 
 
 def _cannot(name: str, A: FloatArray, tau: FloatArray, scale: float) -> Exception:
-    """Why a row has no solution: the torque is out of reach, or the iteration failed."""
+    """Error for a row without a solution: the torque is out of reach, or the iteration failed."""
     share = largest_share(A, tau, scale)
     if share >= 1:
         return EstimationError(f"{name}: static optimisation ended without a solution")
@@ -171,7 +172,7 @@ def _cannot(name: str, A: FloatArray, tau: FloatArray, scale: float) -> Exceptio
 
 
 def largest_share(A: FloatArray, tau: FloatArray, scale: float) -> float:
-    """The largest s with ``A a = s tau``, 0 <= a <= 1: a linear program over a (m,) and s."""
+    """Largest s with ``A a = s tau``, 0 <= a <= 1: a linear program over a (m,) and s."""
     m = A.shape[1]
     solved = linprog(
         np.append(np.zeros(m), -1.0),

@@ -1,4 +1,4 @@
-"""What an experiment will tell, before it is done."""
+"""Planning: predicted precision of an experiment."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""One disturbance and what it needs to fulfil a wish."""
+"""A candidate disturbance, and the trials that it needs for a required precision."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from armimpedance.hand.planning.precision import PlannedMotion, Precision, preci
 from armimpedance.hand.planning.profile import Profile
 from armimpedance.hand.planning.setting import Setting
 
-# What an experiment shall tell.
+# Requirements for an experiment.
 
 
 @dataclass(frozen=True)
 class Wish:
-    """What an experiment shall tell; None: no wish.
+    """Requirements for an experiment; None for no requirement.
 
-    `k_part`: the 95 % interval of each diagonal element of K is to be at most +- this part of it.
-    `orientation_rad`: half the 95 % interval of the stiffness ellipse's orientation is to be at
-    most this.
-    `most_trials`: a plan that needs more is not met.
+    `k_part`: largest half-width of the 95 % interval of each diagonal element of K, relative to it.
+    `orientation_rad`: largest half-width of the 95 % interval of the stiffness ellipse's
+    orientation.
+    `most_trials`: a plan that needs more does not meet the requirements.
     """
 
     k_part: float | None = None
@@ -32,11 +32,11 @@ class Wish:
     most_trials: int = 1000
 
     def __post_init__(self) -> None:
-        asked = (
+        requirements = (
             ("K", self.k_part, 100.0, "%"),
             ("the orientation", self.orientation_rad, 180 / np.pi, "degrees"),
         )
-        for name, value, factor, unit in asked:
+        for name, value, factor, unit in requirements:
             if value is not None:
                 check_number(value, f"{name} within {factor * value:g} {unit}", above=0)
         if self.most_trials < 8:
@@ -44,7 +44,7 @@ class Wish:
 
     @property
     def text(self) -> str:
-        """The wish in words."""
+        """The requirements in words."""
         parts = []
         if self.k_part is not None:
             parts.append(f"K within {100 * self.k_part:g} %")
@@ -54,7 +54,7 @@ class Wish:
         return " and ".join(parts) or "one set"
 
     def trials(self, precision: Precision) -> int | None:
-        """Trials, in whole sets, that fulfil it; None: millions."""
+        """Number of trials, in whole sets, that meets them; None: millions."""
         needed = [precision.directions]
         if self.k_part is not None:
             needed.append(precision.trials_for_k(self.k_part) or 0)
@@ -63,26 +63,26 @@ class Wish:
         return None if 0 in needed else max(needed)
 
 
-#: Trials at which intervals of candidates are compared.
+#: Number of trials for the comparison of candidates' intervals.
 _COMPARED_TRIALS: Final = 40
-#: Departures that make K's interval so many times as wide as noise are worth a word.
+#: A note is added if departures widen K's interval by more than this factor.
 _WIDER: Final = 1.15
-#: How well a reflex's delay is known beforehand (s).
+#: Half-width of the range of a reflex's delay (s).
 _DELAY_RANGE_S: Final = 0.005
-#: A hand that reaches less of the commanded peak than this is worth a word.
+#: A note is added if the hand reaches less than this share of the commanded peak.
 _FOLLOWED: Final = 0.9
 
 
 @dataclass(frozen=True)
 class Candidate(FrozenRecord):
-    """One disturbance and what it needs.
+    """One disturbance and the trials that it needs.
 
-    `profile`: None: a pilot's own, as recorded.
-    `precision`: None where `problem` stands in the way.
-    `trials`: trials that the wish needs, in whole sets.
-    `bias` (low, high): how much too large K comes out with a reflex of 25 % of K that is ignored,
-    as a part of it: over delays from 5 ms before to 5 ms after the one asked about.
-    `apart`: the precision of K together with the reflex, its delay known.
+    `profile`: None for a pilot's own disturbance, as recorded.
+    `precision`: None if there is a `problem`.
+    `trials`: number of trials for the requirements, in whole sets.
+    `bias` (low, high): relative overstatement of K by an ignored reflex of 25 % of K, over delays
+    from 5 ms below to 5 ms above the requested one.
+    `apart`: the precision of K and of the reflex estimated together, with known delay.
     `duration_s`, `amplitude_m`: duration and amplitude of the profile, or as a pilot recorded them.
     """
 
@@ -99,15 +99,15 @@ class Candidate(FrozenRecord):
 
     @property
     def recommendable(self) -> bool:
-        """Whether it can be chosen."""
+        """True if it can be recommended."""
         cautious = self.profile is not None and self.profile.shape.caution
         return self.precision is not None and not cautious
 
     @property
     def doubt(self) -> str:
-        """How much of K's interval is allowed for departures, where that is much; else empty.
+        """Sentence on the allowance for departures in K's interval, if it is large; else empty.
 
-        A disturbance that cannot tell a reflex from stiffness leaves it in the interval.
+        A disturbance that cannot separate a reflex from stiffness has it in the interval.
         """
         if self.precision is None:
             return ""
@@ -123,13 +123,13 @@ class Candidate(FrozenRecord):
 
     @property
     def cost(self) -> tuple[int, float]:
-        """Trials needed, then K's interval: candidates are compared by these."""
+        """Sort key of candidates: trials needed, then K's interval."""
         half = np.inf if self.precision is None else self.precision.k_part(_COMPARED_TRIALS)
         return self.trials or 0, half
 
 
 def judge_pilot(pilot: Pilot, wish: Wish, conditions: int = 1) -> Candidate:
-    """A pilot's own disturbance, as it was recorded, in a session of so many conditions."""
+    """Judge a pilot's own disturbance, as recorded, in a session of so many conditions."""
     expected = replace(pilot.precision, conditions=conditions)
     return Candidate(
         "pilot's own",
@@ -144,8 +144,8 @@ def judge_pilot(pilot: Pilot, wish: Wish, conditions: int = 1) -> Candidate:
 def judge(
     setting: Setting, profile: Profile, wish: Wish, delay_s: float, conditions: int = 1
 ) -> Candidate:
-    """A disturbance judged by what it will tell in a session of so many conditions."""
-    made = Candidate(
+    """Judge a disturbance by its predicted precision in a session of so many conditions."""
+    candidate = Candidate(
         profile.shape.name,
         profile,
         duration_s=profile.duration_s,
@@ -155,7 +155,7 @@ def judge(
     try:
         expected = precision(motion, conditions=conditions)
     except ArmImpedanceError as error:
-        return replace(made, problem=str(error))
+        return replace(candidate, problem=str(error))
     try:
         apart = precision(motion, delay_s=delay_s)
     except ArmImpedanceError:
@@ -163,7 +163,7 @@ def judge(
     around = (delay_s - _DELAY_RANGE_S, delay_s, delay_s + _DELAY_RANGE_S)
     biases = [float(reflex_bias(motion, delay)[2]) for delay in around]
     return replace(
-        made,
+        candidate,
         precision=expected,
         trials=wish.trials(expected),
         bias=(min(biases), max(biases)),

@@ -2,8 +2,8 @@
 
 ``x = A s^3 (1 - s)^3 q(s)`` with q in Legendre polynomials: the motion, its rows in the impedance
 equation and the limits on displacement and acceleration are linear in q's coefficients c, the
-information is quadratic. Minimised is the logarithm of ``tr(W C(c))``, C the bound on the
-covariance, with its exact gradient, by sequential quadratic programming from several starts.
+information is quadratic. The logarithm of ``tr(W C(c))``, C the bound on the covariance, is
+minimised with its exact gradient, by sequential quadratic programming from several starts.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ from armimpedance.hand.still import inverse_information
 
 #: Points at which displacement and acceleration are limited.
 _CHECKS: Final = np.linspace(0.0, 1.0, 161)
-#: Between these points a polynomial of this order exceeds a limit by less than this part.
+#: Largest relative excess over a limit, between these points, of a polynomial of this order.
 _SLACK: Final = 3e-3
-#: Share of K that a reflex is taken to add, where its unknown delay has to be found.
+#: Assumed size of a reflex, as a share of K, if its unknown delay has to be estimated.
 _REFLEX_SHARE: Final = 0.25
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a disturbance must keep to.
+    """Limits of a disturbance.
 
     Attributes
     ----------
     amplitude_m, duration_s : float
     acceleration : float
-        Largest commanded acceleration (m/s^2); inf: none.
+        Largest commanded acceleration (m/s^2); inf for no limit.
     """
 
     amplitude_m: float = 0.005
@@ -58,14 +58,14 @@ class Limits:
 
 @dataclass(frozen=True)
 class Goal:
-    """What the disturbance is for: K, or K and a reflex apart.
+    """Purpose of the disturbance: K, or K separated from a reflex.
 
     Attributes
     ----------
     delays_s : tuple of float
-        Delays of the reflex; empty: there is none. With several, good at all on average.
+        Delays of the reflex; empty for no reflex. With several, the mean over them is minimised.
     delay_known : bool
-        Otherwise the delay is one more unknown.
+        If False, the delay is one more unknown.
     """
 
     delays_s: tuple[float, ...] = ()
@@ -74,11 +74,11 @@ class Goal:
 
 @dataclass(frozen=True)
 class Design(FrozenRecord):
-    """A designed profile and what its maker knows of it.
+    """A designed profile, its coefficients and its precision.
 
     `coefficients` (degree + 1,): coefficients of q, as given to `designed_shape`.
     `relative_sd`: root of the goal, per trial: with n trials it falls as 1/sqrt(n). For K alone the
-    sd of its symmetric part (Frobenius) as a part of K.
+    sd of its symmetric part (Frobenius) relative to K.
     """
 
     profile: Profile
@@ -97,7 +97,7 @@ def design(
     name: str = "designed",
     progress: Progress | None = None,
 ) -> Design:
-    """Optimise; the same arguments give the same profile.
+    """Design a disturbance; the same arguments give the same profile.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def design(
     InputError
         If no course keeps to the limits.
     EstimationError
-        If no start led anywhere.
+        If no start converged.
     """
     from scipy.optimize import LinearConstraint, minimize
 
@@ -157,15 +157,15 @@ def design(
 
 
 def _finished(c: FloatArray, limits: Limits, name: str, relative_sd: float) -> Design:
-    """Within the limits everywhere, the first large excursion forwards."""
+    """Scale the course to the limits, with the first large excursion forwards."""
     shape = designed_shape(name, c)
     x = shape.at(_CHECKS)[0]
     if x[np.argmax(np.abs(x) > 0.5)] < 0:
         c, shape = -c, designed_shape(name, -c)
-    # the peak lies between the points where it was looked for
+    # the peak may lie between the points at which it was evaluated
     allowed = (1 - 1e-5) * limits.acceleration * limits.duration_s**2 / shape.peak_curvature
-    asked = float(np.abs(polynomial_shape("", rounded_ends(c)).at(_CHECKS)[0]).max())
-    amplitude = min(limits.amplitude_m, allowed, asked * limits.amplitude_m * (1 + _SLACK))
+    peak = float(np.abs(polynomial_shape("", rounded_ends(c)).at(_CHECKS)[0]).max())
+    amplitude = min(limits.amplitude_m, allowed, peak * limits.amplitude_m * (1 + _SLACK))
     return Design(Profile(shape, amplitude, limits.duration_s), c, float(relative_sd))
 
 
@@ -196,7 +196,7 @@ class _Problem:
 
     @cached_property
     def rows(self) -> list[FloatArray]:
-        """Rows (J, d, d n, p) of each delay of the goal, or the only ones without a reflex."""
+        """Rows (J, d, d n, p) for each delay of the goal, or one set without a reflex."""
         if not self.goal.delays_s:
             return [equation_rows(self.motion)]
         return [self._rows_with_reflex(i) for i in range(len(self.goal.delays_s))]
@@ -253,7 +253,7 @@ def goal_weight(stiffness: FloatArray, parameters: int) -> FloatArray:
 def _limit_rows(basis: list[Shape], limits: Limits) -> FloatArray:
     """Rows whose product with the coefficients must not exceed 1, (L, J)."""
     values = np.stack([shape.at(_CHECKS) for shape in basis], axis=-1)
-    # the amplitude is a factor of the profiles already
+    # the profiles already have the amplitude as a factor
     rows = [values[0]]
     if np.isfinite(limits.acceleration):
         bend = limits.amplitude_m / limits.duration_s**2 / limits.acceleration
@@ -263,7 +263,7 @@ def _limit_rows(basis: list[Shape], limits: Limits) -> FloatArray:
 
 
 def shortest_duration(amplitude_m: float, acceleration: float) -> float:
-    """Shortest return-to-start excursion to this amplitude (s), any shape, at this acceleration.
+    """Shortest duration of any return-to-start excursion with this amplitude and acceleration, s.
 
     Full acceleration outwards for a quarter, inwards for a half, outwards for a quarter:
     ``amplitude = acceleration (T/4)^2``.

@@ -1,7 +1,7 @@
-"""What will disturb a measurement: named levels, or what a pilot recording showed.
+"""Expected noise of a measurement: named levels, or estimated from a pilot recording.
 
-Both give the covariance of force noise in the modes of any window, and what the position's sensor
-does: white noise, and the steps of an encoder.
+Both give the covariance of the force noise in the modes of any window, and the errors of the
+position's sensor: white noise, and the steps of an encoder.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from armimpedance.numerics.signals import Modes, position_noise, spline_modes
 
 
 class Noise(Protocol):
-    """What a plan must know of the noise."""
+    """Properties of the noise that a plan needs."""
 
     @property
     def name(self) -> str:
-        """For tables."""
+        """Name for tables."""
 
     @property
     def encoder_step(self) -> float:
-        """Resolution of the position (m); 0: none."""
+        """Resolution of the position (m); 0 for none."""
 
     @property
     def position_sd(self) -> float:
-        """White noise of the position (m), at rest and in motion alike."""
+        """White noise of the position (m), the same at rest and in motion."""
 
     def force(self, modes: Modes, lag_s: FloatArray, stiffness: FloatArray) -> FloatArray:
         """Covariance (d n, d n) of the force's noise in modes of a window at lags (S,)."""
@@ -39,7 +39,7 @@ class Noise(Protocol):
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """Physical description; every entry may be 0, all together must not.
+    """Physical description of the noise; every entry may be 0, but not all.
 
     `force_sd`, `force_step`: white noise (sd) and resolution of the force sensor (N).
     `encoder_step`, `position_sd`: resolution and white noise (sd) of the position (m).
@@ -76,17 +76,17 @@ class NoiseLevel:
         apart = np.abs(lag_s[:, None] - lag_s)
         over_time = self.slow_sd**2 * np.exp(-apart / self.slow_time_s)
         over_time += self.tremor**2 / 2 * np.cos(2 * np.pi * self.tremor_hz * apart)
-        each = modes.smooth @ over_time @ modes.smooth.T
+        by_mode = modes.smooth @ over_time @ modes.smooth.T
         # orthonormal modes: white noise stays white; a step s is uniform noise of s^2/12
-        each += (self.force_sd**2 + self.force_step**2 / 12) * np.eye(modes.count)
+        by_mode += (self.force_sd**2 + self.force_step**2 / 12) * np.eye(modes.count)
         ramp = modes.smooth @ lag_s
         # f = K c t (d n,): cov = drift_sd^2 (K K^T) (x) (ramp ramp^T)
         drift = self.drift_sd**2 * np.kron(stiffness @ stiffness.T, np.outer(ramp, ramp))
-        return np.kron(np.eye(len(stiffness)), each) + drift
+        return np.kron(np.eye(len(stiffness)), by_mode) + drift
 
 
 SENSOR: Final = NoiseLevel("sensor", force_sd=0.03, force_step=0.05, encoder_step=20e-6)
-#: With the source's force resolution the multiple correlation comes out near its .979.
+#: With the force resolution of the source the multiple correlation is near its .979.
 NOMINAL: Final = NoiseLevel(
     "nominal",
     force_sd=0.03,
@@ -139,7 +139,7 @@ class PilotNoise(FrozenRecord):
 
     @classmethod
     def of(cls, noise: NoiseModel, window: Window) -> PilotNoise:
-        """The noise level that was found in a window."""
+        """Build the noise level from the noise model of a window."""
         variance, step = noise.sensor_variance, noise.sensor_step
         if step > 0:
             floor = float(noise.floor[0, 0])

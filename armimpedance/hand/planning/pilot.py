@@ -23,12 +23,12 @@ from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 @dataclass(frozen=True)
 class Pilot:
-    """What a pilot says.
+    """Results of a pilot.
 
     `setting`: the setting with its arm and noise.
-    `precision`: precision that more trials like the pilot's would give.
+    `precision`: predicted precision of more trials like the pilot's.
     `duration_s`, `amplitude_m`: duration and amplitude of its disturbances, medians over trials.
-    `warnings`: what the plan cannot count with.
+    `warnings`: facts that the plan cannot take into account.
     """
 
     setting: Setting
@@ -55,7 +55,7 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     ------
     InputError
         If it is not of returning disturbances of the hand in two or three axes, has no such
-        condition or too few trials, or its arm is none.
+        condition or too few trials, or its matrices are not those of an arm.
     NotIdentifiableError
         If its motion does not determine M, B, K.
     """
@@ -69,9 +69,9 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     wanted = names.iloc[0] if condition is None else condition
     rows = np.flatnonzero(names == wanted)
     if not len(rows):
-        known = ", ".join(names.unique()[:5])
+        examples = ", ".join(names.unique()[:5])
         raise InputError(
-            f"no condition {wanted!r}", column="condition", expected=f"such as {known}"
+            f"no condition {wanted!r}", column="condition", expected=f"such as {examples}"
         )
     window = cut_windows(recording, rows, disturbance_times(recording))
     if window.usable.sum() < FEWEST_TRIALS:
@@ -98,7 +98,7 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
 
 
 def _precision(model: Model) -> Precision:
-    """What more trials like those of the pilot will tell.
+    """Predicted precision of more trials like those of the pilot.
 
     Raises NotIdentifiableError: the pilot's noise has swamped its motion.
     """
@@ -106,8 +106,8 @@ def _precision(model: Model) -> Precision:
     if bound is None:
         raise NotIdentifiableError("the pilot's noise has swamped its motion")
     trials = model.equation.trials
-    known = model.knowledge().times(1 / trials)
-    return Precision(model.parameters.reshape(3, d, d), bound * trials, known)
+    knowledge = model.knowledge().times(1 / trials)
+    return Precision(model.parameters.reshape(3, d, d), bound * trials, knowledge)
 
 
 def _warnings(recording: Recording, rows: IntArray) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The plan: the disturbances that are compared, which meet the wish, and if none does, why."""
+"""The plan: the disturbances that are compared, those that meet the requirements, and obstacles."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 # The disturbances that a plan compares: named shapes within limits, and new designs.
 
-#: Durations (s) that are compared where none is asked for.
+#: Durations (s) that are compared by default,
 DURATIONS_S: Final = (0.15, 0.2, 0.3)
-#: And these shapes; a half-sine no robot makes.
+#: and shapes; without the half-sine, which no robot can make.
 COMPARED: Final = ("minimum_jerk", "biphasic", "designed", "reflex_separating", "raised_cosine")
 #: The name of a disturbance that is designed for a setting.
 NEW: Final = "new design"
-#: Half the range of delays (s) for which a disturbance that tells a reflex apart is designed.
+#: Half the range of delays (s) in the design of a disturbance that separates a reflex.
 _AROUND_S: Final = 0.015
 
 
@@ -51,13 +51,13 @@ def proposed_profiles(
 
     `shape`: a name of `SHAPES`, or "all" for those that are compared.
     `durations_s`: each named shape is proposed at each duration. Default: `DURATIONS_S`.
-    `reduce`: where a shape would exceed the acceleration, take a smaller amplitude; False refuses
-    it where one shape was named and it exceeds the acceleration at every duration.
-    `designed`: put first a disturbance that is designed for the setting and for K.
-    `reflex_delay_s`: design it for K and a reflex of this delay apart; the delay is known to 15 ms.
+    `reduce`: if a shape would exceed the acceleration, take a smaller amplitude. False: refuse a
+    named shape that exceeds the acceleration at every duration.
+    `designed`: add, as the first one, a disturbance designed for the setting and for K.
+    `reflex_delay_s`: design it to separate K from a reflex of this delay, known to 15 ms.
     `progress` function (done, all): called after each start of the design.
     Raises InputError: there is no such shape, or no course keeps to the limits.
-    Raises EstimationError: no start of the design led anywhere.
+    Raises EstimationError: no start of the design converged.
     """
     durations = durations_s or DURATIONS_S
     named = _named_profiles(shape, durations, limits, reduce=reduce, needed=not designed)
@@ -67,14 +67,14 @@ def proposed_profiles(
     if reflex_delay_s is not None:
         around = (reflex_delay_s - _AROUND_S, reflex_delay_s, reflex_delay_s + _AROUND_S)
         goal, degree = Goal(around, delay_known=False), 9
-    made = design(setting, limits, goal, degree=degree, name=NEW, progress=progress)
-    return [made.profile, *named]
+    new_design = design(setting, limits, goal, degree=degree, name=NEW, progress=progress)
+    return [new_design.profile, *named]
 
 
 def _named_profiles(
     shape: str, durations_s: Sequence[float], limits: Limits, *, reduce: bool, needed: bool
 ) -> list[Profile]:
-    """Named shapes at each duration; where none is possible and one is needed, it is refused."""
+    """Named shapes at each duration; refuse them if none is possible and one is needed."""
     if shape == "all":
         return candidates_of(COMPARED, durations_s, limits)
     if reduce:
@@ -94,9 +94,8 @@ def _named_profiles(
 def within(shape: Shape, limits: Limits, *, reduce: bool) -> Profile:
     """A shape at the limits' amplitude and duration.
 
-    `reduce`: where the acceleration would be too large, take a smaller amplitude instead of
-    refusing.
-    Raises InputError: names the binding limit and what would do.
+    `reduce`: if the acceleration would be too large, take a smaller amplitude instead of refusing.
+    Raises InputError: the message names the binding limit and a remedy.
     """
     profile = Profile(shape, limits.amplitude_m, limits.duration_s)
     if profile.peak_acceleration <= limits.acceleration * (1 + 1e-9):
@@ -116,7 +115,7 @@ def within(shape: Shape, limits: Limits, *, reduce: bool) -> Profile:
 def candidates_of(
     names: Sequence[str], durations: Sequence[float], limits: Limits
 ) -> list[Profile]:
-    """Named shapes at each duration, with smaller amplitudes where the acceleration asks for it.
+    """Named shapes at each duration, with smaller amplitudes if the acceleration requires it.
 
     Parameters
     ----------
@@ -144,7 +143,7 @@ def candidates_of(
     ]
 
 
-# Why a wish cannot be met, and which limit stands in the way.
+# Reasons why requirements cannot be met, and the binding limit.
 
 
 def best_of(candidates: Sequence[Candidate]) -> Candidate | None:
@@ -154,7 +153,7 @@ def best_of(candidates: Sequence[Candidate]) -> Candidate | None:
 
 
 def obstacle(setting: Setting, wish: Wish, limits: Limits, candidates: Sequence[Candidate]) -> str:
-    """Why no candidate meets the wish, and the limit that costs most; empty: one meets it."""
+    """Reason why no candidate meets the requirements, with the binding limit; empty if one does."""
     best = best_of(candidates)
     if best is not None and best.trials is not None and best.trials <= wish.most_trials:
         return ""
@@ -168,7 +167,7 @@ def obstacle(setting: Setting, wish: Wish, limits: Limits, candidates: Sequence[
 
 
 def _binding_limit(setting: Setting, wish: Wish, limits: Limits) -> str:
-    """The limit whose loosening saves most trials, tried on disturbances designed for each."""
+    """Sentence on the limit whose relaxation saves most trials, by a design for each."""
     try:
         check_limits(limits)
     except InputError as error:
@@ -189,8 +188,8 @@ def _binding_limit(setting: Setting, wish: Wish, limits: Limits) -> str:
     needed: dict[str, int] = {}
     for name, changed in looser.items():
         try:
-            made = design(setting, changed, Goal(), starts=4)
-            trials = wish.trials(precision(PlannedMotion(setting, made.profile)))
+            new_design = design(setting, changed, Goal(), starts=4)
+            trials = wish.trials(precision(PlannedMotion(setting, new_design.profile)))
         except ArmImpedanceError:
             continue
         if trials is not None:
@@ -201,27 +200,27 @@ def _binding_limit(setting: Setting, wish: Wish, limits: Limits) -> str:
     return f"what binds most: {name} and a disturbance designed for it would need {needed[name]:,}"
 
 
-#: Trials for which a table shows the precision.
+#: Number of trials for the precision in a table.
 _TRIALS = 40
 
 
 @dataclass(frozen=True, repr=False)
 class Plan(FrozenRecord):
-    """All candidates under one wish.
+    """All candidates for the stated requirements.
 
     Attributes
     ----------
     setting : Setting
-        Arm, noise and servo that were planned for.
+        Arm, noise and servo of the plan.
     wish : Wish
     limits : Limits
     delay_s : float
-        Delay of the reflex that was asked about.
+        Delay of the reflex for the bias.
     candidates : tuple of Candidate
     obstacle : str
-        Why the wish cannot be met; empty: it can.
+        Why the requirements cannot be met; empty if they can.
     warnings : tuple of str
-        What the checks of the pilot said.
+        Warnings of the pilot's checks.
 
     Examples
     --------
@@ -246,7 +245,7 @@ class Plan(FrozenRecord):
 
     @property
     def profile(self) -> Profile | None:
-        """The course to run: a new design, or else that with the smallest interval of K."""
+        """The course to run: a new design, else the course with the smallest interval of K."""
         able = [
             (c.name != NEW, c.precision.k_part(_TRIALS), c.profile)
             for c in self.candidates
@@ -268,19 +267,20 @@ class Plan(FrozenRecord):
         return self.profile
 
     def to_frame(self, trials: int = _TRIALS) -> pd.DataFrame:
-        """One row a candidate: its course, the trials that the wish needs, and K's interval.
+        """One row per candidate: its course, the trials that it needs, and K's interval.
 
         Parameters
         ----------
         trials : int
-            The column `k_part` is the half-width of K's 95 % interval, as a part of K, for so many.
+            Number of trials for the column `k_part`, the half-width of K's 95 % interval relative
+            to K.
         """
         import pandas as pd
 
         return pd.DataFrame([_row(c, trials) for c in self.candidates])
 
     def to_dict(self) -> dict[str, Any]:
-        """The wish, what stands in its way, and the rows of `to_frame`."""
+        """The requirements, the obstacle, and the rows of `to_frame`."""
         rows = [_row(c, _TRIALS) for c in self.candidates]
         return {
             "wish": self.wish.text,
@@ -323,11 +323,11 @@ def make_plan(
     pilot: Pilot | None = None,
     progress: Progress | None = None,
 ) -> Plan:
-    """Judge profiles, and a pilot's own where there is one.
+    """Judge profiles, and a pilot's own disturbance if there is a pilot.
 
-    `limits`: profiles are within them already.
-    `conditions`: how many of as many trials a session has.
-    `delay_s`: delay of the reflex that is asked about.
+    `limits`: limits that the profiles already keep.
+    `conditions`: number of conditions with as many trials in a session.
+    `delay_s`: delay of the reflex for the bias.
     `pilot`: pilot whose own disturbance is put first, as it was recorded.
     `progress` function (done, all): called after each profile.
     Raises InputError: a delay outside of 10 to 200 ms, or no condition.

@@ -1,9 +1,9 @@
-"""How precise an experiment will be: planned motion, bound, standard errors, trials needed.
+"""Predicted precision of an experiment: planned motion, bound, standard errors, trials needed.
 
-The bound for a planned motion and noise, times what the estimator loses against it, is the
-covariance of M, B, K per trial; with n trials in sets of all directions it is an n-th of that.
-Its intervals are those that an estimate will print: t with n - 1 degrees of freedom, standard
-errors clustered by trial, and what `estimate` allows for because so many trials do not exclude it.
+The bound for a planned motion and noise, times the inefficiency of the estimator, is the covariance
+of M, B, K per trial; with n trials in sets of all directions it is an n-th of that. The intervals
+are those of a future estimate: t with n - 1 degrees of freedom, standard errors clustered by trial,
+and the allowance of `estimate` for departures that so many trials do not exclude.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from armimpedance.numerics.signals import Modes, delayed
 
 @dataclass(frozen=True)
 class PlannedMotion:
-    """What the hand will do, and how noise will weigh on it.
+    """Predicted motion of the hand, and the weight of its noise.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class PlannedMotion:
         return np.asarray((V + V.T) / 2)
 
     def trials(self, directions: FloatArray) -> Window:
-        """The windows (T, S, d) that would be recorded along directions (T, d), without noise."""
+        """Noise-free windows (T, S, d) of trials along directions (T, d)."""
         setting, profile = self.setting, self.profile
         lag, rate = setting.lags(profile.duration_s), setting.sample_rate_hz
         # x_t = sum_a u_ta x^(a), (T, d, S)
@@ -135,22 +135,22 @@ def information(rows: FloatArray, weight: FloatArray) -> FloatArray:
 #: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
 #: designs of benchmarks/decided/plan_widths.py.
 INEFFICIENCY: Final = (1.08, 1.03, 1.03)
-#: Where the search for the number of trials ends.
+#: Upper limit of the search for the number of trials.
 MOST_SETS: Final = 10**6
-#: Scaled condition of the information above which M, B and K cannot be told apart.
+#: Largest scaled condition of the information at which M, B and K are identifiable.
 WORST_CONDITION: Final = 1e9
 
 
 @dataclass(frozen=True, eq=False)
 class Precision(FrozenRecord):
-    """What a disturbance will tell about M, B, K (and a delayed answer R).
+    """Predicted precision of M, B, K (and of a delayed response R) with a disturbance.
 
-    `parameters` (3, d, d): M (with handle), B, K that are expected.
+    `parameters` (3, d, d): expected M (with handle), B, K.
     `bound` (p, p): least covariance of the parameters of one trial, mean over the directions; p = 3
     d^2, or 4 d^2 with R.
-    `knowledge`: what a trial tells of departures, mean over the directions. None: intervals are
-    those of noise alone.
-    `conditions`: how many conditions of as many trials a session has, which share the departures.
+    `knowledge`: information of a trial about departures, mean over the directions. None: intervals
+    are those of noise alone.
+    `conditions`: number of conditions with as many trials in a session; they share the departures.
     """
 
     parameters: Annotated[FloatArray, "3 d d"]
@@ -165,19 +165,21 @@ class Precision(FrozenRecord):
 
     @property
     def directions(self) -> int:
-        """Trials of a set."""
+        """Number of trials in a set."""
         return len(unit_directions(self.axes))
 
     @cached_property
     def covariance(self) -> FloatArray:
         """Covariance of one trial's estimate, (p, p): the bound times the inefficiency."""
-        each = self.axes**2
-        factor = np.repeat([*INEFFICIENCY, INEFFICIENCY[2]][: len(self.bound) // each], each)
+        elements = self.axes**2
+        factor = np.repeat(
+            [*INEFFICIENCY, INEFFICIENCY[2]][: len(self.bound) // elements], elements
+        )
         return self.bound * factor[:, None] * factor
 
     @cached_property
     def relative_sd(self) -> FloatArray:
-        """On the bound, of one trial: M, B, K (and R, relative to K) as parts of their norm.
+        """Relative standard errors of M, B, K (and R, relative to K) for one trial, by the bound.
 
         Frobenius norm of the symmetric part, (r,).
         """
@@ -193,7 +195,7 @@ class Precision(FrozenRecord):
         return np.array(parts)
 
     def covariance_of(self, trials: int) -> FloatArray:
-        """Covariance (p, p) that an estimate of so many trials will print."""
+        """Predicted covariance (p, p) of an estimate from so many trials."""
         if trials not in self._made:
             self._made[trials] = self.covariance / trials + self._allowance(trials)
         return self._made[trials]
@@ -203,7 +205,7 @@ class Precision(FrozenRecord):
         return {}
 
     def _allowance(self, trials: int) -> FloatArray:
-        """What of it is allowed for departures, (p, p)."""
+        """Part of it that allows for departures, (p, p)."""
         if self.knowledge is None:
             return np.zeros_like(self.bound)
         session = [self.knowledge.times(trials)] * self.conditions
@@ -215,7 +217,7 @@ class Precision(FrozenRecord):
         return (_t(trials, level) * sd).reshape(-1, self.axes, self.axes)
 
     def diagonal_part(self, trials: int, matrix: int) -> float:
-        """Half-width of the diagonal's 95 % intervals, the largest part of its element.
+        """Largest relative half-width of the 95 % intervals of the diagonal elements.
 
         `matrix`: 0 to 3 for M, B, K, R; R is taken relative to K.
         """
@@ -223,27 +225,27 @@ class Precision(FrozenRecord):
         return float((half / np.diag(self.parameters[min(matrix, 2)])).max())
 
     def k_part(self, trials: int) -> float:
-        """Half-width of the 95 % interval of K's diagonal, the largest part of its element."""
+        """Largest relative half-width of the 95 % intervals of K's diagonal elements."""
         return self.diagonal_part(trials, 2)
 
     def ellipse(self, trials: int) -> Ellipse | Ellipsoid:
-        """K's ellipse, or in space ellipsoid, with the covariance that is expected."""
+        """K's ellipse, or in space ellipsoid, with the predicted covariance."""
         d = self.axes
         block = slice(2 * d * d, 3 * d * d)
         C = self.covariance_of(trials)[block, block]
-        made = ellipse if d == 2 else ellipsoid_of_matrix
-        return made(self.parameters[2], covariance=C, dof=trials - 1)
+        build = ellipse if d == 2 else ellipsoid_of_matrix
+        return build(self.parameters[2], covariance=C, dof=trials - 1)
 
     def size_part(self, trials: int) -> float:
-        """Half the length of the 95 % interval of the ellipse's size, as a part of the size."""
+        """Half-width of the 95 % interval of the ellipse's size, relative to the size."""
         expected = self.ellipse(trials)
         low, high = expected.interval()[0 if isinstance(expected, Ellipse) else 3]
         return float((high - low) / 2 / expected.size)
 
     def orientation(self, trials: int) -> float:
-        """Half the length of the 95 % interval of the ellipse's orientation (rad).
+        """Half-width of the 95 % interval of the ellipse's orientation (rad).
 
-        In space: how far the longest axis may turn.
+        In space: angle by which the longest axis may turn.
         """
         expected = self.ellipse(trials)
         if isinstance(expected, Ellipsoid):
@@ -252,27 +254,27 @@ class Precision(FrozenRecord):
         return float((high - low) / 2)
 
     def trials_for_k(self, part: float) -> int | None:
-        """Trials, in whole sets, for `k_part` at most this; None: millions."""
+        """Number of trials, in whole sets, for `k_part` at most this; None: millions."""
         return fewest_trials(lambda n: self.k_part(n) <= part, self.directions)
 
     def trials_for_orientation(self, angle_rad: float) -> int | None:
-        """Trials, in whole sets, for `orientation` at most this; None: millions."""
+        """Number of trials, in whole sets, for `orientation` at most this; None: millions."""
         return fewest_trials(lambda n: self.orientation(n) <= angle_rad, self.directions)
 
 
 def precision(
     motion: PlannedMotion, *, delay_s: float | None = None, conditions: int | None = None
 ) -> Precision:
-    """The bound for a planned motion.
+    """Predict the precision with a planned motion.
 
     Parameters
     ----------
     motion : PlannedMotion
     delay_s : float, optional
-        R, the answer to the displacement of that much earlier, is a further unknown.
+        R, the response to the displacement of that much earlier, is a further unknown.
     conditions : int, optional
-        A session of so many conditions, whose intervals allow for departures. Default: intervals
-        of noise alone.
+        Number of conditions in the session, whose intervals allow for departures. Default:
+        intervals of noise alone.
 
     Returns
     -------
@@ -281,37 +283,37 @@ def precision(
     Raises
     ------
     NotIdentifiableError
-        If the motion does not tell the parameters apart.
+        If the motion does not determine the parameters.
     """
     rows = motion.rows(() if delay_s is None else (delay_s,))
-    known = information(rows, motion.weight)
-    scale = 1 / np.sqrt(np.maximum(np.diag(known), 1e-300))
-    condition = np.linalg.cond(known * scale[:, None] * scale)
+    total = information(rows, motion.weight)
+    scale = 1 / np.sqrt(np.maximum(np.diag(total), 1e-300))
+    condition = np.linalg.cond(total * scale[:, None] * scale)
     if not condition < WORST_CONDITION:
         profile = motion.profile
         raise NotIdentifiableError(
             f"{profile.shape.name} of {profile.duration_s:g} s does not tell M, B and K apart "
             f"(scaled condition {condition:.1e})"
         )
-    made = Precision(motion.setting.arm.parameters, inverse_information(known))
+    result = Precision(motion.setting.arm.parameters, inverse_information(total))
     if conditions is None:
-        return made
-    return replace(made, knowledge=knowledge_of(motion), conditions=conditions)
+        return result
+    return replace(result, knowledge=knowledge_of(motion), conditions=conditions)
 
 
 def knowledge_of(motion: PlannedMotion) -> Knowledge:
-    """What one trial tells, mean over the directions of a set."""
+    """Information of one trial, mean over the directions of a set."""
     directions = unit_directions(motion.setting.arm.axes)
     theta = motion.setting.arm.parameters.ravel()
-    known = knowledge_by_trial(motion.trials(directions), motion.weight, theta)
-    return reduce(add, known).times(1 / len(directions))
+    by_trial = knowledge_by_trial(motion.trials(directions), motion.weight, theta)
+    return reduce(add, by_trial).times(1 / len(directions))
 
 
 def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> FloatArray:
-    """How wrong M, B, K are where a reflex is ignored, as parts of themselves, (3,).
+    """Relative error of M, B, K if a reflex is ignored, (3,).
 
-    The projection of ``share K x(t - delay)`` on what a fit without it can explain; what of it
-    lies along the true matrix: 0.1 says 10 % too large.
+    The least-squares projection of ``share K x(t - delay)`` on M, B and K, and its component along
+    each true matrix: 0.1 is 10 % too large.
     """
     truth, V = motion.setting.arm.parameters, motion.weight
     rows = motion.rows((delay_s,))
@@ -325,9 +327,9 @@ def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> F
 
 
 def fewest_trials(enough: Callable[[int], bool], each: int) -> int | None:
-    """Least number of trials in sets of `each` for which `enough` holds; None: over `MOST_SETS`.
+    """Smallest number of trials, in sets of `each`, for which `enough` holds, or None.
 
-    `enough` must stay true once it is.
+    `enough` must stay true once it is. None: more than `MOST_SETS` sets.
     """
     low, high = 0, MOST_SETS
     if not enough(high * each):

@@ -18,7 +18,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, check_number
 from armimpedance.core.outputs import staged_file
 
-#: Points in [0, 1] at which peaks are looked for.
+#: Points in [0, 1] at which peaks are evaluated.
 FINE: Final = np.linspace(0.0, 1.0, 2001)
 
 #: s in [0, 1] -> displacement, first and second derivative by s, (3, ...).
@@ -30,7 +30,7 @@ class Shape:
     """A named course of the displacement.
 
     `at`: s (...,) in [0, 1] -> (3, ...).
-    `caution`: why a planner does not recommend it; empty for most.
+    `caution`: reason why it is not recommended; empty for most.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Profile:
 
 
 def polynomial_shape(name: str, polynomial: Legendre) -> Shape:
-    """The shape of a polynomial in s, as it is."""
+    """Shape of a polynomial in s, without scaling."""
     parts = (polynomial, polynomial.deriv(), polynomial.deriv(2))
     return Shape(name, lambda s: np.stack([part(s) for part in parts]))
 
@@ -121,7 +121,7 @@ COLUMNS: Final = ("time_s", "displacement_m", "velocity_m_s", "acceleration_m_s2
 def sampled(profile: Profile, rate_hz: float = 1000.0) -> FloatArray:
     """Time, displacement, velocity, acceleration (S, 4), from the onset to the end.
 
-    Raises InputError: if the duration is no whole number of samples: the robot would stop before
+    Raises InputError: if the duration is not a whole number of samples: the robot would stop before
     the end.
     """
     samples = profile.duration_s * rate_hz
@@ -131,13 +131,13 @@ def sampled(profile: Profile, rate_hz: float = 1000.0) -> FloatArray:
         )
     time = np.arange(round(samples) + 1) / rate_hz
     course = profile.at(time)
-    # what rounding leaves where the course rests
+    # remove rounding errors where the course is at rest
     course[np.abs(course) < 1e-9 * np.abs(course).max(axis=1, keepdims=True)] = 0.0
     return np.column_stack([time, course.T])
 
 
 def write_profile(profile: Profile, path: str | Path, rate_hz: float = 1000.0) -> None:
-    """Write it under a temporary name and rename."""
+    """Write a profile as CSV, under a temporary name that is then changed."""
     values = sampled(profile, rate_hz)
     heading = (
         f"# {profile.shape.name}: {1e3 * profile.amplitude_m:g} mm in {profile.duration_s:g} s, "

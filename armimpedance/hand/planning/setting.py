@@ -1,4 +1,4 @@
-"""Where and on whom a disturbance is planned: arm, noise, servo, encoder, recording."""
+"""Setting of a plan: arm, noise, servo, encoder, recording."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armimpedance.hand.planning.noise_level import NOMINAL, Noise
 from armimpedance.hand.still import through_impedance
 from armimpedance.numerics.signals import MARGIN_S, Modes, spline_modes
 
-# What a robot makes of a commanded course: the hand's actual motion.
+# Response of a robot to a commanded course: the hand's actual motion.
 #
 # Robot mass m, servo stiffness k_s and damping d_s move hand and robot together:
 #
@@ -32,7 +32,7 @@ class Servo:
     Attributes
     ----------
     stiffness : float
-        N/m; inf: the hand moves as commanded.
+        N/m; inf if the hand moves as commanded.
     mass_kg : float
         Mass of robot and handle, as felt at the hand.
     damping_ratio : float
@@ -91,7 +91,7 @@ def follow(
     # push (..., a, i, S): on axis i for a command along axis a
     push = -np.einsum("mia,m...s->...ais", load, course[::-1])
     inverse = np.linalg.inv(M)
-    # state (e, e') (2 d,), input held linear between samples: exponential of [[F, G, 0], [0, 0, 1]]
+    # state (e, e') (2 d,), input linear between samples: exponential of [[F, G, 0], [0, 0, 1]]
     F = np.block([[0 * unit, unit], [-inverse @ K, -inverse @ B]])
     G = np.vstack([0 * unit, inverse])
     size, step = 2 * d, 1 / sample_rate_hz
@@ -108,15 +108,16 @@ def follow(
     return np.asarray(commanded + np.moveaxis(error.reshape(-1, *push.shape[:-1]), 0, -1))
 
 
-# What an encoder adds to a motion that is known beforehand.
+# Errors of an encoder for a motion that is known in advance.
 #
 # A reading is the position rounded to steps of q on a grid whose place is unknown, uniformly. The
 # errors e at positions x and x' then have
 #
 #     E[e e'] = q^2 (1/12 - f (1 - f)/2),   f the fractional part of (x - x')/q:
 #
-# fully alike while the hand stands, unrelated on average once it has moved some steps.
-# Displacements are measured from the rest before the onset, whose error is taken off all others.
+# equal while the hand is at rest, uncorrelated on average once it has moved some steps.
+# Displacements are measured from the rest before the onset, whose error is subtracted from all
+# others.
 
 
 def rounding_covariance(displacement: FloatArray, step: float) -> FloatArray:
@@ -136,7 +137,7 @@ def _products(apart: FloatArray, step: float) -> FloatArray:
     return np.asarray(step**2 * (1 / 12 - f * (1 - f) / 2))
 
 
-#: Disturbances of a set in the plane, in equally spaced directions.
+#: Number of disturbances of a set in the plane, in equally spaced directions.
 _IN_PLANE: Final = 8
 
 #: Hand of a relaxed 70 kg man's arm in the nominal posture: M, B, K.
@@ -149,7 +150,7 @@ RELAXED: Final = (
 
 @dataclass(frozen=True, eq=False)
 class PlannedArm(FrozenRecord):
-    """What is expected to be measured.
+    """Expected impedance of the hand.
 
     Attributes
     ----------
@@ -182,7 +183,7 @@ class PlannedArm(FrozenRecord):
 
     @classmethod
     def of(cls, estimate: ImpedanceEstimate, name: str) -> PlannedArm:
-        """What an earlier experiment found.
+        """Build the arm from an earlier estimate.
 
         Raises
         ------
@@ -209,7 +210,7 @@ def relaxed_arm(handle_mass_kg: float = CAST_MASS_KG) -> PlannedArm:
 
 @dataclass(frozen=True)
 class Setting:
-    """All that precision depends on, the disturbance aside.
+    """All that precision depends on, except the disturbance.
 
     Attributes
     ----------
@@ -226,7 +227,7 @@ class Setting:
 
     @property
     def directions(self) -> int:
-        """Trials of a set."""
+        """Number of trials in a set."""
         return len(unit_directions(self.arm.axes))
 
     def lags(self, duration_s: float) -> FloatArray:
@@ -254,7 +255,10 @@ class Setting:
         return np.asarray((total + total.T) / 2)
 
     def position_covariance(self, displacement: FloatArray, modes: Modes) -> FloatArray:
-        """What sensors add to x'', x', x in modes, (d, 3 n, 3 n), mean over the directions."""
+        """Covariance (d, 3 n, 3 n) of the position's noise in x'', x', x in modes.
+
+        Mean over the directions of a set.
+        """
         d = len(displacement)
         white = self.noise.position_sd**2 * modes.stacked @ modes.stacked.T
         total = np.repeat(white[None], d, axis=0)
@@ -265,8 +269,8 @@ class Setting:
         return np.asarray(total)
 
     def _rounding(self, displacement: FloatArray, modes: Modes) -> FloatArray:
-        """Mean over trials (T, S) of what an encoder adds, (3 n, 3 n)."""
-        # a course and its mirror image err alike: each kind once
+        """Mean covariance (3 n, 3 n) of the encoder's errors over trials (T, S)."""
+        # a course and its mirror image have equal errors: compute each kind once
         sign = np.sign(displacement @ displacement[np.abs(displacement).max(axis=1).argmax()])
         alike = np.round(displacement * sign[:, None], 12)
         courses, counts = np.unique(alike, axis=0, return_counts=True)
@@ -281,8 +285,8 @@ class Setting:
 def unit_directions(axes: int = 2) -> FloatArray:
     """The directions of a set: (8, 2) in the plane, (6, 3) back and forth along the axes in space.
 
-    Where noise is alike in all directions, more of them than axes add nothing to the bound; both
-    ways of each one cancel what is not linear.
+    If noise is equal in all directions, more of them than axes add nothing to the bound; opposite
+    directions cancel non-linear effects.
     """
     if axes == 2:
         angle = 2 * np.pi * np.arange(_IN_PLANE) / _IN_PLANE

@@ -1,6 +1,6 @@
 """The shapes of disturbances: displacement, velocity and acceleration over the time from 0 to 1.
 
-Each is made when it is looked up: a help text that lists them loads nothing.
+Each is built when it is looked up, so that a help text that lists them loads nothing.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ def _raised_cosine(s: FloatArray) -> FloatArray:
 
 #: Name -> coefficients of `profile.designed_shape`.
 _POLYNOMIALS: Final[Mapping[str, tuple[float, ...]]] = {
-    # a push forwards and one backwards, alike
+    # a push forwards and an equal one backwards
     "biphasic": (0.0, -1.0),
     # Found by `design` at 5 mm, 0.3 s, at most 5.3 m/s^2, nominal noise, an arm at rest: the fewest
     # trials for K (degree 5, goal K alone).
     "designed": (0.0, -9.625238, 0.0, -6.828925, 0.0, -2.989463),
-    # the bump of least jerk
+    # the minimum-jerk bump
     "minimum_jerk": (1.0,),
-    # Found by `design` at 5 mm, 0.3 s, at most 5.3 m/s^2: K and the answer to what was 40 to 70 ms
-    # earlier, the delay not known (degree 9).
+    # Found by `design` at 5 mm, 0.3 s, at most 5.3 m/s^2: K and the response to the displacement 40
+    # to 70 ms earlier, with unknown delay (degree 9).
     "reflex_separating": (
         *(0.056824, -8.970596, 2.063219, -7.981409, 6.097356),
         *(-6.788630, 5.362087, -3.584803, 1.616960, -1.455224),
     ),
 }
 
-#: Name -> course, and why a planner does not recommend it.
+#: Name -> course, and the reason why it is not recommended.
 _OTHERS: Final[Mapping[str, tuple[ShapeFunction, str]]] = {
     "half_sine": (_half_sine, "starts with a step of velocity, which no robot makes"),
     "raised_cosine": (
@@ -58,7 +58,7 @@ _OTHERS: Final[Mapping[str, tuple[ShapeFunction, str]]] = {
 
 
 class ShapeTable(EntryTable["Shape"]):
-    """The shapes, each made when it is looked up."""
+    """Table of the shapes, each built when it is looked up."""
 
     def _listed(self) -> Iterable[str]:
         return (*_POLYNOMIALS, *_OTHERS)
@@ -67,12 +67,12 @@ class ShapeTable(EntryTable["Shape"]):
         from armimpedance.hand.planning.profile import Shape, designed_shape
 
         if name not in self._loaded:
-            made = (
+            shape = (
                 designed_shape(name, _POLYNOMIALS[name])
                 if name in _POLYNOMIALS
                 else Shape(name, *_OTHERS[name])
             )
-            self._loaded[name] = made
+            self._loaded[name] = shape
         return self._loaded[name]
 
 

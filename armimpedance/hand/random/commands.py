@@ -1,4 +1,4 @@
-"""What the robot was commanded, and what must be stated of a joint."""
+"""Commands of the robot as instruments, and facts that a recording of joints must state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.numerics.signals import refuse_degrees
 
-#: Less of a trial's motion than this, explained by commands, is not this trial's command.
+#: Smallest share of a trial's motion that its own commands explain.
 LEAST_SHARE: Final = 0.1
 
 
@@ -22,7 +22,7 @@ class Commands(FrozenRecord):
     """Instruments at every sample.
 
     `values` (N, c).
-    `told`: whether they are the robot's; else the measured motion stands for them.
+    `told`: True for the robot's commands; else they are the measured motion.
     """
 
     values: Annotated[FloatArray, "N c"]
@@ -31,7 +31,7 @@ class Commands(FrozenRecord):
 
 
 def commands_of(recording: Recording) -> Commands:
-    """The commands of a recording.
+    """Read the commands of a recording.
 
     Raises InputError: there are none, and the robot did not impose the position.
     """
@@ -39,8 +39,8 @@ def commands_of(recording: Recording) -> Commands:
     names = [f"command_{axis}" for axis in AXES[:d]]
     families = [names, list(command_columns(recording.kind, d)), list(perturbation_columns(d))]
     for family in families:
-        held = [name for name in family if name in recording.extra]
-        moving = [name for name in held if np.ptp(np.nan_to_num(recording.extra[name])) > 0]
+        present = [name for name in family if name in recording.extra]
+        moving = [name for name in present if np.ptp(np.nan_to_num(recording.extra[name])) > 0]
         if moving:
             return _chosen(recording, family, moving)
     if recording.imposed != "position":
@@ -72,7 +72,7 @@ def check_follows(trial: FloatArray, shares: FloatArray) -> None:
     """Refuse trials whose motion their commands do not explain.
 
     `trial` (T,): numbers.
-    `shares` (T,): part of each trial's motion that is explained.
+    `shares` (T,): share of each trial's motion that is explained.
     """
     wrong = shares < LEAST_SHARE
     if not wrong.any():
@@ -86,9 +86,9 @@ def check_follows(trial: FloatArray, shares: FloatArray) -> None:
     )
 
 
-# What of a joint has to be told and can be wrong: whose torque, degrees.
+# Facts of a recording of joints that must be stated and can be wrong: source of the torque, unit.
 
-#: What is told of a torque that is the commanded one.
+#: Warning for a commanded torque.
 COMMANDED: Final = (
     "commanded torque: it holds what the motor was told, so that M, B and K are those of limb and "
     "device together"
@@ -96,9 +96,9 @@ COMMANDED: Final = (
 
 
 def check_joints(recording: Recording) -> tuple[str, ...]:
-    """Refuse a recording of joints that does not say enough; what is to be warned of.
+    """Refuse a recording of joints without the necessary facts; return warnings.
 
-    Raises InputError: angles in degrees, or a recording that does not say which torque it holds.
+    Raises InputError: angles in degrees, or a recording that does not state which torque it holds.
     """
     if recording.kind != "joint":
         return ()

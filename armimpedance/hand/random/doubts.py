@@ -1,4 +1,4 @@
-"""What must be said of a fit, and what is no limb at all."""
+"""Warnings about a fit, and refusal of estimates that are not those of a limb."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from armimpedance.hand.random.random_fit import RandomFit
 from armimpedance.hand.still import is_wrist_free
 from armimpedance.numerics.regression import t_factor
 
-# Does anything that the commands do remain in the residual? What M, B, K and a reflex miss.
+# Test of the residual for effects of the commands that M, B, K and a reflex do not explain.
 
-#: The residual is held against the motion in windows of this width (Hz), or so many lines an axis.
+#: The residual is compared with the motion in windows of this width (Hz), or of so many lines per
+#: axis.
 WIDTH_HZ: Final = 1.0
 LINES_EACH: Final = 8
 
 
 class Misfit(NamedTuple):
-    """What is left.
+    """Residual effect of the commands.
 
-    `p`: probability of as much where the model is right.
-    `share`: its size beside the force that the model explains, over the band.
-    `hz`: where it is largest beside the noise.
+    `p`: p-value under the model.
+    `share`: its size relative to the force over the band.
+    `hz`: frequency at which it is largest relative to the noise.
     """
 
     p: float
@@ -37,7 +38,7 @@ class Misfit(NamedTuple):
     hz: float
 
 
-def misfit_of(lines: Lines, explained: Complex, left: Complex, weight: Complex) -> Misfit:
+def misfit_of(lines: Lines, explained: Complex, residual: Complex, weight: Complex) -> Misfit:
     """Regress the residual on the explained motion, window by window.
 
     `explained`, `left` (L, d) complex: motion, and residual of the model.
@@ -48,38 +49,38 @@ def misfit_of(lines: Lines, explained: Complex, left: Complex, weight: Complex) 
     count = max(1, int((f[-1] - f[0]) / width))
     edges = np.searchsorted(f, np.linspace(f[0], f[-1] * (1 + 1e-9), count + 1))
     root = np.linalg.cholesky(weight)
-    white = (np.swapaxes(root.conj(), 1, 2) @ left[..., None])[..., 0]
-    found, force = [], 0.0
+    white = (np.swapaxes(root.conj(), 1, 2) @ residual[..., None])[..., 0]
+    statistics, force = [], 0.0
     remains = 0.0
     for first, last in zip(edges[:-1], edges[1:], strict=True):
         z = explained[first:last]
         U = np.linalg.svd(z, full_matrices=False)[0]
-        found.append(2 * float((np.abs(U.conj().T @ white[first:last]) ** 2).sum()))
-        kept = (np.abs(U.conj().T @ left[first:last]) ** 2).sum()
-        noise = (np.abs(left[first:last]) ** 2).sum() * d / max(last - first, 1)
-        remains += max(float(kept - noise), 0.0)
+        statistics.append(2 * float((np.abs(U.conj().T @ white[first:last]) ** 2).sum()))
+        explained_power = (np.abs(U.conj().T @ residual[first:last]) ** 2).sum()
+        noise = (np.abs(residual[first:last]) ** 2).sum() * d / max(last - first, 1)
+        remains += max(float(explained_power - noise), 0.0)
         force += float((np.abs(lines.force[first:last]) ** 2).sum())
-    each = 2 * d * d
-    # the model's own parameters took their part out of it
-    spare = max(each * count - 3 * d * d, 1)
-    p = float(chi2.sf(sum(found) / lines.widening, spare))
-    worst = int(np.argmax(found))
+    per_window = 2 * d * d
+    # degrees of freedom of the model's parameters are subtracted
+    spare = max(per_window * count - 3 * d * d, 1)
+    p = float(chi2.sf(sum(statistics) / lines.widening, spare))
+    worst = int(np.argmax(statistics))
     middle = float(f[edges[worst] : edges[worst + 1]].mean())
     return Misfit(p, float(np.sqrt(remains / force)) if force else 0.0, middle)
 
 
-#: A reflex or a lag is named from this probability on.
+#: A reflex or a lag is reported from this probability on.
 NAMED: Final = 0.5
-#: One that is not named and less likely than this is not mentioned.
+#: A reflex that is less likely than this is not mentioned.
 MENTIONED: Final = 0.25
-#: A misfit is named at this p or less, where it is this part of the force.
+#: A misfit is reported at this p or less, if it is this share of the force.
 MISFIT_P: Final = 1e-4
 MISFIT_SHARE: Final = 0.002
-#: An inertia that is this far from symmetric (parts of its mean diagonal) is no chance.
+#: Smallest asymmetry of the inertia that is reported, as a share of its mean diagonal.
 UNSYMMETRIC: Final = 0.05
-#: Standard errors beyond which it is none.
+#: Standard errors beyond which a difference is significant.
 SURE: Final = 4.0
-#: Intervals of K wider than this part of K say little.
+#: Relative half-width of K's intervals above which a warning is given.
 WIDE: Final = 0.5
 
 
@@ -102,38 +103,38 @@ def refuse_impossible(answer: Averaged, d: int) -> None:
 
 def doubts_of(fit: RandomFit, misfit: Misfit) -> list[str]:
     """Warnings of one fit."""
-    found = [*_of_reflex(fit), *_of_lag(fit)]
+    warnings = [*_of_reflex(fit), *_of_lag(fit)]
     if misfit.p < MISFIT_P and misfit.share > MISFIT_SHARE:
-        found.append(
+        warnings.append(
             f"lack of fit: {100 * misfit.share:.2g} % of the force, most about "
             f"{misfit.hz:.3g} Hz, answers the commands and is not in M, B, K and a reflex "
             f"(p {misfit.p:.1g}): a limb of more than second order, as with a free elbow, a loose "
             "grip, or one that changed; the intervals do not hold it"
         )
-    one = fit.estimate
-    M, d = one.inertia, one.k
+    estimate = fit.estimate
+    M, d = estimate.inertia, estimate.k
     off = M - M.T
-    sd = np.sqrt(_antisymmetric_variance(one.covariance[: d * d, : d * d], d))
+    sd = np.sqrt(_antisymmetric_variance(estimate.covariance[: d * d, : d * d], d))
     size = float(np.trace(M)) / d
     if (np.abs(off) > np.maximum(SURE * sd, UNSYMMETRIC * size)).any():
-        found.append(
+        warnings.append(
             "axes: the inertia is not symmetric, which no limb's is: force and motion stand in "
             "frames that are turned, or an axis of one is scaled"
         )
-    half = t_factor(one.dof) * one.sd[2]
-    if (np.diag(half) > WIDE * np.abs(np.diag(one.stiffness))).any():
-        found.append("wide: K is not known to half of itself along every axis")
-    return found
+    half = t_factor(estimate.dof) * estimate.sd[2]
+    if (np.diag(half) > WIDE * np.abs(np.diag(estimate.stiffness))).any():
+        warnings.append("wide: K is not known to half of itself along every axis")
+    return warnings
 
 
-def of_elbow(told: str | None) -> list[str]:
-    """A warning where a reflex was seen and the elbow of an arm in space was not held, or may be.
+def of_elbow(stated: str | None) -> list[str]:
+    """A warning if a reflex was detected and the elbow of an arm in space may have been free.
 
-    Which of the two is what a record shows cannot be told, so that no inner mode is taken off.
+    The record cannot distinguish the two, so that no inner mode is subtracted.
     """
-    if told == "held":
+    if stated == "held":
         return []
-    whose = "was free" if told == "free" else "may have been free (column elbow of trials.csv)"
+    whose = "was free" if stated == "free" else "may have been free (column elbow of trials.csv)"
     return [
         f"inner mode: the elbow {whose}; beside a reflex its swivel is not allowed for: it hides a "
         "third of K along the softest axis and more, and the intervals do not hold it: hold the "
@@ -141,7 +142,7 @@ def of_elbow(told: str | None) -> list[str]:
     ]
 
 
-#: What a free wrist does to K.
+#: Effect of a free wrist on K.
 _WRIST: Final = (
     "the wrist was free; forearm and hand let go of the handle at a few Hz, which is taken for a "
     "reflex and hides most of K along its softest axis, and the intervals do not hold it: lock the "
@@ -150,22 +151,22 @@ _WRIST: Final = (
 
 
 def of_wrist(*, free: bool) -> list[str]:
-    """A warning where the wrist of an arm in space was free."""
+    """A warning if the wrist of an arm in space was free."""
     return [f"inner mode: {_WRIST}"] if free else []
 
 
 def check_wrist(recording: Recording) -> tuple[Finding, ...]:
-    """The finding "wrist", which stops `random`: K comes out 16 to 20 % too small.
+    """The finding "wrist", which stops `random`: K would be 16 to 20 % too small.
 
     Parameters
     ----------
     recording : Recording
-        Of a hand under a random perturbation.
+        Recording of a hand under a random perturbation.
 
     Returns
     -------
     tuple of Finding
-        Empty where the wrist was locked, or in the plane.
+        Empty if the wrist was locked, or in the plane.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""From a recording of random perturbations to M, B, K and a reflex of each group of trials."""
+"""Estimation of M, B, K and a reflex from random perturbations, for each group of trials."""
 
 from __future__ import annotations
 
@@ -51,17 +51,17 @@ from armimpedance.hand.still import elbow_told, groups_of, is_wrist_free
 from armimpedance.numerics.criticism import refuse_size
 
 METHOD: Final = "refined instruments"
-#: The noise's spectrum and the answer are found in turns, so often.
+#: Number of rounds in which the noise's spectrum and the parameters are estimated in turn.
 ROUNDS: Final = 3
-#: A lag beyond this (s) is taken off before the next turn: its column is linear about zero.
+#: A larger lag (s) is corrected before the next round, since its column is linear about zero.
 SMALL_LAG_S: Final = 2e-4
-#: Least reciprocal condition of the scaled equations.
+#: Smallest reciprocal condition of the scaled equations.
 LEAST_RCOND: Final = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """The end of the turns: lines with the lag taken off, the weights and the answer."""
+    """Result of the rounds: lines with the lag corrected, the weights and the parameters."""
 
     lines: Lines
     weight: Complex
@@ -85,9 +85,9 @@ def identify_random(
     by : sequence of str
         Columns of the groups.
     band_hz : (low, high), optional
-        Default: where the commands have power, at most 25 Hz.
+        Default: the band in which the commands have power, at most 25 Hz.
     progress : callable, optional
-        Told ``(groups done, groups in all)``.
+        Called with ``(groups done, groups in all)``.
 
     Returns
     -------
@@ -97,13 +97,13 @@ def identify_random(
     Raises
     ------
     InputError
-        The recording lacks commands, is short, its limb does not follow its commands, or, of
-        joints, it holds degrees or does not say which torque it holds.
+        The recording lacks commands, is short, its limb does not follow its commands, or, for
+        joints, it holds degrees or does not state which torque it holds.
     NotIdentifiableError
-        The motion does not tell M, B and K apart.
+        The motion does not determine M, B and K.
     EstimationError
-        The inertia comes out negative or of no person's size: a unit, a sign or the axes are not
-        what the recording says.
+        The inertia is negative or of an impossible size: a unit, a sign or the axes differ from
+        those stated in the recording.
     """
     if recording.perturbation != "stochastic":
         raise InputError(
@@ -115,14 +115,14 @@ def identify_random(
         raise InputError("one axis", expected="two or three (`elbow` takes one joint)")
     of_joints = check_joints(recording)
     commands, groups = commands_of(recording), tuple(groups_of(recording, by))
-    made = []
+    fits = []
     for done, (keys, rows) in enumerate(groups, 1):
         fit = _of_group(recording, commands, keys, rows, band_hz)
         refuse_size(fit.estimate, recording.subject.mass_kg)
-        made.append(replace(fit, estimate=fit.estimate.marked(of_joints)))
+        fits.append(replace(fit, estimate=fit.estimate.marked(of_joints)))
         if progress is not None:
             progress(done, len(groups))
-    return made
+    return fits
 
 
 def _of_group(
@@ -132,9 +132,9 @@ def _of_group(
     rows: IntArray,
     band_hz: tuple[float, float] | None,
 ) -> RandomFit:
-    every = lines_of(recording, rows, commands.values)
-    band = every.excited_band() if band_hz is None else band_hz
-    lines = every.within(band)
+    all_lines = lines_of(recording, rows, commands.values)
+    band = all_lines.excited_band() if band_hz is None else band_hz
+    lines = all_lines.within(band)
     explained = explained_by(lines) if commands.told else itself(lines)
     if commands.told:
         check_follows(*_shares(lines, explained))
@@ -144,7 +144,7 @@ def _of_group(
 
 
 def _shares(lines: Lines, explained: Explained) -> tuple[FloatArray, FloatArray]:
-    """Trials, and the part of the motion of each that is explained: of all axes, in equal units."""
+    """Trials, and the explained share of each trial's motion: of all axes, in equal units."""
     trials = np.unique(lines.trial)
     shares = []
     for t in trials:
@@ -154,7 +154,7 @@ def _shares(lines: Lines, explained: Explained) -> tuple[FloatArray, FloatArray]
 
 
 def _in_turns(lines: Lines, explained: Explained) -> _Solved:
-    """Answer and noise in turns, from equal weights."""
+    """Estimate parameters and noise in turn, starting from equal weights."""
     d, lag_s = lines.axes, 0.0
     weight: Complex = np.broadcast_to(np.eye(d, dtype=complex), (len(lines.frequency_hz), d, d))
     theta, delay_s = _first(lines, explained, weight), None
@@ -176,7 +176,7 @@ def _in_turns(lines: Lines, explained: Explained) -> _Solved:
 
 
 def _first(lines: Lines, explained: Explained, weight: Complex) -> FloatArray:
-    """Rows of [M B K], and no lag, by equal weights.
+    """Estimate rows of [M B K], with equal weights and without a lag.
 
     Raises NotIdentifiableError: the equations are singular.
     """
@@ -195,7 +195,7 @@ def _first(lines: Lines, explained: Explained, weight: Complex) -> FloatArray:
 
 
 def _rows(answer: Averaged) -> tuple[FloatArray, float | None]:
-    """The rows of [M B K R], T, and the delay, of the likelier of reflex and none."""
+    """Rows of [M B K R], T, and the delay: with a reflex if that is likelier, else without."""
     reflex = answer.reflex_probability > 0.5
     values = answer.with_reflex if reflex else answer.values
     q = (len(values) - 1) // 4
@@ -225,13 +225,13 @@ def _fit(
     lag_s = solved.lag_s + float(answer.values[-1])
     in_space = d == 3 and recording.kind == "hand"
     elbow = elbow_told(recording, rows) if in_space else "held"
-    one = _estimate(recording, keys, rows, matrices, solved, response.multiple, band)
-    seen = reflex.probability > 0.5
-    if elbow != "held" and not seen:
-        one = allow_for_inner(one, lines, explained, solved.weight, elbow)
+    estimate = _estimate(recording, keys, rows, matrices, solved, response.multiple, band)
+    reflex_detected = reflex.probability > 0.5
+    if elbow != "held" and not reflex_detected:
+        estimate = allow_for_inner(estimate, lines, explained, solved.weight, elbow)
     session = check_pieces(recording, rows, commands, band, lag_s)
     fit = RandomFit(
-        one,
+        estimate,
         reflex,
         lag_s,
         answer.lag_probability,
@@ -243,7 +243,7 @@ def _fit(
         *doubts_of(fit, misfit),
         *warnings_of(session),
         *fit.estimate.not_definite(),
-        *(of_elbow(elbow) if seen else ()),
+        *(of_elbow(elbow) if reflex_detected else ()),
         *of_wrist(free=in_space and is_wrist_free(recording, rows)),
     )
     return replace(fit, estimate=fit.estimate.with_warning(*warnings))
@@ -314,6 +314,6 @@ def _estimate(
 
 
 def _condition(covariance: FloatArray) -> float:
-    """Of the equations whose inverse a covariance is, scaled."""
+    """Scaled condition of the equations whose inverse is a covariance."""
     sd = np.sqrt(np.diag(covariance))
     return float(np.linalg.cond(covariance / np.outer(sd, sd)))

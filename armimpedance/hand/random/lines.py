@@ -1,6 +1,6 @@
-"""Fourier lines of motion, force and command: tapered, so that a record's ends do not leak.
+"""Fourier lines of motion, force and command, tapered against leakage from the ends of a record.
 
-The taper v is one but for smooth ends. With the derivatives on the taper,
+The taper v is 1 except at its smooth ends. With the derivatives on the taper,
 
     sum v x' e = -sum (v e)' x,   sum v x'' e = sum (v e)'' x,   e = exp(-i w t),
 
@@ -26,17 +26,18 @@ from armimpedance.core.trials import trial_slices
 
 Complex = NDArray[np.complex128]
 
-#: The taper rises over this time (s), or this part of a piece that is short.
+#: The taper rises over this time (s), or over this share of a short piece.
 EDGE_S: Final = 1.0
 EDGE_PART: Final = 0.125
-#: A piece between two gaps that is shorter than this (s) is left out.
+#: Pieces between two gaps that are shorter than this (s) are left out.
 SHORTEST_S: Final = 4.0
 #: A pause of the clock longer than so many samples is a gap.
 GAP_SAMPLES: Final = 1.5
-#: Lines of the default band hold this part of the command's greatest power, and lie below this.
+#: Lines of the default band have at least this share of the command's greatest power, and lie below
+#: HIGHEST_HZ.
 LEAST_POWER: Final = 1e-3
 HIGHEST_HZ: Final = 25.0
-#: Power is averaged over this width (Hz) for it.
+#: Width (Hz) over which the power is averaged for the default band.
 POWER_WIDTH_HZ: Final = 0.5
 
 _STEP: Final = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
@@ -47,12 +48,13 @@ class Lines(FrozenRecord):
     """L lines of all pieces of a group of trials, in the order of their frequency; d axes.
 
     `frequency_hz` (L,).
-    `trial` (L,) int: number of the trial that a line is of.
+    `trial` (L,) int: number of each line's trial.
     `motion` (3, L, d) complex: displacement, velocity, acceleration.
     `force` (L, d) complex: by the limb on the device.
-    `command` (L, c) complex: what stands for the robot's commands.
+    `command` (L, c) complex: the instruments, usually the robot's commands.
     `per_hz`: lines in one Hz: the length of all pieces, s.
-    `widening`: variance of an estimate over that of one from independent lines: what tapers cost.
+    `widening`: ratio of an estimate's variance to that from independent lines: the cost of the
+    taper.
     """
 
     frequency_hz: Annotated[FloatArray, "L"]
@@ -74,28 +76,28 @@ class Lines(FrozenRecord):
         return np.asarray(2j * np.pi * self.frequency_hz[:, None])
 
     def within(self, band_hz: tuple[float, float]) -> Lines:
-        """The lines inside a band.
+        """Select the lines inside a band.
 
         Raises InputError: the band is empty or holds too few lines.
         """
         low, high = band_hz
         if not 0 < low < high:
             raise InputError(f"band {low:g} to {high:g} Hz", expected="0 < low < high")
-        kept = (self.frequency_hz >= low) & (self.frequency_hz <= high)
+        inside = (self.frequency_hz >= low) & (self.frequency_hz <= high)
         needed = 16 * self.axes**2
-        if kept.sum() < needed:
+        if inside.sum() < needed:
             raise InputError(
-                f"{int(kept.sum())} lines between {low:.3g} and {high:.3g} Hz",
+                f"{int(inside.sum())} lines between {low:.3g} and {high:.3g} Hz",
                 expected=f"{needed} or more: a longer record or a wider band",
             )
         picked: dict[str, Any] = {
-            name: getattr(self, name)[kept]
+            name: getattr(self, name)[inside]
             for name in ("frequency_hz", "trial", "force", "command")
         }
-        return replace(self, motion=self.motion[:, kept], **picked)
+        return replace(self, motion=self.motion[:, inside], **picked)
 
     def excited_band(self) -> tuple[float, float]:
-        """Where the command has power, Hz."""
+        """Band in which the command has power, Hz."""
         power = (np.abs(self.command) ** 2).sum(axis=1)
         cell = np.floor(self.frequency_hz / POWER_WIDTH_HZ).astype(np.int64)
         mean = np.bincount(cell, power) / np.maximum(np.bincount(cell), 1)
@@ -105,7 +107,7 @@ class Lines(FrozenRecord):
 
 
 def lines_of(recording: Recording, rows: IntArray, command: FloatArray) -> Lines:
-    """The lines of a group of trials.
+    """Compute the lines of a group of trials.
 
     Parameters
     ----------
@@ -113,7 +115,7 @@ def lines_of(recording: Recording, rows: IntArray, command: FloatArray) -> Lines
     rows : (T,) int
         Trials of the group.
     command : (N, c)
-        At all samples of the recording.
+        Commands at all samples of the recording.
 
     Returns
     -------
@@ -131,7 +133,7 @@ def lines_of(recording: Recording, rows: IntArray, command: FloatArray) -> Lines
 def lines_in(
     recording: Recording, stretches: Sequence[tuple[int, slice]], command: FloatArray
 ) -> Lines:
-    """The lines of stretches of samples, each with the number that its lines bear as `trial`.
+    """Compute the lines of stretches of samples, each with a number for `trial`.
 
     Raises InputError: none holds a piece of 4 s without a gap.
     """
@@ -153,13 +155,13 @@ def lines_in(
     order = np.argsort(frequency, kind="stable")
     trial = np.concatenate([np.full(len(part[1]), part[0]) for part in parts])
     motion = np.concatenate([part[2] for part in parts], axis=1)[:, order]
-    force, told = (np.concatenate([part[i] for part in parts])[order] for i in (3, 4))
+    force, commands = (np.concatenate([part[i] for part in parts])[order] for i in (3, 4))
     widening = total * fourths / squares**2
-    return Lines(frequency[order], trial[order], motion, force, told, total / rate, widening)
+    return Lines(frequency[order], trial[order], motion, force, commands, total / rate, widening)
 
 
 def _pieces(time_s: FloatArray, trial: slice, rate: float) -> Iterator[slice]:
-    """What lies between the gaps of a trial's clock, where it is long enough."""
+    """Yield the pieces between the gaps of a trial's clock that are long enough."""
     pause = np.diff(time_s[trial]) * rate
     cuts = np.flatnonzero((pause > GAP_SAMPLES) | (pause < 0.5)) + 1 + trial.start
     for first, last in zip([trial.start, *cuts], [*cuts, trial.stop], strict=True):
@@ -199,39 +201,43 @@ def _transformed(
     # (v e)' = (v' - s v) e,  (v e)'' = (v'' - 2 s v' + s^2 v) e
     velocity = s * X - X1
     acceleration = lines(ddv * motion) - 2 * s * X1 + s**2 * X
-    kept = slice(1, None)
-    moved = np.stack([X, velocity, acceleration])[:, kept]
-    return np.asarray(frequency[kept, 0]), moved, lines(v * force)[kept], lines(v * command)[kept]
+    positive = slice(1, None)
+    moved = np.stack([X, velocity, acceleration])[:, positive]
+    return (
+        np.asarray(frequency[positive, 0]),
+        moved,
+        lines(v * force)[positive],
+        lines(v * command)[positive],
+    )
 
 
 def _without_line(values: FloatArray) -> FloatArray:
-    """Samples (S, d) less the straight line through them."""
+    """Samples (S, d) minus the straight line through them."""
     t = np.linspace(-1, 1, len(values))[:, None]
     slope = (t * values).sum(axis=0) / (t**2).sum()
     return np.asarray(values - values.mean(axis=0) - slope * t)
 
 
-# What the commands explain of motion and force, smooth in frequency, each line from the others.
-#
-# The response to the commands is a cubic spline of the frequency, whatever robot lies between
-# command and hand. A line's own noise (sensors', the person's) has no part in what is explained of
-# it, so that the explained motion serves as an instrument in a closed loop.
+# Parts of motion and force explained by the commands, smooth in frequency, each line from others.
+# The response to the commands is a cubic spline of the frequency, for any robot between command and
+# hand. The noise of a line (of sensors and person) does not affect its explained part, so that the
+# explained motion is a valid instrument in a closed loop.
 
-#: Knots are so far apart (Hz), or so that this many lines fall to each coefficient.
+#: Distance of the knots (Hz), or number of lines for each coefficient.
 KNOTS_HZ: Final = 0.75
 LINES_EACH: Final = 8.0
-#: Squares of combinations of commands that are this small beside the largest tell nothing.
+#: Combinations of commands whose squared size is below this share of the largest are left out.
 ALIKE: Final = 1e-10
-#: A line that its own coefficients follow further than this is not told by others.
+#: Largest leverage of a line that is used in leaving it out.
 HIGHEST_LEVERAGE: Final = 0.9
 
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """What the commands say of each line.
+    """Part of each line that the commands explain.
 
     `motion`, `force` (L, d) complex: each line from the others.
-    `coefficients`: of each command's response.
+    `coefficients`: number for each command's response.
     """
 
     motion: Complex
@@ -240,7 +246,7 @@ class Explained:
 
 
 def explained_by(lines: Lines) -> Explained:
-    """Regress motion and force on the commands, line by line left out.
+    """Regress motion and force on the commands, leaving out one line at a time.
 
     `lines`: of the band.
     """
@@ -249,7 +255,7 @@ def explained_by(lines: Lines) -> Explained:
     Phi = (basis[:, :, None] * lines.command[:, None]).reshape(L, -1)
     size = np.linalg.norm(Phi, axis=0)
     Phi = Phi / np.where(size > 0, size, 1.0)
-    # orthogonal columns; those of commands that are alike, or nothing, are left out
+    # orthogonal columns, without those of commands that are collinear or zero
     values, V = np.linalg.eigh(Phi.conj().T @ Phi)
     seen = values > ALIKE * values[-1]
     U = Phi @ (V[:, seen] / np.sqrt(values[seen]))
@@ -262,7 +268,7 @@ def explained_by(lines: Lines) -> Explained:
 
 
 def itself(lines: Lines) -> Explained:
-    """Without commands: all motion is the robot's doing."""
+    """Explained part without commands: all motion is caused by the robot."""
     return Explained(lines.motion[0], lines.force, 1)
 
 
@@ -276,6 +282,6 @@ def _basis(lines: Lines) -> FloatArray:
 
 
 def share_explained(measured: Complex, explained: Complex) -> FloatArray:
-    """Part of the power of each axis (d,) that is explained; below 0 where it is none."""
-    left = (np.abs(measured - explained) ** 2).sum(axis=0)
-    return np.asarray(1 - left / np.maximum((np.abs(measured) ** 2).sum(axis=0), 1e-300))
+    """Explained share of the power of each axis (d,); below 0 if nothing is explained."""
+    residual = (np.abs(measured - explained) ** 2).sum(axis=0)
+    return np.asarray(1 - residual / np.maximum((np.abs(measured) ** 2).sum(axis=0), 1e-300))

@@ -1,7 +1,7 @@
-"""The pieces of a session under random perturbations, held against each other.
+"""Comparison of the pieces of a session under random perturbations.
 
-Each piece's M, B and K follow from the equations of its own lines, with the weights of the whole;
-a reflex is left out of them, which moves all pieces alike.
+M, B and K of each piece follow from the equations of its lines, with the weights of the whole. A
+reflex is left out of them, which changes all pieces alike.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from armimpedance.hand.random.lines import (
 )
 from armimpedance.numerics.criticism import HAND_WORDS, check_inertia_over, sizes_beside
 
-#: A trial is cut into pieces of at least this length (s), and so many in all.
+#: Shortest piece of a trial (s), and largest number of pieces in total.
 SHORTEST_S: Final = 10.0
 MOST: Final = 12
-#: Fewer pieces say nothing of a session.
+#: Fewest pieces for a check of a session.
 FEWEST: Final = 3
-#: A piece has so many lines to each unknown of a row.
+#: Lines of a piece for each unknown of a row.
 LINES_EACH: Final = 8
 
 
@@ -45,9 +45,9 @@ def check_pieces(
     band_hz: tuple[float, float],
     lag_s: float,
 ) -> tuple[Finding, ...]:
-    """The finding "session" of one group of trials; none where there are too few pieces.
+    """The finding "session" of one group of trials; empty if there are too few pieces.
 
-    `lag_s`: by how much the force is recorded later than the motion.
+    `lag_s`: delay of the recorded force relative to the motion.
     """
     names, stretches = _pieces(recording, rows)
     try:
@@ -56,34 +56,37 @@ def check_pieces(
         return ()
     lines, d = replace(lines, force=lines.force * np.exp(lines.s * lag_s)), lines.axes
     explained = explained_by(lines) if commands.told else itself(lines)
-    kept = [n for n in range(len(names)) if (lines.trial == n).sum() >= LINES_EACH * 3 * d]
-    if len(kept) < FEWEST:
+    long_enough = [n for n in range(len(names)) if (lines.trial == n).sum() >= LINES_EACH * 3 * d]
+    if len(long_enough) < FEWEST:
         return ()
-    alike: Complex = np.broadcast_to(np.eye(d, dtype=complex), (len(lines.trial), d, d))
-    first = _rows(lines, explained, alike)[0]
+    equal: Complex = np.broadcast_to(np.eye(d, dtype=complex), (len(lines.trial), d, d))
+    first = _rows(lines, explained, equal)[0]
     weight = noise_weight(lines, residual(lines, np.append(first, 0.0), None))
     whole = _rows(lines, explained, weight)[0].reshape(d, 3, d)
     sizes = {}
-    for n in kept:
+    for n in long_enough:
         try:
             sizes[names[n]] = _sizes(*_part(lines, explained, weight, lines.trial == n), whole)
         except np.linalg.LinAlgError:
-            # nothing moved in it
+            # no motion in this piece
             continue
     if not sizes:
         return ()
     # (axes, pieces, 3, 2)
-    every = np.stack(list(sizes.values()), axis=1)
+    stacked = np.stack(list(sizes.values()), axis=1)
     axes = ("", *AXES[:d])
-    series = {axis: (one[..., 0], one[..., 1]) for axis, one in zip(axes, every, strict=True)}
+    series = {
+        axis: (axis_sizes[..., 0], axis_sizes[..., 1])
+        for axis, axis_sizes in zip(axes, stacked, strict=True)
+    }
     return check_inertia_over(list(sizes), series, HAND_WORDS)
 
 
 def _pieces(recording: Recording, rows: IntArray) -> tuple[list[str], list[slice]]:
-    """Names and samples of the pieces into which the trials are cut."""
+    """Names and samples of the pieces of the trials."""
     slices = [trial_slices(recording.offsets)[row] for row in rows]
-    whole = sum(one.stop - one.start for one in slices)
-    shortest = max(SHORTEST_S * recording.sample_rate_hz, whole / MOST)
+    total = sum(piece.stop - piece.start for piece in slices)
+    shortest = max(SHORTEST_S * recording.sample_rate_hz, total / MOST)
     names, stretches = [], []
     for row, trial in zip(rows, slices, strict=True):
         size = trial.stop - trial.start
@@ -101,7 +104,7 @@ def _part(
     lines: Lines, explained: Explained, weight: Complex, of: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Rows of [M B K] of one piece, and their covariance."""
-    some = replace(
+    selected = replace(
         lines,
         frequency_hz=lines.frequency_hz[of],
         trial=lines.trial[of],
@@ -109,8 +112,8 @@ def _part(
         force=lines.force[of],
         command=lines.command[of],
     )
-    told = Explained(explained.motion[of], explained.force[of], explained.coefficients)
-    return _rows(some, told, weight[of])
+    explained_part = Explained(explained.motion[of], explained.force[of], explained.coefficients)
+    return _rows(selected, explained_part, weight[of])
 
 
 def _rows(lines: Lines, explained: Explained, weight: Complex) -> tuple[FloatArray, FloatArray]:
@@ -121,9 +124,9 @@ def _rows(lines: Lines, explained: Explained, weight: Complex) -> tuple[FloatArr
 
 
 def _sizes(theta: FloatArray, C: FloatArray, whole: FloatArray) -> FloatArray:
-    """M, B and K of a piece as parts of the whole's (d, 3, d), with errors, (1 + d, 3, 2).
+    """M, B and K of a piece relative to the whole's (d, 3, d), with errors, (1 + d, 3, 2).
 
-    Of all axes, then of each. Raises LinAlgError: the piece does not tell them.
+    For all axes together, then for each. Raises LinAlgError: the piece does not determine them.
     """
     d = len(whole)
     at = np.arange(3 * d * d).reshape(d, 3, d)

@@ -1,4 +1,4 @@
-"""What a random perturbation says of a hand: the result and its frequency response."""
+"""Result of a random perturbation of a hand, and its frequency response."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from armimpedance.hand.random.lines import Complex, Lines
 #
 # About a frequency the impedance is a polynomial of the second order, ``F_j = -(Z0 + Z1 d + Z2 d^2)
 # X_j + W_j`` over the lines beside it (the local polynomial method: R. Pintelon, J. Schoukens,
-# System Identification, 2nd ed. 2012, chapter 7; smooth ends stand for its polynomial of the
-# transient). What the commands explain of the motion is the instrument.
+# System Identification, 2nd ed. 2012, chapter 7; smooth ends replace its polynomial of the
+# transient). The instrument is the part of the motion that the commands explain.
 
-#: Frequencies stand so far apart, and rest on lines so far on either side (Hz), or so many to each
-#: number that is found.
+#: Distance of the frequencies, half-width of the lines used for each (Hz), and fewest lines for
+#: each estimated number.
 STEP_HZ: Final = 0.5
 SIDE_HZ: Final = 1.0
 LINES_EACH: Final = 6
@@ -34,9 +34,9 @@ class ResponseMatrix(FrozenRecord):
     `impedance` (f, d, d) complex: force of the hand against its motion, N/m or N m/rad.
     `sd` (f, d, d): standard error of real and imaginary part.
     `multiple` (f, d): coherence of each force with the motion of all axes, 0..1.
-    `partial` (f, d, d): coherence of force i with motion j once the other motions are taken out of
+    `partial` (f, d, d): coherence of force i with motion j after removing the other motions from
     both.
-    `model` (f, d, d) complex: what M, B, K and the reflex make of it.
+    `model` (f, d, d) complex: impedance by M, B, K and the reflex.
     """
 
     frequency_hz: Annotated[FloatArray, "f"]
@@ -50,16 +50,16 @@ class ResponseMatrix(FrozenRecord):
 def response_matrix(
     lines: Lines, explained: Complex, matrices: FloatArray, delay_s: float
 ) -> ResponseMatrix:
-    """The frequency response matrix over the lines' band.
+    """Estimate the frequency response matrix over the lines' band.
 
     `explained` (L, d) complex: the motion that the commands explain.
-    `matrices` (4, d, d): M, B, K and the reflex of the model that it is held against.
+    `matrices` (4, d, d): M, B, K and the reflex of the model for comparison.
     """
     f, d = lines.frequency_hz, lines.axes
     side = max(SIDE_HZ, LINES_EACH * _ORDER * d / lines.per_hz / 2)
     centres = np.arange(f[0] + STEP_HZ / 2, f[-1], STEP_HZ)
-    found = [_at(lines, explained, centre, side) for centre in centres]
-    impedance, sd, multiple, partial = (np.stack(part) for part in zip(*found, strict=True))
+    parts = [_at(lines, explained, centre, side) for centre in centres]
+    impedance, sd, multiple, partial = (np.stack(part) for part in zip(*parts, strict=True))
     model = _model_impedance(centres, matrices, delay_s)
     return ResponseMatrix(centres, impedance, sd, multiple, partial, model)
 
@@ -82,10 +82,10 @@ def _at(
     X, Z = _powers(x, u), _powers(z, u)
     inverse = np.linalg.pinv(Z.conj().T @ X)
     H = inverse @ (Z.conj().T @ F)
-    left = F - X @ H
+    residual = F - X @ H
     spare = max(n - X.shape[1], 1)
     spread = inverse @ (Z.conj().T @ Z) @ inverse.conj().T
-    S = (np.abs(left) ** 2).sum(axis=0) / spare
+    S = (np.abs(residual) ** 2).sum(axis=0) / spare
     # H^T is force over motion, and real and imaginary part share the variance
     sd = np.sqrt(np.outer(S, np.diag(spread).real[:d]) / 2)
     whole = (np.abs(F) ** 2).sum(axis=0) / n
@@ -103,19 +103,19 @@ def _powers(x: Complex, u: FloatArray) -> Complex:
 
 
 def _unexplained(X: Complex, F: Complex) -> FloatArray:
-    """Power (d,) of the force that a linear system leaves."""
-    left = F - X @ np.linalg.lstsq(X, F, rcond=None)[0]
-    return np.asarray((np.abs(left) ** 2).sum(axis=0) / max(len(F) - X.shape[1], 1))
+    """Power (d,) of the force that a linear system does not explain."""
+    residual = F - X @ np.linalg.lstsq(X, F, rcond=None)[0]
+    return np.asarray((np.abs(residual) ** 2).sum(axis=0) / max(len(F) - X.shape[1], 1))
 
 
 @dataclass(frozen=True, eq=False)
 class ReflexPart(FrozenRecord):
-    """What the record says of a delayed answer.
+    """Estimate of a delayed response.
 
-    `probability`: of a reflex at all.
-    `matrix`, `sd` (d, d): R with its standard error, as it is if there is one, N/m or N m/rad.
-    `delay_s`, `delay_sd_s`: the same of its delay.
-    `share`: its size along K, parts of K.
+    `probability`: posterior probability of a reflex.
+    `matrix`, `sd` (d, d): R with its standard error, given a reflex, N/m or N m/rad.
+    `delay_s`, `delay_sd_s`: its delay and the standard deviation.
+    `share`: its size along K, relative to K.
     """
 
     probability: float
@@ -139,13 +139,13 @@ class ReflexPart(FrozenRecord):
 
 @dataclass(frozen=True, eq=False)
 class RandomFit(FrozenRecord):
-    """One group of trials.
+    """Results for one group of trials.
 
     `estimate`: M, B and K without the reflex.
-    `lag_s`, `lag_probability`: by how much the force is recorded later than the motion, and whether
-    it is at all.
-    `band_hz` (,): what was fitted.
-    `response`: the same without a model.
+    `lag_s`, `lag_probability`: delay of the recorded force relative to the motion, and the
+    probability that there is one.
+    `band_hz` (low, high): fitted band.
+    `response`: frequency response without a model.
     """
 
     estimate: ImpedanceEstimate

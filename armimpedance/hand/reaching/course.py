@@ -1,7 +1,7 @@
-"""Every sample of the reaches, at the hand and at the joints, through one and the same low-pass.
+"""Channels of the reaches, at the hand and at the joints, after one common low-pass.
 
-The dynamics of the links are not linear, so they are formed from the measured motion first; then
-all terms of the joint equation go through one linear filter, which leaves the equation as it is.
+The dynamics of the links are non-linear, so they are computed from the measured motion first. Then
+all terms of the joint equation pass the same linear filter, which leaves the equation unchanged.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from armimpedance.numerics.signals import lowpass
 #     M(q) qdd + h(q, qd) = Y(q, qd, qdd) (a, b, c),   (2,) = (2, 3) (3,)
 #
 # with ``M11 = a + b + 2 c cos q2``, ``M12 = b + c cos q2``, ``M22 = b`` (kg m^2): Tsuji (1997),
-# eq. (14), of any two links whose masses nobody needs to know.
+# eq. (14), for any two links; their masses are not needed.
 
 #: Inertial parameters of two links: a, b, c.
 N_INERTIAL: Final = 3
@@ -31,14 +31,14 @@ N_INERTIAL: Final = 3
 
 @dataclass(frozen=True)
 class ArmGeometry(FrozenRecord):
-    """The arm's lengths as a chain, whose masses are of no meaning, and the shoulder's place."""
+    """Lengths of the arm (its masses are placeholders), and place of the shoulder."""
 
     arm: TwoLinkArm
     shoulder_m: Annotated[FloatArray, "2"]
 
 
 def geometry_of(recording: Recording) -> ArmGeometry:
-    """The arm of a recording.
+    """Geometry of the arm of a recording.
 
     Raises InputError: the recording lacks a length or the shoulder's place, or is not of a hand in
     a plane.
@@ -51,12 +51,12 @@ def geometry_of(recording: Recording) -> ArmGeometry:
         )
     upper, fore = who.upper_arm_m, who.forearm_hand_m
     if upper is None or fore is None or shoulder is None:
-        known = {
+        needed = {
             "subject.upper_arm_m": upper,
             "subject.forearm_hand_m": fore,
             "shoulder_m": shoulder,
         }
-        missing = ", ".join(name for name, value in known.items() if value is None)
+        missing = ", ".join(name for name, value in needed.items() if value is None)
         raise InputError(
             f"the recording has no {missing}",
             expected="both lengths of the arm and the shoulder's place in recording.json: a hand "
@@ -91,7 +91,10 @@ def inertia_rows(q: FloatArray) -> FloatArray:
 def inertial_gradients(
     q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """``d(Y phi)_i/dq_j`` and ``d(Y phi)_i/dqd_j`` by phi, (2, 2, 3) each, at one instant (2,)."""
+    """Coefficients of phi in ``d(Y phi)_i/dq_j`` and ``d(Y phi)_i/dqd_j``, (2, 2, 3) each.
+
+    `q`, `qd`, `qdd` (2,): one instant.
+    """
     cosine, sine = np.cos(q[1]), np.sin(q[1])
     (w1, w2), (a1, a2) = qd, qdd
     by_angle, by_rate = np.zeros((2, 2, N_INERTIAL)), np.zeros((2, 2, N_INERTIAL))
@@ -103,9 +106,9 @@ def inertial_gradients(
     return by_angle, by_rate
 
 
-#: What the low-pass lets through: a push of 60 ms has hardly anything above.
+#: Cutoff of the low-pass: a push of 60 ms has hardly anything above.
 CUTOFF_HZ: Final = 30.0
-#: Slower records do not hold the accelerations of a push.
+#: Lowest sample rate: slower records do not resolve the accelerations of a push.
 LEAST_RATE_HZ: Final = 200.0
 #: Names and widths of the channels, in their order.
 CHANNELS: Final = {
@@ -123,7 +126,7 @@ CHANNELS: Final = {
 
 @dataclass(frozen=True)
 class Courses(FrozenRecord):
-    """All channels of all trials, smoothed.
+    """Low-pass filtered channels of all trials.
 
     `offsets` (T + 1,) int, `trial` (T,) int, `shoulder_m` (2,).
     `channels` (N, 22): hand from the shoulder (m), its velocity and acceleration, the limb's own
@@ -154,7 +157,7 @@ def channel(name: str) -> slice:
 
 
 def courses_of(recording: Recording) -> Courses:
-    """The courses of all trials of a recording.
+    """Compute the channels of all trials of a recording.
 
     Raises InputError: the arm's lengths or the shoulder's place are not known, a hand is out of the
     arm's reach, a trial is shorter than three samples, or the sample rate is below 200 Hz.
@@ -187,7 +190,7 @@ def _of_trial(recording: Recording, geometry: ArmGeometry, at: slice) -> FloatAr
     v = np.gradient(p, 1 / rate, axis=0)
     a = np.zeros_like(p)
     a[1:-1] = (p[2:] - 2 * p[1:-1] + p[:-2]) * rate**2
-    # force by the limb: the sensor's, and what moves the mass between sensor and hand
+    # force by the limb: the sensor's, and that which accelerates the mass between sensor and hand
     F = recording.force[at] + recording.handle_mass_kg * a
     q = arm.joint_angles(p)
     J = arm.jacobian(q)
@@ -197,36 +200,36 @@ def _of_trial(recording: Recording, geometry: ArmGeometry, at: slice) -> FloatAr
     qdd = np.linalg.solve(J, (a - turning)[..., None])[..., 0]
     torque = np.einsum("sij,si->sj", J, F)
     Y = inertial_rows(q, qd, qdd).reshape(len(p), -1)
-    every = np.concatenate([p, v, a, F, q, qd, qdd, Y, torque], axis=1)
-    return lowpass(every, CUTOFF_HZ, rate, axis=0)
+    channels = np.concatenate([p, v, a, F, q, qd, qdd, Y, torque], axis=1)
+    return lowpass(channels, CUTOFF_HZ, rate, axis=0)
 
 
-# Which trials were pushed, when and whereto; which ones nobody pushed.
+# Pushed trials, with onset and direction of the push, and free trials.
 
-#: Columns of the trial table, and what stands in them.
+#: Columns of the trial table, and their content.
 COLUMNS: Final = {
     "phase": "a name for when the push comes, empty in a trial that nobody pushed",
     "push_deg": "its direction, empty in a trial that nobody pushed, and where the samples' "
     "columns command_x and command_y hold what the robot was told",
     "push_onset_s": "its onset on the trial's clock, empty in a trial that nobody pushed",
 }
-#: Optional columns of the samples: what a robot was told that pushes throughout, in any unit.
+#: Optional columns of the samples: commands of a robot that pushes throughout, in any unit.
 COMMAND: Final = ("command_x", "command_y")
-#: Optional: when the robot lets go.
+#: Optional column: the end of the push.
 END: Final = "push_end_s"
-#: A push that does not say its end is taken to last this long (s).
+#: Assumed duration of a push without a stated end (s).
 USUAL_PUSH_S: Final = 0.12
 
 
 @dataclass(frozen=True)
 class Pushes(FrozenRecord):
-    """The trials' pushes.
+    """Pushes of T trials.
 
-    `phase`: "" where nobody pushed.
-    `direction` (T, 2): unit vectors; 0 where nobody pushed.
-    `onset_s` (T,): 0 where nobody pushed.
+    `phase`: "" for a free trial.
+    `direction` (T, 2): unit vectors; 0 for a free trial.
+    `onset_s` (T,): 0 for a free trial.
     `duration_s`: of the longest push.
-    `command` (N, 2) or None: what the robot was told at each sample, where it pushed throughout.
+    `command` (N, 2) or None: the robot's command at each sample, if it pushed throughout.
     """
 
     phase: tuple[str, ...]
@@ -236,27 +239,27 @@ class Pushes(FrozenRecord):
     command: Annotated[FloatArray, "N 2"] | None = None
 
     def throughout(self, phase: str) -> bool:
-        """Whether this phase's pushes are random courses, which have no direction."""
+        """True if this phase's pushes are random courses, which have no direction."""
         return not self.direction[self.rows(phase)].any()
 
     @property
     def pushed(self) -> BoolArray:
-        """(T,)"""
+        """True for pushed trials (T,)."""
         return np.array([bool(name) for name in self.phase])
 
     @property
     def phases(self) -> tuple[str, ...]:
-        """The phases, in the order of their mean onset."""
+        """Names of the phases, in the order of their mean onset."""
         names = [name for name in dict.fromkeys(self.phase) if name]
         return tuple(sorted(names, key=lambda name: float(self.onset_s[self.rows(name)].mean())))
 
     def rows(self, phase: str) -> BoolArray:
-        """(T,) trials that were pushed at this phase."""
+        """True for trials (T,) that were pushed at this phase."""
         return np.array([name == phase for name in self.phase])
 
 
 def pushes_of(recording: Recording) -> Pushes:
-    """What the trial table says of the pushes.
+    """Read the pushes from the trial table.
 
     Raises InputError: a column is missing, a pushed trial lacks its direction or onset, an onset
     lies outside of its trial, or no trial was pushed.
@@ -273,7 +276,7 @@ def pushes_of(recording: Recording) -> Pushes:
     if not pushed.any():
         raise InputError("no trial was pushed", column="phase", expected=COLUMNS["phase"])
     onset = _numbers(recording, "push_onset_s", pushed)
-    random = pushed & ~_told(recording, command)
+    random = pushed & ~_has_direction(recording, command)
     angle = np.zeros(len(pushed))
     if (pushed & ~random).any():
         angle = np.nan_to_num(_numbers(recording, "push_deg", pushed & ~random))
@@ -289,8 +292,8 @@ def pushes_of(recording: Recording) -> Pushes:
     return Pushes(phase, direction, np.where(pushed, onset, 0.0), duration, command)
 
 
-def _told(recording: Recording, command: FloatArray | None) -> BoolArray:
-    """Whether the pushes of trials (T,) have a direction, which only commands can replace."""
+def _has_direction(recording: Recording, command: FloatArray | None) -> BoolArray:
+    """True for trials (T,) whose push has a stated direction, which only commands can replace."""
     table = recording.trials
     if command is None:
         return np.ones(len(table), dtype=bool)
@@ -300,7 +303,7 @@ def _told(recording: Recording, command: FloatArray | None) -> BoolArray:
 
 
 def _command(recording: Recording) -> FloatArray | None:
-    """What the robot was told (N, 2): columns `COMMAND` of the samples, if they are there."""
+    """Commands of the robot (N, 2): columns `COMMAND` of the samples, or None without them."""
     if not all(name in recording.extra for name in COMMAND):
         return None
     return np.nan_to_num(np.stack([recording.extra[name] for name in COMMAND], axis=1))

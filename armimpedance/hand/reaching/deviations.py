@@ -1,6 +1,7 @@
-"""The hand's deviation from a reference course, and M, B, K that stay as they are over the window.
+"""Deviation of the hand from a reference course, and constant M, B, K fitted to it.
 
-What the sources' methods share: ``dF = -(M da + B dv + K dx)`` with constant matrices of the hand.
+The common part of the methods from the literature: ``dF = -(M da + B dv + K dx)`` with constant
+matrices of the hand.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ from armimpedance.core.errors import NotIdentifiableError
 from armimpedance.hand.reaching.fitted import PhaseFit
 from armimpedance.hand.reaching.windows import PhaseWindows
 
-#: Condition of the scaled normal equations beyond which nothing can be told.
+#: Largest condition of the scaled normal equations that counts as identifiable.
 SINGULAR = 1e8
 
 
 @dataclass(frozen=True)
 class Deviations(FrozenRecord):
-    """Pushed trials against what a method takes for their undisturbed course, (n, S, 2) each."""
+    """Deviations of pushed trials from their estimated undisturbed course, (n, S, 2) each."""
 
     displacement: Annotated[FloatArray, "n S 2"]
     velocity: Annotated[FloatArray, "n S 2"]
@@ -30,7 +31,7 @@ class Deviations(FrozenRecord):
     direction: Annotated[FloatArray, "n 2"]
 
     def rows(self, keep: BoolArray) -> Deviations:
-        """The samples (S,) that are kept."""
+        """Select samples by a mask (S,)."""
         return Deviations(
             self.displacement[:, keep],
             self.velocity[:, keep],
@@ -41,7 +42,7 @@ class Deviations(FrozenRecord):
 
 
 def against_mean(windows: PhaseWindows) -> Deviations:
-    """Deviation from the mean of free reaches that have travelled as far."""
+    """Deviation from the mean of the free reaches, aligned where they have travelled as far."""
     hit = windows.pushed
     names = ("hand", "velocity", "acceleration", "force")
     parts = [windows.part(name) for name in names]
@@ -50,9 +51,9 @@ def against_mean(windows: PhaseWindows) -> Deviations:
 
 
 def against_prediction(windows: PhaseWindows) -> Deviations:
-    """Deviation from the course that place and speed just before the push let expect.
+    """Deviation from the course predicted from place and velocity just before the push.
 
-    Free reaches say how their later course goes with both, by least squares.
+    The prediction is a linear regression of the free reaches' course on both.
     """
     hit, state = windows.pushed, windows.state
     state = state - state[~hit].mean(axis=0)
@@ -74,7 +75,7 @@ def against_prediction(windows: PhaseWindows) -> Deviations:
 
 
 def centred(deviations: Deviations) -> Deviations:
-    """Without what all pushed reaches have in common."""
+    """Subtract the mean over all pushed reaches."""
     return Deviations(
         deviations.displacement - deviations.displacement.mean(axis=0),
         deviations.velocity - deviations.velocity.mean(axis=0),
@@ -85,7 +86,7 @@ def centred(deviations: Deviations) -> Deviations:
 
 
 def along_push(deviations: Deviations) -> Deviations:
-    """The part that is linear in the push's direction: free of what differs between trials."""
+    """Part that is linear in the push's direction: without the differences between trials."""
     D = deviations.direction
 
     def common(part: FloatArray) -> FloatArray:
@@ -109,11 +110,11 @@ def regress(
     without_inertia: bool = False,
     provenance: tuple[str, ...] = (),
 ) -> PhaseFit:
-    """Least squares over all samples and trials, or with instruments; errors by trial.
+    """Fit M, B and K by least squares, or with instruments; standard errors by trial.
 
-    `instruments`: in the place of the regressors.
-    `without_inertia`: M is 0: the force is free of it.
-    Raises NotIdentifiableError: the motion does not tell M, B and K apart.
+    `instruments`: used in place of the regressors.
+    `without_inertia`: M is 0; the force contains no inertial part.
+    Raises NotIdentifiableError: the motion does not determine M, B and K.
     """
     first = 4 if without_inertia else 0
     X = _regressors(deviations)[..., first:]
@@ -121,8 +122,8 @@ def regress(
     n = len(X)
     force = deviations.force.reshape(n, -1)
     # theta (12,) = -(sum_n Z_n^T X_n)^-1 sum_n Z_n^T F_n
-    each = np.einsum("nrp,nrq->npq", Z, X)
-    A = each.sum(axis=0)
+    by_trial = np.einsum("nrp,nrq->npq", Z, X)
+    A = by_trial.sum(axis=0)
     size = np.sqrt(np.abs(np.diag(A)))
     condition = np.linalg.cond(A / np.outer(size, size)) if (size > 0).all() else np.inf
     if condition > SINGULAR:
@@ -133,9 +134,9 @@ def regress(
     theta = -np.linalg.solve(A, np.einsum("nrp,nr->p", Z, force))
     residual = force + np.einsum("nrp,p->nr", X, theta)
     scores = np.einsum("nrp,nr->np", Z, residual)
-    moved = np.linalg.solve(A - each, scores[..., None])[..., 0]
+    shifts = np.linalg.solve(A - by_trial, scores[..., None])[..., 0]
     values, covariance = np.zeros(12), np.zeros((12, 12))
-    values[first:], covariance[first:, first:] = theta, moved.T @ moved
+    values[first:], covariance[first:, first:] = theta, shifts.T @ shifts
     return PhaseFit(
         level="hand",
         values=values,
@@ -149,7 +150,7 @@ def regress(
 
 
 def _regressors(deviations: Deviations) -> FloatArray:
-    """(n, 2 S, 12): columns of M, B, K row by row."""
+    """Regressors (n, 2 S, 12): columns of M, B, K row by row."""
     columns = []
     for part in (deviations.acceleration, deviations.velocity, deviations.displacement):
         block = np.zeros((*part.shape, 4))

@@ -1,14 +1,14 @@
 """The joint equation of a pushed reach, projected on slow functions of time.
 
-For each trial, against the course that it would have taken,
+For each trial, relative to its undisturbed course,
 
     J^T F + Y phi + K(t) q + B(t) qd + R q(t - d) = w,   (2,)
 
-where w is the torque that the person makes on the way, whatever pushes her: it has the same
-distribution in pushed and in free reaches. K and B change over the window by a straight line and a
-little by a parabola; R is a reflex, of which nothing is known but that it is small.
+where w is the torque of the person's own movement, independent of the push: it has the same
+distribution in pushed and in free reaches. K and B change over the window linearly and a little
+quadratically. R is a reflex, with a prior that it is small.
 
-Each matrix stands row by row among the unknowns theta (`Part`).
+The unknowns theta hold each matrix row by row (`Part`).
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.hand.reaching.course import N_INERTIAL
 from armimpedance.hand.reaching.windows import SPACING_S, PhaseWindows
 
-#: K' and B' are changes over this time, K'' and B'' those by its square (s).
+#: K' and B' are changes over this time (s), K'' and B'' those over its square.
 CHANGE_S: Final = 0.2
-#: The fastest of the cosines on which the equation is projected (Hz).
+#: Highest frequency of the cosines on which the equation is projected (Hz).
 FASTEST_HZ: Final = 20.0
-#: Components of the history that are taken out of every term.
+#: Number of components of the history that are projected out of every term.
 COMPONENTS: Final = 6
-#: Delay of the reflex that is allowed for (s).
+#: Delay of the reflex in the model (s).
 REFLEX_S: Final = 0.055
 
-#: A hand that goes this far over the window moves (m).
+#: An arm counts as fully moving if the hand travels this far over the window (m).
 MOVING_M: Final = 0.02
 
 INERTIAL: Final = slice(0, 3)
 STIFFNESS: Final = slice(3, 7)
 VISCOSITY: Final = slice(7, 11)
-#: What the result tells: phi, K and B in the middle of the window.
-TOLD: Final = slice(0, 11)
+#: The reported unknowns: phi, K and B in the middle of the window.
+REPORTED: Final = slice(0, 11)
 STIFFNESS_CHANGE: Final = slice(11, 15)
 VISCOSITY_CHANGE: Final = slice(15, 19)
 STIFFNESS_CURVE: Final = slice(19, 23)
@@ -53,9 +53,9 @@ class ReachEquations(FrozenRecord):
 
     `X` (n, R, 31), `y` (n, R), `pushed` (n,) bool.
     `instruments` (n, d): orthonormal.
-    `nuisance` (n, g): orthonormal: the two groups' means and the history, which stand in none of
-    the others.
-    `moving`: 0 of an arm at rest, whose impedance does not change, to 1.
+    `nuisance` (n, g): orthonormal: the two groups' means and the history, which are projected out
+    of all other terms.
+    `moving`: from 0 for an arm at rest, whose impedance does not change, to 1.
     """
 
     X: Annotated[FloatArray, "n R p"]
@@ -67,11 +67,11 @@ class ReachEquations(FrozenRecord):
 
     @property
     def trials(self) -> int:
-        """n."""
+        """Number of trials n."""
         return len(self.y)
 
     def along_direction(self, values: FloatArray) -> FloatArray:
-        """The part of values (n, ...) that is linear in the push's direction, or its commands."""
+        """Part of values (n, ...) that is linear in the push's direction, or in its commands."""
         flat = values.reshape(len(values), -1)
         # H = U U^T, (n, n) = (n, d) (d, n)
         U = self.instruments
@@ -79,7 +79,7 @@ class ReachEquations(FrozenRecord):
 
 
 def equations_of(windows: PhaseWindows) -> ReachEquations:
-    """The equations of one phase, with means and history taken out of every term."""
+    """Build the equations of one phase, with means and history projected out of every term."""
     lag = windows.lag_s
     X, y = projected(lag, terms_of(windows)), projected(lag, windows.part("torque"))
     n = len(X)
@@ -100,7 +100,7 @@ def equations_of(windows: PhaseWindows) -> ReachEquations:
 
 
 def terms_of(windows: PhaseWindows) -> FloatArray:
-    """What the unknowns multiply over a window, (n, S, 2, 31)."""
+    """Regressors of the unknowns over a window, (n, S, 2, 31)."""
     Y = windows.part("inertial")
     return regressors(
         windows.lag_s,
@@ -123,7 +123,7 @@ def cosines(lag_s: FloatArray) -> FloatArray:
 def regressors(
     lag_s: FloatArray, inertial: FloatArray, angle: FloatArray, rate: FloatArray, late: FloatArray
 ) -> FloatArray:
-    """What the unknowns multiply, (n, S, 2, 31).
+    """Regressors of the unknowns, (n, S, 2, 31), from motion.
 
     `lag_s` (S,).
     `inertial` (n, S, 2, 3): rows ``Y``.
@@ -144,7 +144,7 @@ def regressors(
 
 
 def projected(lag_s: FloatArray, signal: FloatArray) -> FloatArray:
-    """Signals (n, S, 2, ...) on the cosines of the window, (n, R, ...)."""
+    """Project signals (n, S, 2, ...) on the cosines of the window, (n, R, ...)."""
     on = np.einsum("nsi...,sb->nbi...", signal, cosines(lag_s))
     return np.asarray(on.reshape(len(on), -1, *signal.shape[3:]))
 
@@ -157,7 +157,7 @@ def _by_rows(vector: FloatArray) -> FloatArray:
 
 
 def orthonormal(columns: FloatArray) -> FloatArray:
-    """Orthonormal columns (n, d) that span these; none for what is next to nothing."""
+    """Orthonormal columns (n, d) that span these; directions of negligible size are left out."""
     U, size, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(U[:, size > 1e-6 * size[0]])
 
@@ -165,8 +165,8 @@ def orthonormal(columns: FloatArray) -> FloatArray:
 def _nuisance(windows: PhaseWindows) -> FloatArray:
     """Orthonormal columns (n, g): means of pushed and of free reaches, and the history.
 
-    The principal components of the history stand for it: where and how fast the hand goes decides
-    most of where it will be. Few trials bear few components.
+    The history is reduced to its principal components: place and velocity of the hand determine
+    most of its later course. The number of components is limited by the number of trials.
     """
     n = len(windows.history)
     count = max(1, min(COMPONENTS, (n - 4) // 6))

@@ -1,4 +1,4 @@
-"""What a method gives at one phase, at joints and hand, and what the data say against it."""
+"""Result of a method at one phase, at joints and hand, and checks of the data against the model."""
 
 from __future__ import annotations
 
@@ -13,24 +13,22 @@ from armimpedance.core.conventions import Level
 from armimpedance.core.estimates import ImpedanceEstimate, Quality
 from armimpedance.hand.reaching.course import inertia_rows, inertial_gradients
 from armimpedance.hand.reaching.equation import INERTIAL, N_UNKNOWN, STIFFNESS, ReachEquations
-from armimpedance.hand.reaching.solve import Known, PhaseSolution, solve
+from armimpedance.hand.reaching.solve import InertiaPrior, PhaseSolution, solve
 from armimpedance.hand.reaching.windows import PhaseWindows
 from armimpedance.limb.arm import TwoLinkArm
 
 # From the joints to the hand of an arm that moves: ``-dF/da``, ``-dF/dv``, ``-dF/dx``.
-#
-# The hand's force is that of the muscles less that of the moving links,
+# The hand's force is that of the muscles minus that of the moving links,
 #
 #     J^T F = tau - K_j dq - B_j dqd - Y(q, qd, qdd) phi,
-#
-# and a hand's place, velocity and acceleration say the joints', with A = J^-1 and N = dJ/dt:
+# and the joints' angles, rates and accelerations follow from the hand's, A = J^-1, N = dJ/dt:
 #
 #     dq = A dx,  dqd = A dv - A N A dx,  dqdd = A da - A P A dx - 2 A N dqd.
-#
-# So the Coriolis terms and the turning of the arm stand in the hand's B and K, which are therefore
-# not symmetric; both vanish at rest, where K is the posture's formula with its force term.
+# So the hand's B and K contain the Coriolis terms and the turning of the arm, and are not
+# symmetric. These terms vanish at rest, where K is given by the formula for postures with its force
+# term.
 
-#: Step of the one difference that is not written out (rad).
+#: Step of the numerical difference in `turning` (rad).
 _STEP_RAD = 1e-4
 
 
@@ -54,18 +52,18 @@ class Instant(FrozenRecord):
 class HandPlace:
     """The same instant of n free reaches.
 
-    `states` tuple of (n, 2): what an `Instant` holds.
+    `states` tuple of (n, 2): the fields of an `Instant`.
     """
 
     states: tuple[FloatArray, ...]
 
     @property
     def mean(self) -> Instant:
-        """The undisturbed reach."""
+        """Mean over reaches: the undisturbed reach."""
         return Instant(*(x.mean(axis=0) for x in self.states))
 
     def scatter(self, value: Callable[[Instant], FloatArray]) -> FloatArray:
-        """Covariance (p, p) of ``value`` (p,) of the mean: leave out one reach in turn."""
+        """Covariance (p, p) of ``value`` (p,) of the mean, by the jackknife over reaches."""
         n = len(self.states[0])
         # means without one (n, d): (n m - x_i) / (n - 1)
         without = [(n * x.mean(axis=0) - x) / (n - 1) for x in self.states]
@@ -74,17 +72,17 @@ class HandPlace:
         return np.asarray((n - 1) / n * values.T @ values)
 
 
-#: Channels that make an instant, in its order.
+#: Channels of an `Instant`, in its order.
 INSTANT: Final = ("angle", "rate", "joint_acceleration", "hand", "velocity", "force")
 
 
 def where_of(windows: PhaseWindows) -> HandPlace:
-    """Free reaches in the middle of the window."""
+    """Free reaches at the middle of the window."""
     return HandPlace(tuple(windows.part(name)[~windows.pushed, windows.middle] for name in INSTANT))
 
 
 def instant_of(windows: PhaseWindows) -> Instant:
-    """The undisturbed reach in the middle of the window."""
+    """The undisturbed reach at the middle of the window."""
     return where_of(windows).mean
 
 
@@ -93,7 +91,8 @@ def at_level(
 ) -> tuple[FloatArray, FloatArray]:
     """M, B and K row by row (12,) and their covariance, from phi, K_j and B_j (11,).
 
-    What adds to the covariance is that free reaches, which say where the hand was, differ.
+    The covariance includes the scatter of the free reaches, from which the place of the hand is
+    estimated.
     """
     at = where.mean
     if level == "hand":
@@ -120,7 +119,7 @@ def to_hand(arm: TwoLinkArm, at: Instant) -> tuple[FloatArray, FloatArray]:
     weights : (12, 11)
         Of phi, K_j and B_j (in the order of `equation`).
     constant : (12,)
-        What the force that the hand bears adds: M, B, K row by row.
+        Contribution of the force on the hand: M, B, K row by row.
     """
     columns = [_hand_matrices(arm, at, unit, with_force=False) for unit in np.eye(11)]
     constant = _hand_matrices(arm, at, np.zeros(11), with_force=True)
@@ -159,7 +158,7 @@ def _hand_matrices(
 
 
 def turning(arm: TwoLinkArm, at: Instant) -> FloatArray:
-    """``d(J qdd + dJ/dt qd)/dq`` with rates and accelerations held, (2, 2), central differences."""
+    """Derivative ``d(J qdd + dJ/dt qd)/dq``, (2, 2), at constant rates and accelerations."""
 
     def value(q: FloatArray) -> FloatArray:
         return np.asarray(
@@ -192,18 +191,18 @@ class PhaseFit(FrozenRecord):
     provenance: tuple[str, ...] = ()
 
 
-#: Windows of one phase, the level that is asked for, and what is known of the inertia -> the fit.
-FitPhase = Callable[[PhaseWindows, Level, Known | None], PhaseFit]
+#: Fit of one phase from its windows, the requested level, and the prior of the inertia.
+FitPhase = Callable[[PhaseWindows, Level, InertiaPrior | None], PhaseFit]
 
 
 @dataclass(frozen=True)
 class ReachMethod:
     """An estimator of a moving hand's impedance.
 
-    `assumes`: what must hold for it to be right, in one sentence.
+    `assumes`: condition under which it is right, in one sentence.
     `fit`: `FitPhase`.
-    `levels`: at which levels it gives M, B and K.
-    `throughout`: whether it takes pushes that go on throughout the reach.
+    `levels`: the levels for which it estimates M, B and K.
+    `throughout`: True if it accepts pushes that go on throughout the reach.
     """
 
     assumes: str
@@ -216,12 +215,12 @@ class ReachMethod:
 def to_estimate(
     fit: PhaseFit, windows: PhaseWindows, method: str, keys: Mapping[str, Any]
 ) -> ImpedanceEstimate:
-    """The fit of one phase as every other estimate of M, B and K stands."""
+    """Convert the fit of one phase to an `ImpedanceEstimate`."""
     lag = windows.lag_s[windows.middle]
-    said = f"told for {1e3 * lag:.0f} ms after the push's onset, window {windows.lag_s[-1]:.3g} s"
+    note = f"told for {1e3 * lag:.0f} ms after the push's onset, window {windows.lag_s[-1]:.3g} s"
     pushed = int(windows.pushed.sum())
     return estimate_at(
-        replace(fit, provenance=(said, *said_of(windows), *fit.provenance)),
+        replace(fit, provenance=(note, *notes_of(windows), *fit.provenance)),
         instant_of(windows),
         windows.shoulder_m,
         (pushed, pushed * 2 * len(windows.lag_s)),
@@ -230,8 +229,8 @@ def to_estimate(
     )
 
 
-def said_of(windows: PhaseWindows) -> tuple[str, ...]:
-    """What is told of the free reaches."""
+def notes_of(windows: PhaseWindows) -> tuple[str, ...]:
+    """Notes on the free reaches."""
     return (f"{int((~windows.pushed).sum())} free reaches", *windows.notes)
 
 
@@ -243,7 +242,7 @@ def estimate_at(
     method: str,
     keys: Mapping[str, Any],
 ) -> ImpedanceEstimate:
-    """The fit at one instant; `counts` are pushed trials and rows."""
+    """Convert the fit at one instant; `counts` are pushed trials and rows."""
     M, B, K = fit.values.reshape(3, 2, 2)
     quality = Quality(
         n_trials=counts[0],
@@ -274,20 +273,18 @@ def estimate_at(
     )
 
 
-# What the data of one phase say against the model, and what it costs.
-#
-# Two things are asked. Is anything left of the response to the pushes, once M, B and K have
-# described it? A reflex, a slack muscle or a wrong geometry leaves something; the intervals are
-# then widened. And is the inertia that was told the one that the pushes show? If not, it is not
-# used.
+# Two checks of the data of one phase against the model, and their consequences.
+# First: is the residual response to the pushes, after M, B and K, significant? A reflex, a slack
+# muscle or a wrong geometry makes it so; the intervals are then widened. Second: does the stated
+# inertia agree with the one estimated from the pushes? If not, it is not used.
 
-#: A doubt is told where chance alone would make it this seldom.
+#: Significance level of both checks.
 SELDOM: Final = 0.01
 
 
 @dataclass(frozen=True)
 class DoubtedPhase:
-    """A solution with what speaks against it counted in."""
+    """A solution corrected by the checks, with their warnings."""
 
     solution: PhaseSolution
     warnings: tuple[str, ...]
@@ -295,22 +292,22 @@ class DoubtedPhase:
 
 
 def doubts_of(
-    equations: ReachEquations, solution: PhaseSolution, known: Known | None
+    equations: ReachEquations, solution: PhaseSolution, prior: InertiaPrior | None
 ) -> DoubtedPhase:
-    """Ask both questions.
+    """Check the residual response and the stated inertia.
 
-    `solution`: with the inertia as it is known, if it is.
+    `solution`: with the prior of the inertia, if there is one.
     """
     warnings: list[str] = []
-    provenance = ["inertia fitted to the pushes" if known is None else "inertia as told"]
-    if known is not None:
+    provenance = ["inertia fitted to the pushes" if prior is None else "inertia as told"]
+    if prior is not None:
         free = solve(equations)
-        told = _against(free, known)
+        p_inertia = _against(free, prior)
         provenance.append(_sensitivity(solution, free))
-        if told < SELDOM:
+        if p_inertia < SELDOM:
             warnings.append(
                 "the inertia that was told is not the one that the pushes show "
-                f"(p = {told:.1g}): the pushes' own is used"
+                f"(p = {p_inertia:.1g}): the pushes' own is used"
             )
             solution = free
     widened, excess, p = _widened(equations, solution)
@@ -323,12 +320,12 @@ def doubts_of(
     return DoubtedPhase(solution, tuple(warnings), tuple(provenance))
 
 
-def _against(free: PhaseSolution, known: Known) -> float:
-    """How often chance alone puts the two inertias this far apart."""
+def _against(free: PhaseSolution, prior: InertiaPrior) -> float:
+    """P-value of the difference between the estimated and the stated inertia."""
     from scipy.stats import f
 
-    difference = free.theta[INERTIAL] - known.inertial
-    C = free.covariance[INERTIAL, INERTIAL] + known.covariance
+    difference = free.theta[INERTIAL] - prior.inertial
+    C = free.covariance[INERTIAL, INERTIAL] + prior.covariance
     # Hotelling: T^2 = d^T C^-1 d, (3,) (3, 3) (3,)
     squared = float(difference @ np.linalg.solve(C, difference))
     return float(f.sf(squared / 3, 3, free.dof))
@@ -343,15 +340,15 @@ def _sensitivity(with_it: PhaseSolution, free: PhaseSolution) -> str:
 def _widened(
     equations: ReachEquations, solution: PhaseSolution
 ) -> tuple[PhaseSolution, float, float]:
-    """The solution with intervals for what is left of the response; the factor, and p of none.
+    """Solution with intervals widened for the residual response; the factor, and its p-value.
 
     The residuals' part that is linear in the d instruments, (d, R), whitened by W, is chi-square
-    with ``d R - p`` degrees of freedom where the model holds; with W from few trials, near F.
+    with ``d R - p`` degrees of freedom if the model holds; with W from few trials, approximately F.
     """
     from scipy.stats import f
 
-    left = equations.along_direction(solution.residual)
-    squared = float(np.sum((left @ solution.weight) * left))
+    residual = equations.along_direction(solution.residual)
+    squared = float(np.sum((residual @ solution.weight) * residual))
     rows = solution.residual.shape[1]
     count = equations.instruments.shape[1]
     dof = count * rows - N_UNKNOWN

@@ -1,4 +1,4 @@
-"""Inertia, viscosity and stiffness of a moving hand, phase by phase or over the whole way."""
+"""Estimation of inertia, viscosity and stiffness of a moving hand, by phase or over the reach."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.core.findings import warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.course import Courses, channel
-from armimpedance.hand.reaching.equation import TOLD, ReachEquations, equations_of
+from armimpedance.hand.reaching.equation import REPORTED, ReachEquations, equations_of
 from armimpedance.hand.reaching.fitted import (
     INSTANT,
     DoubtedPhase,
@@ -27,7 +27,7 @@ from armimpedance.hand.reaching.fitted import (
     at_level,
     doubts_of,
     estimate_at,
-    said_of,
+    notes_of,
     to_estimate,
 )
 from armimpedance.hand.reaching.methods import METHODS
@@ -35,7 +35,7 @@ from armimpedance.hand.reaching.methods.latent import explained_by
 from armimpedance.hand.reaching.one_limb import check_one_limb
 from armimpedance.hand.reaching.over_reach import course_over
 from armimpedance.hand.reaching.session import Session, session_of
-from armimpedance.hand.reaching.solve import Known, PhaseEvidence, evidence_of, solve
+from armimpedance.hand.reaching.solve import InertiaPrior, PhaseEvidence, evidence_of, solve
 from armimpedance.hand.reaching.windows import PhaseWindows
 from armimpedance.numerics.criticism import refuse_size
 
@@ -50,20 +50,20 @@ def identify_movement(
     window_s: float | None = None,
     progress: Progress | None = None,
 ) -> list[ImpedanceEstimate]:
-    """M, B and K of a reaching hand at every phase of every condition.
+    """Estimate M, B and K of a reaching hand at every phase of every condition.
 
     Parameters
     ----------
     recording : Recording
-        Reaches in a plane; the trial table says in ``phase``, ``push_deg`` and ``push_onset_s``
-        which ones were pushed.
+        Reaches in a plane; the columns ``phase``, ``push_deg`` and ``push_onset_s`` of the trial
+        table describe the pushes.
     method : str, optional
         A name of `METHODS`; default: ``latent``.
     level : {"hand", "joint"}
     inertia : sequence of ImpedanceEstimate, optional
         The hand's M of the same person in postures; default: inertia is fitted with the rest.
     phases : sequence of str, optional
-        Only these.
+        Only these phases.
     window_s : float, optional
         Length of the fitted window after a push's onset.
     progress : function (done, all), optional
@@ -86,18 +86,18 @@ def identify_movement(
     _check_level(method or METHODS.default, chosen, level)
     session = session_of(recording, inertia, phases)
     _check_throughout(method or METHODS.default, chosen, session)
-    made, cut = [], []
+    estimates, cut = [], []
     for phase in session.phases(window_s, progress):
         for name, windows in phase.windows:
             cut.append(windows)
-            fit = chosen.fit(windows, level, session.known)
+            fit = chosen.fit(windows, level, session.prior)
             check_inertia(fit, phase.name)
             keys = {"condition": phase.condition, "phase": name}
-            made.append(to_estimate(fit, windows, method or METHODS.default, keys))
-    for one in made:
-        refuse_size(one, recording.subject.mass_kg)
-    said = warnings_of(check_one_limb(cut))
-    return [one.with_warning(*said) for one in made]
+            estimates.append(to_estimate(fit, windows, method or METHODS.default, keys))
+    for estimate in estimates:
+        refuse_size(estimate, recording.subject.mass_kg)
+    warnings = warnings_of(check_one_limb(cut))
+    return [estimate.with_warning(*warnings) for estimate in estimates]
 
 
 def _check_level(name: str, method: ReachMethod, level: Level) -> None:
@@ -131,17 +131,17 @@ def check_inertia(fit: PhaseFit, phase: str) -> None:
         )
 
 
-# Inertia, viscosity and stiffness over the whole way, from the pushes of all phases together.
+# Inertia, viscosity and stiffness over the whole reach, from the pushes of all phases together.
 
 #: Spacing of the course (s).
 EVERY_S: Final = 0.02
-#: Trials are left out in so many groups.
+#: Number of groups of trials that are left out in turn.
 GROUPS: Final = 8
 
 
 @dataclass(frozen=True)
 class _Phase:
-    """One phase of a condition, solved."""
+    """Solution of one phase of a condition."""
 
     windows: PhaseWindows
     equations: ReachEquations
@@ -157,7 +157,7 @@ def identify_course(
     window_s: float | None = None,
     progress: Progress | None = None,
 ) -> list[ImpedanceEstimate]:
-    """M, B and K of a reaching hand every 20 ms from the first phase to the last.
+    """Estimate M, B and K of a reaching hand every 20 ms from the first phase to the last.
 
     Parameters
     ----------
@@ -184,19 +184,19 @@ def identify_course(
         parts = solved.setdefault(phase.condition, [])
         for _, windows in phase.windows:
             equations = equations_of(windows)
-            doubted = doubts_of(equations, solve(equations, session.known), session.known)
+            doubted = doubts_of(equations, solve(equations, session.prior), session.prior)
             parts.append(_Phase(windows, equations, doubted))
-    made: list[ImpedanceEstimate] = []
+    estimates: list[ImpedanceEstimate] = []
     for condition, parts in solved.items():
-        made += _course(session.courses, condition, parts, level, session.known)
-    for one in made:
-        refuse_size(one, recording.subject.mass_kg)
-    said = warnings_of(check_one_limb([p.windows for parts in solved.values() for p in parts]))
-    return [one.with_warning(*said) for one in made]
+        estimates += _course(session.courses, condition, parts, level, session.prior)
+    for estimate in estimates:
+        refuse_size(estimate, recording.subject.mass_kg)
+    warnings = warnings_of(check_one_limb([p.windows for parts in solved.values() for p in parts]))
+    return [estimate.with_warning(*warnings) for estimate in estimates]
 
 
 def _middles(parts: list[_Phase], rate_hz: float) -> tuple[IntArray, FloatArray]:
-    """Every reach's samples (n, P) of the phases' middles, and their mean times (P,), s."""
+    """Samples (n, P) of every reach at the phases' middles, and their mean times (P,), s."""
     first = parts[0].windows
     samples = _samples(parts, rate_hz)
     at_s = (samples - samples[:, :1]).mean(axis=0) / rate_hz
@@ -204,7 +204,7 @@ def _middles(parts: list[_Phase], rate_hz: float) -> tuple[IntArray, FloatArray]
 
 
 def _course(
-    courses: Courses, condition: str, parts: list[_Phase], level: Level, known: Known | None
+    courses: Courses, condition: str, parts: list[_Phase], level: Level, prior: InertiaPrior | None
 ) -> list[ImpedanceEstimate]:
     if len(parts) < 2:
         raise InputError(
@@ -213,14 +213,14 @@ def _course(
     first = parts[0].windows
     samples, at_s = _middles(parts, courses.sample_rate_hz)
     grid = np.append(np.arange(at_s[0], at_s[-1] - EVERY_S / 2, EVERY_S), at_s[-1])
-    # an inertia that one phase's pushes deny is used at none
-    said = tuple(dict.fromkeys(w for part in parts for w in part.doubted.warnings))
-    denied = any(warning.startswith("the inertia that was told") for warning in said)
+    # an inertia that contradicts the pushes of one phase is used at none
+    warnings = tuple(dict.fromkeys(w for part in parts for w in part.doubted.warnings))
+    denied = any(warning.startswith("the inertia that was told") for warning in warnings)
     moving = max(part.equations.moving for part in parts)
     solutions = [part.doubted.solution for part in parts]
-    told = None if denied else known
-    without = [[_without(part, group, told) for part in parts] for group in range(GROUPS)]
-    over = course_over(solutions, without, at_s, moving, grid, told)
+    prior_used = None if denied else prior
+    without = [[_without(part, group, prior_used) for part in parts] for group in range(GROUPS)]
+    over = course_over(solutions, without, at_s, moving, grid, prior_used)
     pushed = [int(p.windows.pushed.sum()) for p in parts]
     rows = [n * 2 * len(p.windows.lag_s) for n, p in zip(pushed, parts, strict=True)]
     counts = (sum(pushed), sum(rows))
@@ -228,36 +228,36 @@ def _course(
         PhaseFit,
         level=level,
         dof=over.dof,
-        condition=max(one.condition for one in solutions),
-        rank=TOLD.stop,
+        condition=max(solution.condition for solution in solutions),
+        rank=REPORTED.stop,
         explained=min(explained_by(p.equations, p.doubted.solution) for p in parts),
-        warnings=said,
-        provenance=(f"course over {len(parts)} phases", *said_of(first)),
+        warnings=warnings,
+        provenance=(f"course over {len(parts)} phases", *notes_of(first)),
     )
-    made = []
+    estimates = []
     for g, time in enumerate(grid):
         where = _where(courses, samples, at_s, float(time))
         values, covariance = at_level(
-            level, first.arm, where, over.theta[g], over.covariance[g][TOLD, TOLD]
+            level, first.arm, where, over.theta[g], over.covariance[g][REPORTED, REPORTED]
         )
         fit = fit_of(values=values, covariance=covariance)
         check_inertia(fit, f"{time:.3f} s")
         keys = {"condition": condition, "phase": f"{time:.3f} s"}
-        made.append(estimate_at(fit, where.mean, first.shoulder_m, counts, "latent", keys))
-    return made
+        estimates.append(estimate_at(fit, where.mean, first.shoulder_m, counts, "latent", keys))
+    return estimates
 
 
-def _without(part: _Phase, group: int, known: Known | None) -> PhaseEvidence:
-    """What is told without each eighth trial of the pushes' directions in order."""
+def _without(part: _Phase, group: int, prior: InertiaPrior | None) -> PhaseEvidence:
+    """Evidence of a phase without every eighth trial, in the order of the pushes' directions."""
     w = part.windows
     angle = np.round(np.arctan2(w.direction[:, 1], w.direction[:, 0]), 6)
     place = np.empty(len(angle), dtype=np.int64)
     place[np.lexsort((w.trial, angle, ~w.pushed))] = np.arange(len(angle))
-    return evidence_of(equations_of(w.of_trials(place % GROUPS != group)), known)
+    return evidence_of(equations_of(w.of_trials(place % GROUPS != group)), prior)
 
 
 def _samples(parts: list[_Phase], rate: float) -> IntArray:
-    """Samples (n, P) in the middles of the phases' windows of free reaches that are in all."""
+    """Samples (n, P) at the middles of the phases' windows, for free reaches that are in all."""
     tables: list[dict[int, int]] = []
     for part in parts:
         w, free = part.windows, ~part.windows.pushed
@@ -270,7 +270,7 @@ def _samples(parts: list[_Phase], rate: float) -> IntArray:
 
 
 def _where(courses: Courses, samples: IntArray, at_s: FloatArray, time_s: float) -> HandPlace:
-    """All free reaches at a time of the mean reach; each takes its own time between phases."""
+    """All free reaches at a time of the mean reach, interpolated between phases for each reach."""
     at = np.array([np.interp(time_s, at_s, row) for row in samples.astype(float)])
     rows = np.rint(at).astype(np.int64)
     return HandPlace(tuple(courses.channels[rows][:, channel(name)] for name in INSTANT))

@@ -1,12 +1,12 @@
-"""Is it one limb and one rig from the first reach to the last? The session is its own witness.
+"""Check of the session: one limb and one rig from the first reach to the last.
 
-    y_n + X_n theta + w_n E_n g = (what the person does)
+    y_n + X_n theta + w_n E_n g = (torque of the person's own movement)
     E_n = [X_M theta_M, X_B theta_B, X_K theta_K]
 
-g (3,): the parts by which inertia, B and K change along a course w, 0 before a trial and 1 from it
-on, or rising from the first trial to the last; or (6,), those by which the force along each axis of
-the hand changes. Inertia does not change while a person is measured, and is the same in all phases
-and conditions.
+g (3,) are the relative changes of inertia, B and K along a course w: 0 before a trial and 1 from it
+on, or rising from the first trial to the last. With six numbers they are those of the force along
+each axis of the hand. Inertia does not change while a person is measured, and is the same in all
+phases and conditions.
 """
 
 from __future__ import annotations
@@ -39,17 +39,20 @@ from armimpedance.hand.reaching.solve import PhaseSolution, further, solve
 from armimpedance.hand.reaching.windows import LEAST_PUSHED, PhaseWindows
 from armimpedance.numerics.criticism import HAND_WORDS, TrialsChange, clearest_finding
 
-#: What changes together: inertia, B and K.
+#: Unknowns that change together: of inertia, B and K.
 _TOGETHER: Final = (
     np.r_[INERTIAL],
     np.r_[VISCOSITY, VISCOSITY_CHANGE, VISCOSITY_CURVE],
     np.r_[STIFFNESS, STIFFNESS_CHANGE, STIFFNESS_CURVE, REFLEX],
 )
-#: So many places of a change are tried, none nearer to an end than this part of the session.
+#: Number of places of a change that are tried, none nearer to an end than MARGIN, a share of the
+#: session.
 PLACES: Final = 20
-#: A phase is asked with so many times the fewest pushes of a fit before and after a change.
+#: A phase is tested if there are so many times the fewest pushes of a fit before and after a
+#: change.
 AMPLE: Final = 1.5
-#: Standard errors from which on a change is told: some sixty are tried, by errors of few trials.
+#: Standard errors from which on a change is reported: some sixty are tried, with errors from few
+#: trials.
 LIMIT: Final = 5.5
 MARGIN: Final = 0.15
 
@@ -66,7 +69,10 @@ class _Phase:
 
     @classmethod
     def of(cls, windows: PhaseWindows) -> _Phase:
-        """Raises NotIdentifiableError: the pushes do not tell M, B and K."""
+        """Solve a phase.
+
+        Raises NotIdentifiableError: the pushes do not determine M, B and K.
+        """
         equations = equations_of(windows)
         solution = solve(equations)
         # torques (n, S, 2) of inertia, B and K
@@ -87,62 +93,63 @@ class _Phase:
 
 
 def check_one_limb(phases: Sequence[PhaseWindows]) -> tuple[Finding, ...]:
-    """The finding "session" of all phases; none where the pushes do not tell."""
+    """The finding "session" of all phases; empty if the pushes do not determine it."""
     numbers = np.unique(np.concatenate([windows.trial for windows in phases]))
     try:
-        asked = [_Phase.of(windows) for windows in phases]
+        solved = [_Phase.of(windows) for windows in phases]
     except (NotIdentifiableError, np.linalg.LinAlgError):
         return ()
-    found: dict[str, list[TrialsChange]] = {"": [], "x": [], "y": []}
+    changes: dict[str, list[TrialsChange]] = {"": [], "x": [], "y": []}
     for first, course in _courses(len(numbers)):
-        weights = [course[np.searchsorted(numbers, one.windows.trial)] for one in asked]
-        for axis, g, sd in (*_along(asked, weights, ("",)), *_along(asked, weights, ("x", "y"))):
+        weights = [course[np.searchsorted(numbers, one.windows.trial)] for one in solved]
+        for axis, g, sd in (*_along(solved, weights, ("",)), *_along(solved, weights, ("x", "y"))):
             others = g[1:], sd[1:], LIMIT
-            found[axis].append(TrialsChange(float(g[0]), float(sd[0]), first, *others))
-    if not all(found.values()):
+            changes[axis].append(TrialsChange(float(g[0]), float(sd[0]), first, *others))
+    if not all(changes.values()):
         return ()
     clearest = {
-        axis: max(some, key=lambda one: abs(one.size) / one.error) for axis, some in found.items()
+        axis: max(candidates, key=lambda one: abs(one.size) / one.error)
+        for axis, candidates in changes.items()
     }
     return clearest_finding(clearest, [f"trial {int(n)}" for n in numbers], HAND_WORDS)
 
 
 def _along(
-    asked: Sequence[_Phase], weights: Sequence[FloatArray], axes: Sequence[str]
+    solved: Sequence[_Phase], weights: Sequence[FloatArray], axes: Sequence[str]
 ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
-    """Each axis with changes (3,) of all phases, weighted by their precisions, and their errors."""
+    """Yield each axis with changes (3,) of all phases, weighted by their precisions, and errors."""
     k = 3 * len(axes)
-    known, right = np.zeros((k, k)), np.zeros(k)
-    for phase, w in zip(asked, weights, strict=True):
+    precision, right = np.zeros((k, k)), np.zeros(k)
+    for phase, w in zip(solved, weights, strict=True):
         after = w[phase.windows.pushed] > 0.5
         if min(after.sum(), (~after).sum()) < AMPLE * LEAST_PUSHED:
             continue
         try:
             g, C = _changes(phase, phase.of_all if k == 3 else phase.of_axes, w)
-            known, right = known + np.linalg.inv(C), right + np.linalg.solve(C, g)
+            precision, right = precision + np.linalg.inv(C), right + np.linalg.solve(C, g)
         except (NotIdentifiableError, np.linalg.LinAlgError):
             continue
-    if known.any():
-        covariance = np.linalg.inv(known)
+    if precision.any():
+        covariance = np.linalg.inv(precision)
         g, sd = covariance @ right, np.sqrt(np.diag(covariance))
         for i, axis in enumerate(axes):
             yield axis, g[i :: len(axes)], sd[i :: len(axes)]
 
 
 def _courses(n: int) -> Iterator[tuple[int | None, FloatArray]]:
-    """Where a change may begin, and w (n,)."""
+    """Yield the first trial of a change (None for a drift), and w (n,)."""
     for first in np.unique(np.linspace(MARGIN * n, (1 - MARGIN) * n, PLACES).astype(int)):
         yield int(first), (np.arange(n) >= first).astype(float)
     yield None, np.linspace(0.0, 1.0, n)
 
 
 def _changes(phase: _Phase, E: FloatArray, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """g (k,), as parts of what was before, and its covariance; E (n, R, k), w (n,).
+    """g (k,), relative to the values before, and its covariance; E (n, R, k), w (n,).
 
-    Raises NotIdentifiableError: the pushes do not tell them.
+    Raises NotIdentifiableError: the pushes do not determine them.
     """
     equations, n = phase.equations, phase.equations.trials
-    # means and history may be others after the change
+    # means and history may differ after the change
     nuisance = orthonormal(np.hstack([equations.nuisance, w[:, None] * equations.nuisance]))
 
     def without(values: FloatArray) -> FloatArray:
@@ -158,7 +165,7 @@ def _changes(phase: _Phase, E: FloatArray, w: FloatArray) -> tuple[FloatArray, F
         nuisance=nuisance,
     )
     before, g, C = further(wider, phase.solution)
-    whole, each = phase.solution.theta, len(g) // len(_TOGETHER)
-    kept = [before[own] @ whole[own] / (whole[own] @ whole[own]) for own in _TOGETHER]
-    scale: FloatArray = np.repeat(kept, each)
+    whole, axes = phase.solution.theta, len(g) // len(_TOGETHER)
+    ratios = [before[own] @ whole[own] / (whole[own] @ whole[own]) for own in _TOGETHER]
+    scale: FloatArray = np.repeat(ratios, axes)
     return g / scale, C / np.outer(scale, scale)

@@ -1,16 +1,15 @@
 """The course of K and B over a reach, from the pushes of all its phases.
 
-Each phase tells K and B in the middle of its window, their slopes and their bends, in so far as its
-pushes tell them (`PhaseEvidence`). K and B are random courses with the
-covariance
+Each phase gives K and B in the middle of its window, their slopes and their curvatures, as far as
+its pushes determine them (`PhaseEvidence`). K and B are random courses with the covariance
 
     s^2 exp(-(t - t')^2 / (2 L^2)),
 
-whose slopes and bends have the standard deviations that `solve` gives to one phase alone: L and s
-follow from them, and the course of one phase is that phase's own result. The courses are written
-as sums of cosines with the random weights that this covariance asks for (A. Solin and S. Sarkka,
-Hilbert space methods for reduced-rank Gaussian process regression, Stat Comput 30 (2020) 419-446),
-so that all phases are one linear problem:
+whose slopes and curvatures have the prior standard deviations of a single phase in `solve`: L and s
+follow from them, and the course of one phase is the result of that phase. The courses are sums of
+cosines with the random weights that this covariance implies (A. Solin and S. Sarkka, Hilbert space
+methods for reduced-rank Gaussian process regression, Stat Comput 30 (2020) 419-446), so that all
+phases are one linear problem:
 
     (sum_i T_i^T A_i T_i + P) u = sum_i T_i^T b_i + P u_0,   T_i (31, U).
 """
@@ -29,10 +28,10 @@ from armimpedance.hand.reaching.equation import (
     INERTIAL,
     N_UNKNOWN,
     REFLEX,
+    REPORTED,
     STIFFNESS,
     STIFFNESS_CHANGE,
     STIFFNESS_CURVE,
-    TOLD,
     VISCOSITY,
     VISCOSITY_CHANGE,
     VISCOSITY_CURVE,
@@ -42,18 +41,18 @@ from armimpedance.hand.reaching.solve import (
     CHANGE_SD,
     CURVE_SD,
     REFLEX_SD,
-    Known,
+    InertiaPrior,
     PhaseEvidence,
     PhaseSolution,
 )
 
-#: Length of the covariance (s) and its size, over the size of K or B: a slope of `CHANGE_SD` in
-#: `CHANGE_S` is s / L, a bend of `CURVE_SD` in its square is sqrt(3) s / L^2 / 2.
+#: Length of the covariance (s) and its size, relative to K or B: a slope of `CHANGE_SD` in
+#: `CHANGE_S` is s / L, a curvature of `CURVE_SD` in its square is sqrt(3) s / L^2 / 2.
 LENGTH_S: Final = float(np.sqrt(3) * CHANGE_SD * CHANGE_S / (2 * CURVE_SD))
 SIZE: Final = CHANGE_SD * LENGTH_S / CHANGE_S
-#: Nothing is known of the mean: so many times its size.
+#: Prior standard deviation of the mean, relative to its size: practically no prior.
 MEAN_SIZE: Final = 10.0
-#: The cosines go on this far beyond the phases, and up to this frequency, over L.
+#: The cosines extend this far beyond the phases, and up to this frequency, relative to L.
 BEYOND: Final = 2.0
 FASTEST: Final = 4.5
 #: Elements of K and B.
@@ -62,7 +61,7 @@ _ELEMENTS: Final = 8
 
 @dataclass(frozen=True)
 class ReachCourse(FrozenRecord):
-    """Unknowns over the reach.
+    """The unknowns at G times of the reach.
 
     `covariance` (G, 11, 11).
     `time_s` (G,): from the onset of the first phase's pushes.
@@ -81,30 +80,31 @@ def course_over(
     at_s: FloatArray,
     moving: float,
     time_s: FloatArray,
-    known: Known | None = None,
+    prior: InertiaPrior | None = None,
 ) -> ReachCourse:
-    """The course at times, from the phases' solutions.
+    """Estimate the unknowns at given times from the phases' solutions.
 
     `time_s` (G,).
-    `without`: of the same phases, a group of trials left out in turn: weights that come from few
-    trials err too, and the intervals grow by what the groups show beyond the scatter of scores.
+    `without`: evidence of the same phases with a group of trials left out in turn. Weights from few
+    trials have errors, too; the intervals grow by the scatter of the groups beyond that of the
+    scores.
     `at_s` (n,): middle of each phase's window.
     `moving`: as `Equations.moving`: an arm at rest has one K.
-    `known`: the inertia as it was known before.
+    `prior`: prior of the inertia.
     """
     basis = _Basis(float(at_s.min()), float(at_s.max()))
     maps = [_to_phase(basis, t) for t in at_s.tolist()]
-    out = np.stack([_to_phase(basis, t)[TOLD] for t in time_s.tolist()])
+    out = np.stack([_to_phase(basis, t)[REPORTED] for t in time_s.tolist()])
 
     def solved(parts: Sequence[PhaseEvidence]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """A (U, U), P (U, U) and u (U,)."""
-        P, right = _prior(basis, _sizes(parts), moving, known)
-        A = P + sum(T.T @ one.information @ T for T, one in zip(maps, parts, strict=True))
-        right = right + sum(T.T @ one.score for T, one in zip(maps, parts, strict=True))
+        """Return A (U, U), P (U, U) and u (U,)."""
+        P, right = _prior(basis, _sizes(parts), moving, prior)
+        A = P + sum(T.T @ phase.information @ T for T, phase in zip(maps, parts, strict=True))
+        right = right + sum(T.T @ phase.score for T, phase in zip(maps, parts, strict=True))
         return A, P, np.asarray(np.linalg.solve(A, right), dtype=float)
 
-    A, P, u = solved([one.evidence for one in solutions])
-    S = P + sum(T.T @ one.scatter @ T for T, one in zip(maps, solutions, strict=True))
+    A, P, u = solved([phase.evidence for phase in solutions])
+    S = P + sum(T.T @ phase.scatter @ T for T, phase in zip(maps, solutions, strict=True))
     # the covariance of u is A^-1 S A^-T, (U, U)
     C = np.linalg.solve(A, np.linalg.solve(A, S).T).T
     covariance = np.einsum("gpu,uv,gqv->gpq", out, (C + C.T) / 2, out)
@@ -113,25 +113,25 @@ def course_over(
         time_s,
         out @ u,
         covariance * _excess(left_out, covariance),
-        float(sum(one.dof for one in solutions)),
+        float(sum(phase.dof for phase in solutions)),
     )
 
 
 def _sizes(parts: Sequence[PhaseEvidence]) -> FloatArray:
     """Size (8,) of the elements of K, and of those of B."""
-    square = np.mean([one.theta[3:11] ** 2 for one in parts], axis=0)
+    square = np.mean([part.theta[3:11] ** 2 for part in parts], axis=0)
     return np.repeat(np.sqrt(square.reshape(2, 4).mean(axis=1)), 4)
 
 
 def _excess(left_out: FloatArray, covariance: FloatArray) -> float:
-    """How much larger variances are by the groups (g, G, 11), over all elements and times."""
+    """Mean ratio of jackknife variances by groups (g, G, 11) to the variances; at least 1."""
     g = len(left_out)
     jackknife = (g - 1) / g * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
     return max(1.0, float(np.mean(jackknife / np.einsum("gpp->gp", covariance))))
 
 
 class _Basis:
-    """Cosines on an interval around the phases, and their slopes and bends."""
+    """Cosines on an interval around the phases, and their slopes and curvatures."""
 
     def __init__(self, first_s: float, last_s: float) -> None:
         self.start = first_s - BEYOND * LENGTH_S
@@ -143,7 +143,7 @@ class _Basis:
         self.variance = SIZE**2 * density * np.where(np.arange(self.count) > 0, 2, 1) / length
 
     def rows(self, time_s: float) -> FloatArray:
-        """Value, slope by `CHANGE_S` and half the bend by its square, (3, count)."""
+        """Value, slope times `CHANGE_S` and half the curvature times its square, (3, count)."""
         phase = self.omega * (time_s - self.start)
         step = CHANGE_S * self.omega
         return np.stack([np.cos(phase), -step * np.sin(phase), -0.5 * step**2 * np.cos(phase)])
@@ -152,7 +152,7 @@ class _Basis:
 def _to_phase(basis: _Basis, time_s: float) -> FloatArray:
     """T (31, U): a phase's unknowns from phi, the weights of 8 courses, and the reflex.
 
-    The reflex is one for all phases: what one phase may err by because of it, all may.
+    The reflex is the same for all phases, so that its error is common to them.
     """
     T = np.zeros((N_UNKNOWN, 3 + _ELEMENTS * basis.count + 4))
     T[INERTIAL, INERTIAL] = np.eye(3)
@@ -173,9 +173,9 @@ def _to_phase(basis: _Basis, time_s: float) -> FloatArray:
 
 
 def _prior(
-    basis: _Basis, sizes: FloatArray, moving: float, known: Known | None
+    basis: _Basis, sizes: FloatArray, moving: float, prior: InertiaPrior | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Precision (U, U), and precision times what is expected (U,)."""
+    """Precision (U, U), and precision times the prior mean (U,)."""
     share = max(moving, AT_REST) ** 2
     count = 3 + _ELEMENTS * basis.count + 4
     precision = np.zeros(count)
@@ -185,7 +185,7 @@ def _prior(
         precision[3 + k * basis.count : 3 + (k + 1) * basis.count] = 1 / (size**2 * variance)
     precision[-4:] = 1 / (REFLEX_SD**2 * share * sizes[0] ** 2)
     P, right = np.diag(precision), np.zeros(count)
-    if known is not None:
-        P[INERTIAL, INERTIAL] = np.linalg.inv(known.covariance)
-        right[INERTIAL] = P[INERTIAL, INERTIAL] @ known.inertial
+    if prior is not None:
+        P[INERTIAL, INERTIAL] = np.linalg.inv(prior.covariance)
+        right[INERTIAL] = P[INERTIAL, INERTIAL] @ prior.inertial
     return P, right

@@ -1,8 +1,9 @@
-"""Which push tells most, the shapes that are compared, and how many trials they need.
+"""Plan of pushes: comparison of their shapes, and the number of trials that each needs.
 
-The pilot's free reaches say how much trials differ, its few pushed ones roughly what the arm is.
-For each shape the response of that arm is put into the equation of `equation`; the precision of
-its unknowns is the Cramer-Rao bound of trials whose undisturbed course is a Gaussian process.
+The pilot's free reaches give the scatter of trials, its few pushed ones a rough estimate of the
+arm. For each shape the response of that arm is inserted into the equation of `equation`. The
+precision of its unknowns is the Cramer-Rao bound for trials whose undisturbed course is a Gaussian
+process.
 """
 
 from __future__ import annotations
@@ -22,7 +23,13 @@ from armimpedance.hand.reaching.course import (
     inertial_gradients,
     pushes_of,
 )
-from armimpedance.hand.reaching.equation import REFLEX_S, TOLD, equations_of, projected, regressors
+from armimpedance.hand.reaching.equation import (
+    REFLEX_S,
+    REPORTED,
+    equations_of,
+    projected,
+    regressors,
+)
 from armimpedance.hand.reaching.fitted import instant_of, to_hand, turning
 from armimpedance.hand.reaching.solve import PhaseSolution, precision_of, solve, weight_of
 from armimpedance.hand.reaching.windows import (
@@ -33,11 +40,11 @@ from armimpedance.hand.reaching.windows import (
     cut_phase,
 )
 
-# Shapes of pushes that a plan compares, and how a hand answers them.
+# Shapes of pushes that a plan compares, and the response of a hand to them.
 
 #: Directions of the planned pushes, equally spaced.
 DIRECTIONS: Final = 8
-#: Steps in which an answer is followed (s).
+#: Time step of the simulated response (s).
 STEP_S: Final = 0.001
 
 
@@ -45,9 +52,9 @@ STEP_S: Final = 0.001
 class PushShape:
     """A push along its direction, of size 1.
 
-    `kind`: half-sine forces of alternating sign, or a displacement that goes out, holds and comes
+    `kind`: half-sine forces of alternating sign, or a displacement that goes out, stays and comes
     back.
-    `parts_s`: how long each part lasts.
+    `parts_s`: duration of each part.
     """
 
     name: str
@@ -56,7 +63,7 @@ class PushShape:
 
     @property
     def duration_s(self) -> float:
-        """From onset to end."""
+        """Time from onset to end, s."""
         return sum(self.parts_s)
 
     def at(self, lag_s: FloatArray) -> FloatArray:
@@ -73,7 +80,7 @@ class PushShape:
 
 
 def _rise(u: FloatArray) -> FloatArray:
-    """From 0 to 1 with the least jerk."""
+    """Minimum-jerk course from 0 to 1."""
     u = np.clip(u, 0.0, 1.0)
     return np.asarray(u**3 * (10 - 15 * u + 6 * u**2))
 
@@ -92,10 +99,11 @@ SHAPES: Final = (
 
 @dataclass(frozen=True)
 class PushResponse:
-    """What pushes of one shape and of the largest allowed size do to a hand.
+    """Response of a hand to pushes of one shape and of the largest allowed size.
 
-    `displacement`, `velocity`, `acceleration` (n, S, 2): of n directions.
-    `force_n`, `displacement_m`: the largest that the limb gives, and goes, in any direction.
+    `displacement`, `velocity`, `acceleration` (n, S, 2): for n directions.
+    `force_n`, `displacement_m`: largest force by the limb, and largest displacement, in any
+    direction.
     """
 
     displacement: FloatArray
@@ -112,11 +120,11 @@ def respond_to(
     limits: tuple[float, float],
     lag_s: FloatArray,
 ) -> PushResponse:
-    """The answer of a hand with constant M, B, K (3, 2, 2) to pushes all around.
+    """Simulate the response of a hand with constant M, B, K to pushes in all directions.
 
     `hand` (3, 2, 2), `limits` (largest push in N, largest displacement in m).
-    `robot_kg`: what a pushed hand carries.
-    `lag_s` (S,): when the answer is wanted.
+    `robot_kg`: mass that a pushed hand carries.
+    `lag_s` (S,): times of the response.
     """
     fine = np.arange(0.0, lag_s[-1] + STEP_S / 2, STEP_S)
     angle = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
@@ -146,12 +154,12 @@ def respond_to(
 def _swing(
     course: FloatArray, units: FloatArray, hand: FloatArray, robot_kg: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """``(M + m) a + B v + K x = u f(t)`` from rest: x, v, a of (n, S, 2), by steps of 1 ms."""
+    """Solve ``(M + m) a + B v + K x = u f(t)`` from rest in steps of 1 ms: x, v, a (n, S, 2)."""
     from scipy.linalg import expm
 
     M, B, K = hand
     inverse = np.linalg.inv(M + robot_kg * np.eye(2))
-    # state (x, v, f u) (6,): the push stands still over a step
+    # state (x, v, f u) (6,): the push is constant over a step
     drift = np.zeros((6, 6))
     drift[:2, 2:4] = np.eye(2)
     drift[2:4] = np.hstack([-inverse @ K, -inverse @ B, inverse])
@@ -165,11 +173,11 @@ def _swing(
     return x, v, (push - v @ B.T - x @ K.T) @ inverse.T
 
 
-#: Trials that the table's intervals are for.
+#: Number of trials for the intervals in the table.
 TRIALS: Final = 40
-#: Rounds of all directions beyond which nobody plans.
+#: Largest number of rounds of all directions.
 MOST_ROUNDS: Final = 2**17
-#: The share of the bound's information that the estimator reaches (docs/evidence/movement.md).
+#: Efficiency of the estimator relative to the bound (docs/evidence/movement.md).
 EFFICIENCY: Final = 0.8
 
 
@@ -180,7 +188,7 @@ class PlannedPush:
     `force_n`, `displacement_m`: largest force and displacement of the hand.
     `k_percent`: the error of K that `TRIALS` trials stay below in 95 of 100 experiments, in percent
     of the hand's K (Frobenius norms).
-    `trials`: for the wanted error; a multiple of the directions.
+    `trials`: number for the wanted error; a multiple of the directions.
     """
 
     shape: PushShape
@@ -192,9 +200,9 @@ class PlannedPush:
 
 @dataclass(frozen=True)
 class MovementPlan(FrozenRecord):
-    """What a pilot says of pushes at one phase, the best first.
+    """Planned pushes at one phase, the best first.
 
-    `stiffness` (2, 2): the hand's K as the pilot shows it.
+    `stiffness` (2, 2): the hand's K estimated from the pilot.
     """
 
     condition: str
@@ -218,16 +226,16 @@ def plan_movement(
     Parameters
     ----------
     pilot : Recording
-        Reaches of one condition, as `identify_movement` takes them: ten free and eight pushed ones
-        are the least.
+        Reaches of one condition, as for `identify_movement`: at least ten free and eight pushed
+        ones.
     k_percent : float
-        Wanted error of K, which 95 of 100 experiments stay below.
+        Required error of K, which 95 of 100 experiments stay below.
     phase : str, optional
         Default: the first of the pilot.
     robot_kg : float
         Mass of robot and handle that the hand carries.
     max_force_n, max_displacement_m : float
-        No push is larger.
+        Limits of the pushes.
 
     Returns
     -------
@@ -237,9 +245,9 @@ def plan_movement(
     Raises
     ------
     InputError
-        The pilot lacks something, or a number is not positive.
+        The pilot lacks data, or a number is not positive.
     NotIdentifiableError
-        The pilot's pushes do not tell what the arm is.
+        The pilot's pushes do not determine the arm's impedance.
     """
     for name, value in (
         ("k_percent", k_percent),
@@ -256,38 +264,38 @@ def plan_movement(
     condition = str(conditions[np.flatnonzero(pushes.rows(named))[0]])
     rows = np.flatnonzero(conditions == condition)
     courses = courses_of(pilot)
-    found = solve(equations_of(cut_phase(courses, pushes, rows, named)))
+    solution = solve(equations_of(cut_phase(courses, pushes, rows, named)))
     limits = (max_force_n, max_displacement_m)
-    made = []
+    planned = []
     for shape in SHAPES:
         window_s = min(shape.duration_s + AFTER_S, LONGEST_S)
         windows = cut_phase(courses, pushes, rows, named, window_s)
-        made.append(_planned(shape, windows, found, robot_kg, limits, k_percent))
+        planned.append(_planned(shape, windows, solution, robot_kg, limits, k_percent))
     weights, constant = to_hand(windows.arm, instant_of(windows))
-    K = (weights @ found.theta[TOLD] + constant)[8:].reshape(2, 2)
-    best = sorted(made, key=lambda push: push.k_percent)
+    K = (weights @ solution.theta[REPORTED] + constant)[8:].reshape(2, 2)
+    best = sorted(planned, key=lambda push: push.k_percent)
     return MovementPlan(condition, named, k_percent, K, tuple(best))
 
 
 def _planned(
     shape: PushShape,
     windows: PhaseWindows,
-    found: PhaseSolution,
+    solution: PhaseSolution,
     robot_kg: float,
     limits: tuple[float, float],
     wanted: float,
 ) -> PlannedPush:
     equations, at = equations_of(windows), instant_of(windows)
     weights, constant = to_hand(windows.arm, at)
-    hand = (weights @ found.theta[TOLD] + constant).reshape(3, 2, 2)
+    hand = (weights @ solution.theta[REPORTED] + constant).reshape(3, 2, 2)
     response = respond_to(shape, hand, robot_kg, limits, windows.lag_s)
     X = _expected(windows, response)
-    W, P = weight_of(equations, found.theta), precision_of(equations, found.theta, None)
+    W, P = weight_of(equations, solution.theta), precision_of(equations, solution.theta, None)
     # information (p, p) of one trial, the mean over directions: X_n^T W X_n
     information = np.einsum("nrp,rs,nsq->pq", X, W, X) / len(X)
 
     def percent(trials: int) -> float:
-        C = np.linalg.inv(trials * EFFICIENCY * information + P)[TOLD, TOLD]
+        C = np.linalg.inv(trials * EFFICIENCY * information + P)[REPORTED, REPORTED]
         of_hand = weights[8:] @ C @ weights[8:].T
         return 100 * _largest_error(of_hand) / float(np.linalg.norm(hand[2]))
 
@@ -297,7 +305,7 @@ def _planned(
 
 
 def _expected(windows: PhaseWindows, response: PushResponse) -> FloatArray:
-    """Projected regressors (n, R, 31) of the response, the arm's turning as in the middle."""
+    """Projected regressors (n, R, 31) of the response, with the arm's turning as in the middle."""
     at, arm = instant_of(windows), windows.arm
     A, N = np.linalg.inv(arm.jacobian(at.angle)), arm.jacobian_rate(at.angle, at.rate)
     P = turning(arm, at)
@@ -318,9 +326,10 @@ def _expected(windows: PhaseWindows, response: PushResponse) -> FloatArray:
 
 
 def _largest_error(covariance: FloatArray) -> float:
-    """What the length of an error of this covariance exceeds once in twenty times.
+    """Length that an error of this covariance exceeds once in twenty times.
 
-    Its square is a sum of chi-squares, near one of ``tr(C)^2 / tr(C^2)`` degrees of freedom.
+    Its square is a sum of chi-squares, approximately one of ``tr(C)^2 / tr(C^2)`` degrees of
+    freedom.
     """
     from scipy.stats import chi2
 
@@ -330,7 +339,7 @@ def _largest_error(covariance: FloatArray) -> float:
 
 
 def _trials(percent: Callable[[int], float], wanted: float) -> int:
-    """The fewest trials, in whole rounds of the directions; at most a million."""
+    """Smallest number of trials, in whole rounds of the directions; at most a million."""
     low, high = 0, 1
     while percent(DIRECTIONS * high) > wanted and high < MOST_ROUNDS:
         low, high = high, 2 * high

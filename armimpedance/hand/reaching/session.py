@@ -1,4 +1,4 @@
-"""A recording as both estimates take it: courses, pushes, what is known, and checked windows."""
+"""A recording prepared for both estimates: courses, pushes, inertia prior, and checked windows."""
 
 from __future__ import annotations
 
@@ -21,30 +21,31 @@ from armimpedance.hand.reaching.course import (
     inertia_rows,
     pushes_of,
 )
-from armimpedance.hand.reaching.solve import Known
+from armimpedance.hand.reaching.solve import InertiaPrior
 from armimpedance.hand.reaching.windows import PhaseWindows, windows_of
 from armimpedance.limb.arm import TwoLinkArm
 
-# Whether the hand went where the trial table says that it was pushed.
+# Check of the labels: did the hand go where the trial table says that it was pushed?
 
-#: A trial answers a push by 1 where it is pushed as all others are, by 0 where nobody pushes it.
+#: Smallest response of a pushed trial. The response is 1 if it is pushed as all others are, 0 if it
+#: is free.
 LEAST_ANSWER: Final = 0.4
-#: A free reach that answers by more than this was pushed.
+#: A free reach with a larger response was pushed.
 MOST_FREE: Final = 0.7
-#: Labels are judged where a push accelerates the hand this many times as much as trials differ.
+#: Labels are judged if a push accelerates the hand this many times as much as trials differ.
 CLEAR: Final = 3.0
-#: Commands are believed where chance alone would explain as much more seldom than this.
+#: Significance level at which commands are accepted as the cause of the motion.
 SELDOM: Final = 1e-3
 
 
 def check_labels(every: Sequence[PhaseWindows], phase: str) -> None:
     """Refuse trials whose hand did not go where their label says.
 
-    The acceleration that is linear in the push's direction is what all trials of a phase share; how
-    much of it a trial shows is 1 but for noise. It is 0 of a reach that nobody pushed, and less of
-    one that was pushed elsewhere. Of pushes throughout, all windows are judged together.
+    The acceleration that is linear in the push's direction is common to all trials of a phase. Its
+    share in a trial is 1 apart from noise, 0 for a free reach, and less than 1 for a trial pushed
+    in another direction. Pushes throughout are judged over all windows together.
 
-    Raises InputError: trials of other labels, by their numbers; commands that the hand does not
+    Raises InputError: trials with wrong labels, by their numbers; commands that the hand does not
     follow.
     """
     if not any(windows.direction.any() for windows in every):
@@ -81,8 +82,7 @@ def check_labels(every: Sequence[PhaseWindows], phase: str) -> None:
 def _check_commands(every: Sequence[PhaseWindows], phase: str) -> None:
     """Refuse commands that the hand does not follow.
 
-    Raises InputError: there are few reaches, or commands explain no more of the motion than chance
-    would.
+    Raises InputError: there are few reaches, or commands explain no more of the motion than chance.
     """
     from scipy.stats import f
 
@@ -96,7 +96,8 @@ def _check_commands(every: Sequence[PhaseWindows], phase: str) -> None:
         )
     # forces drive velocities, displacements places
     followed = max(_followed(every, name) for name in ("hand", "velocity", "acceleration"))
-    # by chance alone each of the d commands explains as much as each of the rest, on two axes
+    # by chance each of the d commands explains as much as each remaining degree of freedom, on two
+    # axes
     if followed * free / count < f.isf(SELDOM, 2 * count, 2 * free):
         raise InputError(
             f"phase {phase}: the hand does not follow the robot's commands",
@@ -106,16 +107,16 @@ def _check_commands(every: Sequence[PhaseWindows], phase: str) -> None:
 
 
 def _followed(every: Sequence[PhaseWindows], name: str) -> float:
-    """Variance of a channel that the commands explain, over that which they leave."""
-    explained = left = 0.0
+    """Ratio of a channel's variance explained by the commands to the residual variance."""
+    explained = residual = 0.0
     for windows in every:
         hit = windows.pushed
         D, part = windows.instruments[hit], windows.part(name)[hit]
         D, flat = D - D.mean(axis=0), (part - part.mean(axis=0)).reshape(len(part), -1)
-        rest = flat - D @ np.linalg.lstsq(D, flat, rcond=None)[0]
-        explained += float(_energy(flat).sum() - _energy(rest).sum())
-        left += float(_energy(rest).sum())
-    return explained / left
+        remainder = flat - D @ np.linalg.lstsq(D, flat, rcond=None)[0]
+        explained += float(_energy(flat).sum() - _energy(remainder).sum())
+        residual += float(_energy(remainder).sum())
+    return explained / residual
 
 
 def _energy(values: FloatArray) -> FloatArray:
@@ -130,18 +131,18 @@ def _trials(numbers: FloatArray) -> str:
 
 # The arm's inertia from the same person's experiment in posture.
 
-#: No experiment knows the links of a person better than this: what the model of two links leaves.
+#: Smallest relative standard error of the links' inertia: the misfit of the two-link model.
 FLOOR = 0.01
 
 
-def known_inertia(estimates: Sequence[ImpedanceEstimate], arm: TwoLinkArm) -> Known:
-    """The three inertial parameters of two links from the hand's M at one posture or more.
+def inertia_prior(estimates: Sequence[ImpedanceEstimate], arm: TwoLinkArm) -> InertiaPrior:
+    """Estimate the three inertial parameters of two links from the hand's M in postures.
 
     ``M_e = J^-T M_j(q) J^-1`` is linear in them; least squares weighted by the estimates' errors.
 
     `estimates`: of the hand, in postures whose joint angles or whose place is known.
     `arm`: its lengths.
-    Raises InputError: an estimate is not of a hand in a plane, or says neither joint angles nor
+    Raises InputError: an estimate is not of a hand in a plane, or has neither joint angles nor
     place.
     """
     if not estimates:
@@ -156,7 +157,7 @@ def known_inertia(estimates: Sequence[ImpedanceEstimate], arm: TwoLinkArm) -> Kn
         information += rows.T @ weighted
         right += weighted.T @ estimate.inertia.ravel()
     covariance = np.linalg.inv(information)
-    return Known(covariance @ right, (covariance + covariance.T) / 2)
+    return InertiaPrior(covariance @ right, (covariance + covariance.T) / 2)
 
 
 def _rows(arm: TwoLinkArm, q: FloatArray) -> FloatArray:
@@ -182,7 +183,7 @@ def _angles(estimate: ImpedanceEstimate, arm: TwoLinkArm) -> FloatArray:
 
 
 class Phase(NamedTuple):
-    """One phase of a condition, with its windows by name: one, or several of pushes throughout."""
+    """One phase of a condition, with its windows by name: one, or several for pushes throughout."""
 
     condition: str
     name: str
@@ -191,19 +192,19 @@ class Phase(NamedTuple):
 
 @dataclass(frozen=True)
 class Session:
-    """All that is asked of a recording.
+    """Data of a recording for the estimates.
 
     `groups` tuple of (condition, its trials, phase).
-    `known`: the inertia as it was told.
+    `prior`: prior of the inertia.
     """
 
     courses: Courses
     pushes: Pushes
-    known: Known | None
+    prior: InertiaPrior | None
     groups: tuple[tuple[str, IntArray, str], ...]
 
     def phases(self, window_s: float | None, progress: Progress | None) -> Iterator[Phase]:
-        """Cut and check one phase after another; `progress` is told when the next is asked for.
+        """Yield one phase after another, cut and checked; `progress` is called after each.
 
         Raises InputError: a phase lacks trials, or its labels are not those of its pushes.
         """
@@ -220,31 +221,31 @@ def session_of(
     inertia: Sequence[ImpedanceEstimate] | None,
     phases: Sequence[str] | None,
 ) -> Session:
-    """Read what is needed.
+    """Read the data that the estimates need.
 
     Raises InputError: the recording lacks something (see `course`, `pushes`), or a phase is not
     there.
     """
     pushes = pushes_of(recording)
     wanted = _phases(pushes, phases)
-    known = None if inertia is None else known_inertia(inertia, geometry_of(recording).arm)
-    return Session(courses_of(recording), pushes, known, tuple(_groups(recording, pushes, wanted)))
+    prior = None if inertia is None else inertia_prior(inertia, geometry_of(recording).arm)
+    return Session(courses_of(recording), pushes, prior, tuple(_groups(recording, pushes, wanted)))
 
 
-def _phases(pushes: Pushes, asked: Sequence[str] | None) -> tuple[str, ...]:
-    if asked is None:
+def _phases(pushes: Pushes, requested: Sequence[str] | None) -> tuple[str, ...]:
+    if requested is None:
         return pushes.phases
-    unknown = [name for name in asked if name not in pushes.phases]
+    unknown = [name for name in requested if name not in pushes.phases]
     if unknown:
-        there = ", ".join(pushes.phases)
-        raise InputError(f"no phase {unknown[0]!r}", column="phase", expected=f"one of {there}")
-    return tuple(name for name in pushes.phases if name in asked)
+        available = ", ".join(pushes.phases)
+        raise InputError(f"no phase {unknown[0]!r}", column="phase", expected=f"one of {available}")
+    return tuple(name for name in pushes.phases if name in requested)
 
 
 def _groups(
     recording: Recording, pushes: Pushes, phases: Sequence[str]
 ) -> Iterator[tuple[str, IntArray, str]]:
-    """Condition, its trials, and each phase at which some of them were pushed."""
+    """Yield condition, its trials, and each phase at which some of them were pushed."""
     condition = recording.trials["condition"].astype(str).to_numpy()
     for name in dict.fromkeys(condition):
         rows = np.flatnonzero(condition == name)

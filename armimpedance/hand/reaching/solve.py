@@ -1,12 +1,12 @@
 """Generalised least squares with instruments, weights from the trials' own scatter.
 
-What a trial would have done is known to some millimetres only, and stands on both sides of the
-equation; least squares would take K too small by 10 to 50 %. The part of each term that is linear
-in the push's direction is free of it, and serves as instrument Z:
+The undisturbed course of a trial is known to some millimetres only, and its error is on both sides
+of the equation; least squares would make K too small by 10 to 50 %. The part of each term that is
+linear in the push's direction is free of this error, and is the instrument Z:
 
     theta = (sum_n Z_n^T W X_n + P)^-1 (P theta_0 - sum_n Z_n^T W y_n)
 
-with W the inverse of the rows' covariance over trials, P the precision of what is known before.
+with W the inverse of the rows' covariance over trials, P the precision of the prior.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from armimpedance.hand.reaching.equation import (
     INERTIAL,
     N_UNKNOWN,
     REFLEX,
+    REPORTED,
     STIFFNESS,
     STIFFNESS_CHANGE,
     STIFFNESS_CURVE,
-    TOLD,
     VISCOSITY,
     VISCOSITY_CHANGE,
     VISCOSITY_CURVE,
     ReachEquations,
 )
 
-#: The covariance of the rows is drawn this far towards its diagonal: of 80 trials and 20 to 26
-#: rows, .1 gave the smallest errors among .02, .1, .3 and .6.
+#: Weight of the diagonal in the shrunk covariance of the rows: with 80 trials and 20 to 26 rows, .1
+#: gave the smallest errors among .02, .1, .3 and .6.
 SHRINKAGE: Final = 0.1
-#: Of the mean response to the pushes, what no model of this kind describes.
+#: Share of the mean response to the pushes that no model of this kind describes.
 FLOOR: Final = 0.03
-#: What K and B may change over `CHANGE_S`, bend over its square, and what a reflex may add, as
-#: fractions of themselves (one standard deviation): K that triples over a reach of .7 s changes by
-#: .3 and bends by .1.
+#: Prior standard deviations, relative to K and B: of their change over `CHANGE_S`, of their
+#: curvature over its square, and of a reflex. K that triples over a reach of .7 s changes by .3 and
+#: bends by .1.
 CHANGE_SD: Final = 0.5
 CURVE_SD: Final = 0.15
 REFLEX_SD: Final = 0.15
-#: Of these shares what is left to an arm at rest.
+#: Factor of these standard deviations for an arm at rest.
 AT_REST: Final = 1e-3
 PRIORS: Final = (
     (STIFFNESS_CHANGE, STIFFNESS, CHANGE_SD),
@@ -52,19 +52,20 @@ PRIORS: Final = (
     (VISCOSITY_CURVE, VISCOSITY, CURVE_SD),
     (REFLEX, STIFFNESS, REFLEX_SD),
 )
-#: Weights and unknowns are found in turn until the unknowns move less than this of their error.
+#: Weights and unknowns are estimated in turn until the unknowns change by less than this share of
+#: their error.
 SETTLED: Final = 0.01
 ROUNDS: Final = 30
-#: The correction for the trials' own noise in the instruments takes at most this much of what the
-#: pushes tell, in any combination of the unknowns.
+#: Largest correction for the trials' own noise in the instruments, as a share of the information of
+#: the pushes, in any combination of the unknowns.
 LARGEST_CORRECTION: Final = 0.5
-#: Scaled condition of the normal equations beyond which the data do not tell the unknowns.
+#: Largest scaled condition of the normal equations that counts as identifiable.
 SINGULAR: Final = 1e8
 
 
 @dataclass(frozen=True)
-class Known(FrozenRecord):
-    """What is known of the inertia before: three parameters and their covariance."""
+class InertiaPrior(FrozenRecord):
+    """Prior of the inertia: three parameters and their covariance."""
 
     inertial: Annotated[FloatArray, "3"]
     covariance: Annotated[FloatArray, "3 3"]
@@ -72,10 +73,10 @@ class Known(FrozenRecord):
 
 @dataclass(frozen=True)
 class PhaseEvidence(FrozenRecord):
-    """What the pushes of one phase say, without what is known before.
+    """Evidence of the pushes of one phase, without the prior.
 
-    `theta` (31,): the unknowns, with what is known before.
-    `information`, `score` (31, 31), (31,): ``information theta = score`` without it.
+    `theta` (31,): the unknowns, with the prior.
+    `information`, `score` (31, 31), (31,): ``information theta = score`` without the prior.
     """
 
     theta: Annotated[FloatArray, "p"]
@@ -85,7 +86,7 @@ class PhaseEvidence(FrozenRecord):
 
 @dataclass(frozen=True)
 class PhaseSolution(FrozenRecord):
-    """Unknowns of one phase.
+    """Estimated unknowns of one phase.
 
     `theta` (31,).
     `covariance` (31, 31): from the scatter of trials (jackknife).
@@ -105,19 +106,19 @@ class PhaseSolution(FrozenRecord):
     scatter: Annotated[FloatArray, "p p"]
 
 
-def solve(equations: ReachEquations, known: Known | None = None) -> PhaseSolution:
+def solve(equations: ReachEquations, prior: InertiaPrior | None = None) -> PhaseSolution:
     """Solve the equations of one phase.
 
-    Raises NotIdentifiableError: the pushes do not tell the unknowns.
+    Raises NotIdentifiableError: the pushes do not determine the unknowns.
     """
-    W, P, ZW = _weighted(equations, known)
-    evidence, A = _evidence(equations, ZW, P, known)
+    W, P, ZW = _weighted(equations, prior)
+    evidence, A = _evidence(equations, ZW, P, prior)
     residual = equations.y + np.einsum("nrp,p->nr", equations.X, evidence.theta)
     trials, dof = _jackknife(equations, ZW, residual, A)
     back = np.linalg.inv(A)
     return PhaseSolution(
         theta=evidence.theta,
-        # what is known before adds its share, A^-1 P A^-T
+        # the prior contributes A^-1 P A^-T
         covariance=trials + back @ P @ back.T,
         dof=dof,
         residual=residual,
@@ -128,22 +129,22 @@ def solve(equations: ReachEquations, known: Known | None = None) -> PhaseSolutio
     )
 
 
-def evidence_of(equations: ReachEquations, known: Known | None = None) -> PhaseEvidence:
-    """What `solve` finds, without its error.
+def evidence_of(equations: ReachEquations, prior: InertiaPrior | None = None) -> PhaseEvidence:
+    """Evidence as in `solve`, without the covariance.
 
-    Raises NotIdentifiableError: the pushes do not tell the unknowns.
+    Raises NotIdentifiableError: the pushes do not determine the unknowns.
     """
-    _, P, ZW = _weighted(equations, known)
-    return _evidence(equations, ZW, P, known)[0]
+    _, P, ZW = _weighted(equations, prior)
+    return _evidence(equations, ZW, P, prior)[0]
 
 
 def further(
     equations: ReachEquations, solution: PhaseSolution
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The unknowns (31,), those beyond them (k,) and the covariance of these, by given weights.
+    """Estimate the unknowns (31,), k further ones and the covariance of these, with given weights.
 
     `equations`: with 31 + k columns.
-    Raises NotIdentifiableError: the pushes do not tell them.
+    Raises NotIdentifiableError: the pushes do not determine them.
     """
     k = equations.X.shape[-1] - N_UNKNOWN
     P = np.pad(precision_of(equations, solution.theta, None), (0, k))
@@ -158,32 +159,34 @@ def further(
 
 
 def _weighted(
-    equations: ReachEquations, known: Known | None
+    equations: ReachEquations, prior: InertiaPrior | None
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Weight (R, R), precision (p, p), and the instruments times the weight (n, p, R)."""
-    W, P = _settled(equations, known)
+    W, P = _settled(equations, prior)
     Z = _instruments(equations, W, P)
     return W, P, _times(Z, W)
 
 
 def _evidence(
-    equations: ReachEquations, ZW: FloatArray, P: FloatArray, known: Known | None
+    equations: ReachEquations, ZW: FloatArray, P: FloatArray, prior: InertiaPrior | None
 ) -> tuple[PhaseEvidence, FloatArray]:
-    A, theta = _solved(equations, ZW, P, known)
+    A, theta = _solved(equations, ZW, P, prior)
     return PhaseEvidence(theta, A - P, -np.einsum("nps,ns->p", ZW, equations.y)), A
 
 
-def _settled(equations: ReachEquations, known: Known | None) -> tuple[FloatArray, FloatArray]:
-    """Weight (R, R) and precision (p, p): they follow from the unknowns, and are found in turn."""
+def _settled(
+    equations: ReachEquations, prior: InertiaPrior | None
+) -> tuple[FloatArray, FloatArray]:
+    """Weight (R, R) and precision (p, p), iterated with the unknowns, from which they follow."""
     Z = equations.along_direction(equations.X)
-    theta, P, near = np.zeros(N_UNKNOWN), precision_of(equations, np.zeros(N_UNKNOWN), known), False
+    theta, P, near = np.zeros(N_UNKNOWN), precision_of(equations, np.zeros(N_UNKNOWN), prior), False
     for _ in range(ROUNDS):
         W = weight_of(equations, theta)
         if not near:
-            P = precision_of(equations, theta, known)
-        A, found = _solved(equations, _times(Z, W), P, known)
-        step = np.abs(found - theta) / np.sqrt(np.abs(np.diag(np.linalg.inv(A))))
-        theta = found
+            P = precision_of(equations, theta, prior)
+        A, updated = _solved(equations, _times(Z, W), P, prior)
+        step = np.abs(updated - theta) / np.sqrt(np.abs(np.diag(np.linalg.inv(A))))
+        theta = updated
         if near and step.max() < SETTLED:
             break
         near = near or bool(step.max() < 1.0)
@@ -191,13 +194,13 @@ def _settled(equations: ReachEquations, known: Known | None) -> tuple[FloatArray
 
 
 def _solved(
-    equations: ReachEquations, ZW: FloatArray, P: FloatArray, known: Known | None
+    equations: ReachEquations, ZW: FloatArray, P: FloatArray, prior: InertiaPrior | None
 ) -> tuple[FloatArray, FloatArray]:
     """The normal matrix A (p, p) and the unknowns (p,)."""
     # A (p, p) theta (p,) = P theta_0 - Z^T W y
     A = _summed(ZW, equations.X) + P
     _condition(A)
-    right = P @ _before(known) - np.einsum("nps,ns->p", ZW, equations.y)
+    right = P @ _before(prior) - np.einsum("nps,ns->p", ZW, equations.y)
     return A, np.linalg.solve(A, right)
 
 
@@ -214,22 +217,22 @@ def _summed(ZW: FloatArray, X: FloatArray) -> FloatArray:
 def _instruments(equations: ReachEquations, W: FloatArray, P: FloatArray) -> FloatArray:
     """Z (n, R, p): ``H X - c (1 - H) X``, H onto what is linear in the d instruments.
 
-    H takes a share d / (n - g) of each trial's own noise along, which would draw K towards least
-    squares; c = d / (n - g - d) of what lies beside takes as much away again (Nagar's unbiased
-    member of the k-class), less where the pushes tell so little that nothing would be left.
+    H keeps a share d / (n - g) of each trial's own noise, which would bias K towards least squares.
+    Subtracting c = d / (n - g - d) of the orthogonal part corrects that (Nagar's unbiased member of
+    the k-class). The correction is reduced if it would remove most of the information.
     """
     common = equations.along_direction(equations.X)
     own = equations.X - common
     count = equations.instruments.shape[1]
     dof = equations.trials - equations.nuisance.shape[1] - count
-    told = _summed(_times(common, W), common) + P
+    information = _summed(_times(common, W), common) + P
     noise = count / dof * _summed(_times(own, W), own)
-    largest = float(np.abs(np.linalg.eigvals(np.linalg.solve(told, noise))).max())
+    largest = float(np.abs(np.linalg.eigvals(np.linalg.solve(information, noise))).max())
     return np.asarray(common - min(1.0, LARGEST_CORRECTION / largest) * count / dof * own)
 
 
 def weight_of(equations: ReachEquations, theta: FloatArray) -> FloatArray:
-    """Inverse covariance (R, R) of w, from what neither history nor direction explains."""
+    """Inverse covariance (R, R) of w, from the part that neither history nor direction explains."""
     w = equations.y + np.einsum("nrp,p->nr", equations.X, theta)
     w = w - equations.along_direction(w)
     dof = equations.trials - equations.nuisance.shape[1] - equations.instruments.shape[1]
@@ -240,15 +243,17 @@ def weight_of(equations: ReachEquations, theta: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(C))
 
 
-def precision_of(equations: ReachEquations, theta: FloatArray, known: Known | None) -> FloatArray:
-    """(31, 31): of the inertia where it is known, and of how fast K and B change."""
+def precision_of(
+    equations: ReachEquations, theta: FloatArray, prior: InertiaPrior | None
+) -> FloatArray:
+    """Prior precision (31, 31) of the inertia, if there is a prior, and of changes of K and B."""
     P = np.zeros((N_UNKNOWN, N_UNKNOWN))
-    if known is not None:
-        P[INERTIAL, INERTIAL] = np.linalg.inv(known.covariance)
+    if prior is not None:
+        P[INERTIAL, INERTIAL] = np.linalg.inv(prior.covariance)
     if not theta.any():
         # the first round: K and B alone
-        rest = slice(TOLD.stop, N_UNKNOWN)
-        P[rest, rest] = 1e6 * np.eye(N_UNKNOWN - TOLD.stop)
+        rest = slice(REPORTED.stop, N_UNKNOWN)
+        P[rest, rest] = 1e6 * np.eye(N_UNKNOWN - REPORTED.stop)
         return P
     for part, of, share in PRIORS:
         size = share * max(equations.moving, AT_REST) * float(np.sqrt((theta[of] ** 2).mean()))
@@ -256,10 +261,10 @@ def precision_of(equations: ReachEquations, theta: FloatArray, known: Known | No
     return P
 
 
-def _before(known: Known | None) -> FloatArray:
+def _before(prior: InertiaPrior | None) -> FloatArray:
     theta = np.zeros(N_UNKNOWN)
-    if known is not None:
-        theta[INERTIAL] = known.inertial
+    if prior is not None:
+        theta[INERTIAL] = prior.inertial
     return theta
 
 
@@ -281,13 +286,13 @@ def _jackknife(
 ) -> tuple[FloatArray, float]:
     """Covariance (p, p) from leaving out each pushed trial in turn, and its degrees of freedom.
 
-    ``theta_(n) - theta = (A - A_n)^-1 Z_n^T W r_n``: what trial n alone adds, larger than its score
-    by its own leverage (CR3).
+    ``theta_(n) - theta = (A - A_n)^-1 Z_n^T W r_n``: the influence of trial n, larger than its
+    score by its own leverage (CR3).
     """
     pushed = equations.pushed
     scores = np.einsum("npr,nr->np", ZW, residual)
     own = ZW[pushed] @ equations.X[pushed]
-    moved = np.linalg.solve(A - own, scores[pushed, :, None])[..., 0]
+    shifts = np.linalg.solve(A - own, scores[pushed, :, None])[..., 0]
     others = scores[~pushed] @ np.linalg.inv(A).T
-    C = moved.T @ moved + others.T @ others
-    return C, max(float(pushed.sum()) - TOLD.stop / 2, 2.0)
+    C = shifts.T @ shifts + others.T @ others
+    return C, max(float(pushed.sum()) - REPORTED.stop / 2, 2.0)

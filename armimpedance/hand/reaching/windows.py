@@ -1,4 +1,4 @@
-"""Equal windows after the onsets of one phase, and after the same travel of free reaches."""
+"""Windows after the onsets of one phase, and windows of free reaches after the same travel."""
 
 from __future__ import annotations
 
@@ -15,24 +15,26 @@ from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.course import Courses, Pushes, channel, pushes_of
 from armimpedance.limb.arm import TwoLinkArm
 
-#: Spacing of the samples that are kept (s): the low-pass leaves nothing above 100 Hz.
+#: Spacing of the samples in a window (s): the low-pass leaves nothing above 100 Hz.
 SPACING_S: Final = 0.005
-#: A window goes on this long after the push (s), and ends before a person answers on purpose.
+#: A window ends this long after the push (s), and before a voluntary response (LONGEST_S after the
+#: onset).
 AFTER_S: Final = 0.1
 LONGEST_S: Final = 0.3
-#: The latest answer of a reflex that is allowed for (s).
+#: Latest onset of a reflex that the windows cover (s).
 LATEST_S: Final = 0.08
-#: The history that tells trials apart: from 100 to 15 ms before the onset. The low-pass spreads a
-#: push over some 15 ms before it.
+#: Interval of the history, relative to the onset. It ends before the onset because the low-pass
+#: spreads a push over some 15 ms before it.
 HISTORY_S: Final = (-0.1, -0.015)
 HISTORY_STEP_S: Final = 0.01
-#: Windows of pushes throughout begin so often (s).
+#: Interval between windows of pushes throughout (s).
 STEP_S: Final = 0.1
-#: Commands of a robot that pushes throughout count by means over `BIN_S`, from `BEFORE_S` before.
+#: Commands of a robot that pushes throughout are averaged over `BIN_S`, from `BEFORE_S` before the
+#: window.
 BIN_S: Final = 0.05
 BEFORE_S: Final = 0.1
 _BIN: Final = round(BIN_S / SPACING_S)
-#: Fewer trials of a kind say nothing about how trials differ.
+#: Fewest free and pushed trials, for an estimate of their scatter.
 LEAST_FREE: Final = 10
 LEAST_PUSHED: Final = 8
 
@@ -45,12 +47,12 @@ class PhaseWindows(FrozenRecord):
     `lag_s` (S,): time from the onset.
     `channels` (n, L, c): as in `Courses`, over the window and `LATEST_S` before it.
     `history` (n, H): angles, rates and torques before the onset, each kind in units of its spread;
-    none where pushes go on throughout.
-    `direction` (n, 2): unit vectors of the pushes, 0 of free reaches.
-    `instruments` (n, d): what decides the response to the pushes: their direction, or what the
-    robot was told in each `BIN_S` since `BEFORE_S` before the window.
+    no columns if pushes go on throughout.
+    `direction` (n, 2): unit vectors of the pushes, 0 for free reaches.
+    `instruments` (n, d): cause of the response to the pushes: their direction, or the robot's
+    commands in each `BIN_S` since `BEFORE_S` before the window.
     `onset` (n,) int: sample of the recording at which the window begins.
-    `after_s`: how long after the push's onset the window begins.
+    `after_s`: time from the push's onset to the begin of the window.
     """
 
     lag_s: Annotated[FloatArray, "S"]
@@ -67,7 +69,7 @@ class PhaseWindows(FrozenRecord):
     notes: tuple[str, ...] = ()
 
     def of_trials(self, keep: BoolArray) -> PhaseWindows:
-        """Only some trials (n,)."""
+        """Select trials by a mask (n,)."""
         history = self.history[keep]
         return replace(
             self,
@@ -85,33 +87,33 @@ class PhaseWindows(FrozenRecord):
         return self.late(name, 0)
 
     def late(self, name: str, samples: int) -> FloatArray:
-        """A channel (n, S, width) this many samples late."""
+        """A channel (n, S, width), delayed by this many samples."""
         end = self.channels.shape[1] - samples
         return self.channels[:, end - len(self.lag_s) : end, channel(name)]
 
     @property
     def middle(self) -> int:
-        """The sample in the middle of the window, for which the impedance is told."""
+        """Index of the sample in the middle of the window, for which the impedance is reported."""
         return len(self.lag_s) // 2
 
     @property
     def state(self) -> FloatArray:
-        """Place and velocity of the hand (n, 4) just before the onset, where no push is seen."""
+        """Place and velocity of the hand (n, 4) just before the onset, free of the push."""
         at = self.channels.shape[1] - len(self.lag_s) + round(HISTORY_S[1] / SPACING_S)
         parts = [self.channels[:, at, channel(name)] for name in ("hand", "velocity")]
         return np.concatenate(parts, axis=1)
 
     @property
     def travel_m(self) -> float:
-        """How far undisturbed reaches go over the window and just before it."""
+        """Travel of undisturbed reaches over the window and just before it, m."""
         course = self.channels[~self.pushed][:, :, channel("hand")].mean(axis=0)
         return float(np.hypot(*np.ptp(course, axis=0)))
 
 
-def _asked(
+def _checked_trials(
     pushes: Pushes, rows: IntArray, phase: str, window_s: float | None
 ) -> tuple[IntArray, IntArray, float]:
-    """The pushed and the free trials of a phase, and the window's length, checked."""
+    """Pushed and free trials of a phase, and the window's length, checked."""
     of_phase, free = pushes.rows(phase)[rows], ~pushes.pushed[rows]
     _check_counts(phase, int(of_phase.sum()), int(free.sum()))
     if not pushes.throughout(phase):
@@ -129,17 +131,17 @@ def cut_phase(
     window_s: float | None = None,
     after_s: float = 0.0,
 ) -> PhaseWindows:
-    """The windows of one phase among the trials `rows`.
+    """Cut the windows of one phase from the trials `rows`.
 
     A free reach is aligned where it has travelled as far as the pushed ones at their onset.
 
     `rows` (R,) int: trials of one condition.
     `window_s`: default: until .1 s after the push, at most .3 s.
-    `after_s`: how long after the onset the window begins, of pushes throughout.
+    `after_s`: time from the onset to the window, for pushes throughout.
     Raises InputError: there are too few free or pushed trials, all pushes lie along one line, or
     the windows do not fit into the records.
     """
-    hit, free, length = _asked(pushes, rows, phase, window_s)
+    hit, free, length = _checked_trials(pushes, rows, phase, window_s)
     throughout = pushes.throughout(phase)
     onset = np.array([_sample(courses, int(r), pushes.onset_s[r]) for r in hit])
     others, passing, missed = _passing(courses, free, hit, onset)
@@ -152,19 +154,19 @@ def cut_phase(
             expected="longer records, or a shorter --window-s",
         )
     pushed = np.arange(len(chosen)) < len(hit)
-    left = missed + int((~fits & ~pushed).sum())
-    notes = (f"phase {phase}: {left} free reaches left out",) if left else ()
+    left_out = missed + int((~fits & ~pushed).sum())
+    notes = (f"phase {phase}: {left_out} free reaches left out",) if left_out else ()
     lag = np.arange(0.0, length + SPACING_S / 2, SPACING_S)
     chosen, at, pushed = chosen[fits], at[fits], pushed[fits]
     _check_counts(phase, int(pushed.sum()), int((~pushed).sum()))
     return PhaseWindows(
         lag_s=lag,
         channels=_cut(courses, chosen, at, np.concatenate([_before(), lag])),
-        # where pushes go on throughout, what a trial did before the window is their doing too, and
-        # taking it out would tie what the person does to the commands
+        # with pushes throughout, the history is also caused by them: projecting it out would
+        # correlate the person's own torque with the commands
         history=np.zeros((len(at), 0)) if throughout else _history(courses, chosen, at),
         direction=pushes.direction[chosen],
-        instruments=_told(courses, pushes, chosen, at, lag)
+        instruments=_commands(courses, pushes, chosen, at, lag)
         if throughout
         else pushes.direction[chosen],
         pushed=pushed,
@@ -180,9 +182,9 @@ def cut_phase(
 def windows_of(
     courses: Courses, pushes: Pushes, rows: IntArray, phase: str, window_s: float | None = None
 ) -> Iterator[tuple[str, PhaseWindows]]:
-    """Name and windows of one phase; of pushes throughout, windows every `STEP_S`, by their middle.
+    """Yield name and windows of one phase; with pushes throughout, a window every `STEP_S`.
 
-    Parameters and errors are those of `cut_phase`.
+    The name is then the middle of the window. Parameters and errors are those of `cut_phase`.
     """
     if not pushes.throughout(phase):
         yield phase, cut_phase(courses, pushes, rows, phase, window_s)
@@ -194,12 +196,12 @@ def windows_of(
             f"phase {phase}: pushes of {pushes.duration_s:g} s", expected=f"{length + STEP_S:g} s"
         )
     for after_s in np.arange(STEP_S / 2, last, STEP_S):
-        made = cut_phase(courses, pushes, rows, phase, length, float(after_s))
-        yield f"{after_s + made.lag_s[made.middle]:.3f} s", made
+        windows = cut_phase(courses, pushes, rows, phase, length, float(after_s))
+        yield f"{after_s + windows.lag_s[windows.middle]:.3f} s", windows
 
 
 def _before() -> FloatArray:
-    """Lags before the onset that a delayed answer looks back to."""
+    """Lags before the onset that a delayed response depends on."""
     return np.asarray(-SPACING_S * np.arange(round(LATEST_S / SPACING_S), 0, -1))
 
 
@@ -210,10 +212,10 @@ def _sample(courses: Courses, row: int, time_s: float) -> int:
 def _passing(
     courses: Courses, free: IntArray, hit: IntArray, onset: IntArray
 ) -> tuple[IntArray, IntArray, int]:
-    """Free reaches that travel as far as the pushed ones, their samples there, how many do not.
+    """Free reaches that travel as far as the pushed ones, their samples there, number of others.
 
-    The line of travel is that from the mean start to the mean end of the free reaches; a person
-    who does not travel is aligned at the same time.
+    The line of travel is that from the mean start to the mean end of the free reaches; a person who
+    does not travel is aligned at the same time.
     """
     hands = [courses.of_trial(int(r), "hand") for r in free]
     start = np.mean([h[0] for h in hands], axis=0)
@@ -227,9 +229,9 @@ def _passing(
         for r, k in zip(hit, onset, strict=True)
     ]
     beyond = [(h - start) @ along >= np.median(reached) for h in hands]
-    there = np.array([bool(b.any() and not b[0]) for b in beyond])
+    reaching = np.array([bool(b.any() and not b[0]) for b in beyond])
     passing = np.array([int(np.argmax(b)) for b in beyond])
-    return free[there], passing[there], int((~there).sum())
+    return free[reaching], passing[reaching], int((~reaching).sum())
 
 
 def _fits(courses: Courses, rows: IntArray, at: IntArray, length_s: float) -> BoolArray:
@@ -244,7 +246,7 @@ def _cut(courses: Courses, rows: IntArray, at: IntArray, lag_s: FloatArray) -> F
     return np.asarray(courses.channels[(courses.offsets[rows] + at)[:, None] + lags])
 
 
-def _told(
+def _commands(
     courses: Courses, pushes: Pushes, rows: IntArray, at: IntArray, lag_s: FloatArray
 ) -> FloatArray:
     """Means (n, g) of the robot's commands over `BIN_S`, in units of their spread."""
@@ -253,13 +255,13 @@ def _told(
     lag = np.arange(-BEFORE_S, lag_s[-1], SPACING_S)
     lag = lag[: len(lag) // _BIN * _BIN]
     lags = np.rint(lag * courses.sample_rate_hz).astype(int)
-    told = pushes.command[(courses.offsets[rows] + at)[:, None] + lags]
-    means = told.reshape(len(rows), -1, _BIN, 2).mean(axis=2).reshape(len(rows), -1)
+    commands = pushes.command[(courses.offsets[rows] + at)[:, None] + lags]
+    means = commands.reshape(len(rows), -1, _BIN, 2).mean(axis=2).reshape(len(rows), -1)
     return np.asarray(means / max(float(np.sqrt((means**2).mean())), 1e-12))
 
 
 def _history(courses: Courses, rows: IntArray, at: IntArray) -> FloatArray:
-    """(n, H), centred, each kind of channel in units of its own spread."""
+    """History (n, H), centred, each kind of channel in units of its own spread."""
     lag = np.arange(HISTORY_S[0], HISTORY_S[1] + 1e-9, HISTORY_STEP_S)
     before = _cut(courses, rows, at, lag)
     parts = []
@@ -293,11 +295,11 @@ def _check_directions(phase: str, direction: FloatArray) -> None:
         )
 
 
-# What `inspect` says of pushed reaches.
+# Findings of `inspect` on pushed reaches.
 
 
 def check_pushes(recording: Recording) -> list[Finding]:
-    """How many reaches are free, how many are pushed at each phase, and in which directions.
+    """Check the numbers of free and of pushed reaches at each phase, and their directions.
 
     Parameters
     ----------
@@ -316,18 +318,20 @@ def check_pushes(recording: Recording) -> list[Finding]:
     free = int((~pushes.pushed).sum())
     few = free < LEAST_FREE
     text = f"{free} reaches are free" + (f": {LEAST_FREE} are the least" if few else "")
-    found = [Finding("pushes", "unusable" if few else "ok", text)]
+    findings = [Finding("pushes", "unusable" if few else "ok", text)]
     for phase in pushes.phases:
         rows = pushes.rows(phase)
         mean = np.hypot(*pushes.direction[rows].mean(axis=0))
         text = f"{int(rows.sum())} reaches are pushed"
         if rows.sum() < LEAST_PUSHED:
-            found.append(Finding(f"phase {phase}", "unusable", f"{text}, {LEAST_PUSHED} are few"))
+            findings.append(
+                Finding(f"phase {phase}", "unusable", f"{text}, {LEAST_PUSHED} are few")
+            )
         elif pushes.throughout(phase):
-            found.append(Finding(f"phase {phase}", "ok", f"{text} throughout"))
+            findings.append(Finding(f"phase {phase}", "ok", f"{text} throughout"))
         elif mean > 0.3:
             text += " more to one side than to the other: push back and forth alike"
-            found.append(Finding(f"phase {phase}", "warning", text))
+            findings.append(Finding(f"phase {phase}", "warning", text))
         else:
-            found.append(Finding(f"phase {phase}", "ok", f"{text}, to all sides alike"))
-    return found
+            findings.append(Finding(f"phase {phase}", "ok", f"{text}, to all sides alike"))
+    return findings

@@ -1,4 +1,4 @@
-"""What the topics of the hand share to show themselves: results, tables, ellipses."""
+"""Presentation shared by the topics of the hand: results, tables, ellipses."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Ellipses of many groups in one picture: where the hand was, about one centre, or side by side."""
+"""Ellipses of many groups in one picture: at the hand's places, concentric or side by side."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ from armimpedance.show.plots import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Up to so many names of at most so many letters stand beside their ellipses; others in a legend.
+#: Most names, and most letters of a name, for names beside their ellipses; otherwise there is a
+#: legend.
 _MOST_BESIDE: Final = 6
 _LONGEST_BESIDE: Final = 14
 #: Height of a picture with a list of names beside it (inches).
@@ -52,14 +53,14 @@ _LISTED_HEIGHT_IN: Final = 4.6
 _SAME_PLACE: Final = 0.02
 
 
-def _check_one_for_each(count: int, **given: Sequence[Any] | None) -> None:
-    for what, values in given.items():
+def _check_one_for_each(count: int, **named: Sequence[Any] | None) -> None:
+    for what, values in named.items():
         if values is not None and len(values) != count:
             raise InputError(f"{len(values)} {what} for {count} estimates", expected="one for each")
 
 
 def _at_places(estimates: Sequence[ImpedanceEstimate], *, in_metres: bool) -> bool:
-    """Whether ellipses stand where the hands were: places of all, apart or asked for."""
+    """True if ellipses are drawn at the hands' places: all are known, and distinct or requested."""
     places = [e.position for e in estimates if e.level == "hand" and e.position is not None]
     if len(places) < len(estimates):
         return False
@@ -80,10 +81,10 @@ def plot_ellipses(
 ) -> Axes:
     """Draw the ellipses of estimates with their 95 % bands.
 
-    Ellipses of hands at different places stand where the hands were, as in Tsuji (1997), Fig. 7.
-    Up to ten groups differ in colour and line, in the order of the results; more of them look
-    alike. Those at one place, and those of joints, are drawn about one centre in their own units;
-    more than ten of them side by side, numbered in their order.
+    Ellipses of hands at different places are drawn at these places, as in Tsuji (1997), Fig. 7. Up
+    to ten groups differ in colour and line, in the order of the results; more of them look alike.
+    Those at one place, and those of joints, are drawn about one centre in their own units; more
+    than ten of them side by side, numbered in their order.
 
     Parameters
     ----------
@@ -92,15 +93,15 @@ def plot_ellipses(
     which : {"stiffness", "viscosity", "inertia"}
         The matrix that is drawn.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Default: those of a new figure.
     labels : sequence of str, optional
-        Names; without it the groups' own.
+        Names; default: the groups' own.
     colors : sequence of str, optional
-        One for each estimate, as Matplotlib names them; without it a cycle that colour-blind
-        readers can tell apart.
+        One for each estimate, as Matplotlib names them; default: a cycle that colour-blind readers
+        can distinguish.
     scale : float, optional
-        Metres on paper per unit of the matrix, the same for all; without it most neighbours just
-        do not touch. With it ellipses at one place stand in metres, too.
+        Metres on paper per unit of the matrix, the same for all; default: most neighbours just do
+        not touch. With a stated scale, ellipses at one place are in metres, too.
     show_confidence : bool
         Shade the 95 % band of each outline.
     reference : sequence of (2, 2) or ImpedanceEstimate, optional
@@ -111,15 +112,15 @@ def plot_ellipses(
     Returns
     -------
     Axes
-        With the drawing.
+        Axes with the drawing.
 
     Raises
     ------
     InputError
         The file cannot be read, nothing to draw, not as many labels or colours as estimates, an
-        estimate that does not have two axes, or places known of some only.
+        estimate that does not have two axes, or places that are known for some only.
     TypeError
-        Something else is given.
+        Another type of `estimates`.
 
     Examples
     --------
@@ -130,17 +131,17 @@ def plot_ellipses(
     >>> ax.get_xlabel()
     'K along x (N/m)'
     """
-    given = list(estimates_of(estimates))
-    if not given:
+    rows = list(estimates_of(estimates))
+    if not rows:
         raise InputError("nothing to draw", expected="at least one estimate")
-    names = [condition_of(e) for e in given] if labels is None else [str(name) for name in labels]
-    _check_one_for_each(len(given), labels=names, colors=colors, reference=reference)
-    apart = _at_places(given, in_metres=scale is not None or reference is not None)
-    if not apart and len(given) <= MOST_LOOKS and reference is None:
+    names = [condition_of(e) for e in rows] if labels is None else [str(name) for name in labels]
+    _check_one_for_each(len(rows), labels=names, colors=colors, reference=reference)
+    apart = _at_places(rows, in_metres=scale is not None or reference is not None)
+    if not apart and len(rows) <= MOST_LOOKS and reference is None:
         return plot_ellipses_over_levels(
-            given, which, names, ax, show_confidence=show_confidence, colors=colors
+            rows, which, names, ax, show_confidence=show_confidence, colors=colors
         )
-    shown = EllipseMap.of(given, names, which, scale, colors, aside=not apart)
+    shown = EllipseMap.of(rows, names, which, scale, colors, aside=not apart)
     with print_style():
         ax = shown.new_axes() if ax is None else ax
         if reference is not None:
@@ -156,7 +157,7 @@ def draw_references(
     reference: Sequence[ArrayLike | ImpedanceEstimate],
     label: str,
 ) -> None:
-    """Wide and pale below the estimates: where the two agree both are seen."""
+    """Draw references wide and pale below the estimates, so that both are visible."""
     for item, place in zip(reference, shown.places, strict=True):
         matrix = matrix_of(item, shown.which)
         place_scale = (place, shown.scale, shown.which)
@@ -165,10 +166,10 @@ def draw_references(
 
 @dataclass(frozen=True)
 class EllipseMap:
-    """What is drawn where, in metres, and how its groups are told apart.
+    """Ellipses, their places in metres, and the looks of their groups.
 
-    Several estimates may bear one name, such as those of several subjects. `places` (n, 2).
-    `aside`: whether all were at one place and stand side by side.
+    Several estimates may have the same name, such as those of several subjects. `places` (n, 2).
+    `aside`: True if all were at one place and are drawn side by side.
     """
 
     estimates: Sequence[ImpedanceEstimate]
@@ -191,9 +192,9 @@ class EllipseMap:
         aside: bool = False,
         together: bool = False,
     ) -> EllipseMap:
-        """A map of these estimates; many of one place stand aside.
+        """Build a map of these estimates; many of one place are drawn side by side.
 
-        `together`: whether estimates of one name, as of several subjects, stand at one place.
+        `together`: True to draw estimates of one name, as of several subjects, at one place.
         """
         matrices = [matrix_of(estimate, which) for estimate in estimates]
         if not aside:
@@ -208,27 +209,27 @@ class EllipseMap:
 
     @property
     def once(self) -> list[str]:
-        """Every name once, in order."""
+        """All names without repetition, in order."""
         return list(dict.fromkeys(self.names))
 
     @property
     def styled(self) -> bool:
-        """Whether colours and lines tell the groups apart."""
+        """True if the groups differ by colours and lines."""
         return len(self.once) <= MOST_LOOKS
 
     @property
     def single(self) -> bool:
-        """Whether each name is that of one estimate."""
+        """True if each name belongs to one estimate."""
         return len(self.once) == len(self.names)
 
     @property
     def one_place(self) -> bool:
-        """Whether all stand about one centre."""
+        """True if all are drawn about one centre."""
         return len(np.unique(self.places, axis=0)) == 1
 
     @property
     def _beside(self) -> bool:
-        """Whether the names are few, short and apart enough to stand at the ellipses."""
+        """True if the names are few, short and far enough apart to be written at the ellipses."""
         few = self.single and 1 < len(self.names) <= _MOST_BESIDE
         short = max(map(len, self.names)) <= _LONGEST_BESIDE
         return few and short and len(np.unique(self.places, axis=0)) == len(self.names)
@@ -245,9 +246,9 @@ class EllipseMap:
         return {**look(self.once.index(name), color), "linewidth": width, "label": label}
 
     def new_axes(self, beside_in: float = 0.0) -> Axes:
-        """A new figure of one column of print, as high as the places ask for.
+        """Axes of a new figure of one column of print, with a height that fits the places.
 
-        `beside_in`: room to be kept on the right, for a list of names.
+        `beside_in`: width reserved on the right for a list of names, inches.
         """
         drawn = self._outlines()
         if not self.one_place and not self.aside:
@@ -259,7 +260,7 @@ class EllipseMap:
         return new_axes(ONE_COLUMN_IN + beside_in, height)
 
     def _outlines(self) -> list[FloatArray]:
-        """The outline of each on paper; a point where a matrix has none."""
+        """Outline of each ellipse on paper; a point if a matrix has none."""
         matrices = [matrix_of(estimate, self.which) for estimate in self.estimates]
         return [
             place + self.scale * locus(m) if is_positive_definite(m) else place[None]
@@ -276,9 +277,9 @@ class EllipseMap:
     def finish(
         self, ax: Axes, show_confidence: bool, *, numbers: bool | None = None, title: str = ""
     ) -> None:
-        """Draw what stands around: arm, shoulder, scale bar, names or numbers, legend.
+        """Draw the surroundings: arm, shoulder, scale bar, names or numbers, legend.
 
-        `numbers`: whether a number stands beside each of many; by default where they stand aside.
+        `numbers`: True to write a number beside each of many; default: if they are side by side.
         `title`: a line above the legend.
         """
         matrices = [matrix_of(estimate, self.which) for estimate in self.estimates]
@@ -308,7 +309,7 @@ class EllipseMap:
         legend_above(ax, columns=3, title=title)
 
     def _words(self, numbers: bool) -> tuple[list[str], list[FloatArray]]:
-        """Names, or numbers of many, with what they stand beside."""
+        """Names, or numbers of many, with the outlines that they are written beside."""
         outlines = self._outlines()
         if self._beside:
             return list(self.names), outlines
@@ -321,10 +322,10 @@ class EllipseMap:
 
 
 def _places(hands: FloatArray, names: Sequence[object]) -> FloatArray:
-    """Where each ellipse stands, (n, 2).
+    """Place of each ellipse, (n, 2).
 
-    Estimates of one name stand at their mean place; places that differ by the hand's unsteadiness
-    alone are one.
+    Estimates of one name are drawn at their mean place. Places that differ only by the hand's
+    unsteadiness are merged.
     """
     labels = np.array(names)
     places = np.array([hands[labels == name].mean(axis=0) for name in labels])
@@ -337,7 +338,7 @@ def _places(hands: FloatArray, names: Sequence[object]) -> FloatArray:
 
 
 def _side_by_side(names: Sequence[str]) -> FloatArray:
-    """A place for each name in rows and columns, in tenths of a metre, (n, 2)."""
+    """Place of each name in rows and columns, in tenths of a metre, (n, 2)."""
     once = list(dict.fromkeys(names))
     columns = int(np.ceil(np.sqrt(len(once))))
     number = np.array([once.index(name) for name in names])

@@ -1,8 +1,8 @@
 """Force ellipses: one, those of one posture, and a rose of them over the hand's force.
 
-An ellipse is the locus of the force that answers a unit of displacement (1 m), velocity (1 m/s) or
-acceleration (1 m/s^2) in all directions, Tsuji (1997), section 4.2: N per m is N/m and so on.
-What is not positive definite has no ellipse; a cross stands in its place.
+An ellipse is the locus of the force in response to a unit of displacement (1 m), velocity (1 m/s)
+or acceleration (1 m/s^2) in all directions, Tsuji (1997), section 4.2: N per m is N/m and so on. A
+matrix that is not positive definite has no ellipse; it is shown as a cross.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from armimpedance.show.plots import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Where ellipses are small, a line of the usual width would hide the band of its own outline.
+#: Line width for small ellipses: a line of the usual width would hide the band of its outline.
 FINE_LINE = 0.6
 _NOT_DEFINITE = "not positive definite"
 
@@ -64,13 +64,13 @@ def plot_ellipse(
     matrix_or_estimate : (2, 2) or ImpedanceEstimate
         The matrix, or the estimate that holds it.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Default: those of a new figure.
     centre : (2,)
-        Where it stands, in the axes' units.
+        Its centre, in the axes' units.
     scale : float
         Axes' units per unit of the matrix; 1 draws the ellipse in its own units.
     which : {"stiffness", "viscosity", "inertia"}
-        Which matrix of an estimate is drawn.
+        Matrix of an estimate that is drawn.
     show_confidence : bool
         Shade the 95 % band of the outline (estimates only).
     color : str
@@ -90,7 +90,7 @@ def plot_ellipse(
     Raises
     ------
     InputError
-        When there are not two axes, or `which` is none of the three.
+        When there are not two axes, or `which` is not one of the three.
 
     Examples
     --------
@@ -155,18 +155,18 @@ def plot_ellipses_over_levels(
     show_confidence: bool = False,
     colors: Sequence[str] | None = None,
 ) -> Axes:
-    """Draw the ellipses of one posture over one another, as in Tsuji (1997), Fig. 8.
+    """Draw the ellipses of one posture on top of each other, as in Tsuji (1997), Fig. 8.
 
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
         For example of rising co-contraction: solid, dashed, alternate long and short dashes, …
     which : {"stiffness", "viscosity", "inertia"}
-        Whose ellipse is drawn.
+        Matrix whose ellipse is drawn.
     labels : sequence of str, optional
-        For the legend; without it the conditions.
+        Names in the legend; default: the conditions.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Default: those of a new figure.
     reference : (2, 2) or ImpedanceEstimate, optional
         Drawn dotted.
     reference_label : str
@@ -174,7 +174,7 @@ def plot_ellipses_over_levels(
     show_confidence : bool
         Shade the 95 % band of each outline.
     colors : sequence of str, optional
-        One for each estimate; without it a cycle that colour-blind readers can tell apart.
+        One for each estimate; default: a cycle that colour-blind readers can distinguish.
 
     Returns
     -------
@@ -222,11 +222,11 @@ def plot_ellipse_rose(
     estimates : sequence of ImpedanceEstimate
         The estimates of the hand, with two axes.
     which : {"stiffness", "viscosity", "inertia"}
-        Whose ellipse is drawn.
+        Matrix whose ellipse is drawn.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Default: those of a new figure.
     forces_N : (n, 2), optional
-        Where each stands, for example the target forces; without it the measured mean force.
+        Centre of each ellipse, for example the target force; default: the measured mean force.
     scale : float, optional
         N on the axes per unit of the matrix; by default neighbours just do not touch.
     show_confidence : bool

@@ -1,4 +1,4 @@
-"""What the drawings of ellipses are put together from: bands, arms, scale bars, legends."""
+"""Parts of the drawings of ellipses: bands, arms, scale bars, legends."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# The outline of a force ellipse in polar form, with its confidence band. Without matplotlib.
+# The outline of a force ellipse in polar form, with its confidence band, without matplotlib.
 
 
 def outline_radius(
@@ -54,14 +54,15 @@ def confidence_band(
 ) -> tuple[FloatArray, FloatArray]:
     """Inner and outer outline of the 95 % band of an estimate's ellipse, (n, 2) each, closed.
 
-    Pointwise along each direction from the centre, first order; the inner one ends at the centre.
+    The band is pointwise along each direction from the centre, to first order; the inner outline
+    does not cross the centre.
 
     Parameters
     ----------
     estimate : ImpedanceEstimate
-        Of two axes.
+        Estimate of two axes.
     which : {"stiffness", "viscosity", "inertia"}
-        The matrix whose ellipse it is.
+        The matrix of the ellipse.
     n : int
         Points on each outline.
 
@@ -71,7 +72,7 @@ def confidence_band(
         From the centre, in the unit of the matrix.
     """
     i = list(MATRICES).index(which)
-    # Directions of the locus' own points: close together where a thin ellipse bends.
+    # directions of the locus' points: close together where a thin ellipse is most curved
     x, y = locus(getattr(estimate, which), n).T
     angle = np.arctan2(y, x)
     covariance = estimate.covariance[4 * i : 4 * i + 4, 4 * i : 4 * i + 4]
@@ -81,15 +82,15 @@ def confidence_band(
     return np.maximum(radius - half, 0.0)[:, None] * e, (radius + half)[:, None] * e
 
 
-#: Hands closer together than this stand at one place: nobody holds still within less (m).
+#: Hands closer together than this (m) are at one place: no person holds still to less.
 ONE_PLACE_M = 0.01
-#: Ellipses may reach into their neighbours' cells by this factor: most are thin and alike.
+#: Factor by which ellipses may extend into their neighbours' cells: most are thin and similar.
 OVERLAP = 1.3
-#: Shading of a 95 % band, and from which width on it is seen beside a line (points).
+#: Opacity of a 95 % band, and the smallest width at which it is visible beside a line (points).
 BAND_ALPHA = 0.35
 _SEEN_PT = 1.6
-#: About how wide a legend's line sample with its gaps is, a letter, and what stands left of
-#: a panel (in).
+#: Approximate widths (in): a legend's line sample with its gaps, a letter, and the space left of a
+#: panel.
 _SAMPLE_IN, _LETTER_IN, _MARGIN_IN = 0.45, 0.062, 0.5
 
 
@@ -98,7 +99,7 @@ def default_scale(
 ) -> float:
     """The scale at which the largest ellipse reaches 0.45 of the usual distance between centres.
 
-    With all centres in one place a tenth of the axes' unit stands for the distance.
+    With all centres at one place the distance is a tenth of the axes' unit.
 
     `matrices` sequence of (2, 2): the matrices whose ellipses are drawn.
     `centres` (n, 2): the centres of the ellipses, in the unit of the axes.
@@ -107,24 +108,24 @@ def default_scale(
     """
     largest = _largest(matrices)
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
-    # Places closer than a tenth of the whole spread are one place measured twice.
+    # places closer than a tenth of the whole spread are one place, measured twice
     apart[apart <= max(0.1 * apart.max(), one_place)] = np.inf
     nearest = apart.min(axis=1)
-    known = nearest[np.isfinite(nearest)]
-    return 0.45 * float(np.median(known) if known.size else 0.1) / largest
+    finite = nearest[np.isfinite(nearest)]
+    return 0.45 * float(np.median(finite) if finite.size else 0.1) / largest
 
 
 def usual_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
     """The scale at which three quarters of the ellipses just reach into their neighbours' cells.
 
-    The outstretched arm's would make the others specks.
+    Those of an outstretched arm would make the others very small.
     """
     ordered = sorted(matrices, key=lambda m: float(np.linalg.eigvalsh(m + m.T)[-1]))
     return OVERLAP * default_scale(ordered[: max(1, 3 * len(ordered) // 4)], centres)
 
 
 def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
-    """The (2, 2) matrix to draw; InputError where there is none."""
+    """The (2, 2) matrix to draw; raise InputError if there is none."""
     if which not in MATRICES:
         raise InputError(f"unknown matrix {which!r}", expected=" or ".join(MATRICES))
     matrix = getattr(item, which) if isinstance(item, ImpedanceEstimate) else item
@@ -135,13 +136,13 @@ def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
 
 
 def unit_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> str:
-    """Unit of the matrix; a bare one is taken to be of the hand."""
+    """Unit of the matrix; a plain matrix is taken as that of the hand."""
     level = item.level if isinstance(item, ImpedanceEstimate) else "hand"
     return unit_text(UNITS[level][MATRICES[which][0]])
 
 
 def hand_of(estimate: ImpedanceEstimate) -> FloatArray:
-    """Hand position (2,) of an estimate of the hand; InputError where there is none."""
+    """Hand position (2,) of an estimate of the hand; raise InputError if there is none."""
     if estimate.level != "hand":
         raise InputError(f"an estimate of level {estimate.level}", expected="level hand")
     if estimate.position is None:
@@ -150,7 +151,7 @@ def hand_of(estimate: ImpedanceEstimate) -> FloatArray:
 
 
 def is_positive_definite(matrix: FloatArray) -> bool:
-    """Whether the symmetric part has an ellipse."""
+    """True if the symmetric part is positive definite and has an ellipse."""
     return bool(np.linalg.eigvalsh((matrix + matrix.T) / 2).min() > 0)
 
 
@@ -162,23 +163,23 @@ def draw_band(
     scale: float,
     color: str,
 ) -> None:
-    """Shade the 95 % band of the outline, where there is an outline."""
+    """Shade the 95 % band of the outline, if there is an outline."""
     if not is_positive_definite(getattr(estimate, which)):
         return
     from matplotlib.patches import Polygon
 
     inner, outer = confidence_band(estimate, which)
     corners = centre + scale * np.concatenate([outer, inner[::-1]])
-    # `Axes.fill` would look for the extremes of each of the 722 sides as if they were bent
+    # `Axes.fill` would search for extremes on each of the 722 sides as if they were curves
     ax.add_artist(Polygon(corners, color=color, alpha=BAND_ALPHA, linewidth=0))
     ax.update_datalim(corners)
     ax.autoscale_view()
 
 
 def draw_arm(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
-    """The arm of the hand in the middle as sticks, where its posture is known."""
-    known = [(e, elbow_of(e)) for e in estimates]
-    arms = [(e, elbow) for e, elbow in known if elbow is not None]
+    """Draw the arm of the central hand as sticks, if its posture is known."""
+    elbows = [(e, elbow_of(e)) for e in estimates]
+    arms = [(e, elbow) for e, elbow in elbows if elbow is not None]
     if not arms:
         return
     hands = np.array([hand_of(e) for e, _ in arms])
@@ -187,12 +188,12 @@ def draw_arm(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
     ax.plot(x, y, "-o", color="0.8", linewidth=2.5, markersize=4, zorder=0)
 
 
-#: Both links of an arm are at least so long, m; a straight arm does not tell where its elbow is.
+#: Smallest length of both links of an arm, m; a straight arm does not determine the elbow's place.
 _LEAST_LINK_M = 0.1
 
 
 def elbow_of(estimate: ImpedanceEstimate) -> FloatArray | None:
-    """The elbow's place (2,) by shoulder, hand and joint angles; None where they do not tell it."""
+    """Place of the elbow (2,) from shoulder, hand and joint angles; None if undetermined."""
     angles, shoulder = estimate.joint_angles, estimate.shoulder_m
     if angles is None or shoulder is None or len(angles) != 2 or abs(np.sin(angles[1])) < 0.1:
         return None
@@ -207,18 +208,18 @@ def elbow_of(estimate: ImpedanceEstimate) -> FloatArray | None:
 
 
 def draw_shoulders(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> list[tuple[float, ...]]:
-    """Mark each place of a shoulder once; the places."""
-    known = [tuple(e.shoulder_m.tolist()) for e in estimates if e.shoulder_m is not None]
-    places = list(dict.fromkeys(known))
+    """Mark each place of a shoulder once, and return the places."""
+    shoulders = [tuple(e.shoulder_m.tolist()) for e in estimates if e.shoulder_m is not None]
+    places = list(dict.fromkeys(shoulders))
     for place in places:
         ax.plot(*place, "s", color="black", markersize=5)
     return places
 
 
 def fill_panel(ax: Axes) -> None:
-    """One scale for x and y, and limits as wide as the panel has room.
+    """Set one scale for x and y, and limits as wide as the panel allows.
 
-    A column of places would otherwise make a strip that has no room for its words.
+    A column of places would otherwise give a strip without room for its text.
     """
     both_shared = all(
         len(list(group(ax))) > 1
@@ -231,7 +232,7 @@ def fill_panel(ax: Axes) -> None:
 
 
 def band_label(ax: Axes, estimates: Sequence[ImpedanceEstimate], which: Which, scale: float) -> str:
-    """How a legend calls the band: it says so where the band cannot be seen beside its line."""
+    """Legend entry of the band; it says so if the band cannot be seen beside its line."""
     low, high = np.array(ax.axis()).reshape(2, 2).T
     width, height = (_panel_in(ax) * 72, ax.figure.get_figure(root=True).get_size_inches()[1] * 50)
     point = float(max((high[0] - low[0]) / width, (high[1] - low[1]) / height))
@@ -249,7 +250,7 @@ def band_label(ax: Axes, estimates: Sequence[ImpedanceEstimate], which: Which, s
 
 
 def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit: str) -> None:
-    """A bar of a round number near the largest principal value, in a strip below the drawing."""
+    """Draw a bar below the ellipses: a round number near the largest principal value."""
     from mpl_toolkits.axes_grid1.anchored_artists import (  # type: ignore[import-untyped]
         AnchoredSizeBar,
     )
@@ -257,7 +258,7 @@ def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit:
     value = _round_number(_largest(matrices))
     x0, x1, low, high = ax.axis()
     if ax.get_autoscaley_on():
-        # the limits stay free, so that the panel may be filled
+        # the limits stay free, so that the panel can be filled
         ax.update_datalim([(x0, low - 0.1 * (high - low)), (x1, high)])
         ax.autoscale_view()
     else:
@@ -277,7 +278,7 @@ def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit:
 
 
 def _largest(matrices: Sequence[FloatArray]) -> float:
-    """The largest principal value of all; 1 where all are zero."""
+    """Largest principal value of all matrices; 1 if all are zero."""
     if not len(matrices):
         raise InputError("nothing to draw", expected="at least one estimate")
     return float(max(np.abs(np.linalg.eigvalsh((m + m.T) / 2)).max() for m in matrices)) or 1.0
@@ -290,15 +291,15 @@ def _round_number(value: float) -> float:
 
 
 def square_limits(ax: Axes) -> None:
-    """The same limits for x and y about the origin, so that panels compare."""
+    """Set the same limits for x and y about the origin, so that panels can be compared."""
     reach = float(np.abs([*ax.get_xlim(), *ax.get_ylim()]).max())
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
 def legend_above(ax: Axes, columns: int = 3, title: str = "") -> None:
-    """A legend above the axes with each label once, in fewer columns where names are long.
+    """Draw a legend above the axes with each label once, in fewer columns if names are long.
 
-    Inside the axes where nothing would keep room for it above.
+    It is inside the axes if no layout reserves space above.
     """
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
@@ -316,13 +317,13 @@ def legend_above(ax: Axes, columns: int = 3, title: str = "") -> None:
 
 
 def _panel_in(ax: Axes) -> float:
-    """About the width of a panel (in), before the figure is laid out."""
+    """Approximate width of a panel (in), before the figure is laid out."""
     spec, width_in = ax.get_subplotspec(), ax.figure.get_figure(root=True).get_size_inches()[0]
     return float(width_in) / (spec.get_gridspec().ncols if spec is not None else 1) - _MARGIN_IN
 
 
 def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
-    """Replace the panels' legends by one above them all, each label once.
+    """Replace the panels' legends by one legend above all of them, with each label once.
 
     Parameters
     ----------

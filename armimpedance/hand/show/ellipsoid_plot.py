@@ -1,7 +1,7 @@
 """Ellipsoids in three orthogonal views and one perspective drawing, all of lines.
 
-An outline is the edge of the ellipsoid's shadow: along the direction n of a view it reaches
-``h(n) = |A n|``, and its 95 % band is that of h, moved along n.
+An outline is the edge of the ellipsoid's projection: along the direction n of a view it reaches
+``h(n) = |A n|``. Its 95 % band is that of h, along n.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Axes across and up of the views: from above, from behind, from the right.
+#: Axes across and up for each view: from above, from behind, from the right.
 VIEWS: Final = (("from above", 0, 1), ("from behind", 0, 2), ("from the right", 1, 2))
 _COLORS: Final = ("blue", "vermillion", "green", "purple", "orange")
-#: The camera of the drawing: azimuth and elevation (rad), and its distance in largest half-axes.
+#: Camera of the perspective drawing: azimuth and elevation (rad), and distance in largest
+#: half-axes.
 _AZIMUTH: Final = np.radians(-60.0)
 _ELEVATION: Final = np.radians(22.0)
 _DISTANCE: Final = 5.0
@@ -43,26 +44,26 @@ _DISTANCE: Final = 5.0
 def plot_ellipsoids(estimates: Sequence[ImpedanceEstimate], which: Which = "stiffness") -> Figure:
     """Draw the ellipsoids of estimates in space about one centre.
 
-    `estimates`: of three axes; what is not positive definite is left out and named in the legend.
-    `which`: whose ellipsoid is drawn.
+    `estimates`: of three axes; those not positive definite are left out, and named in the legend.
+    `which`: matrix whose ellipsoid is drawn.
     Returns: three views with 95 % bands, and a perspective drawing with the principal axes.
     """
     symbol = MATRICES[which][0]
     unit = UNITS[estimates[0].level][symbol]
-    found = [ellipsoid_of(e, which) for e in estimates]
+    ellipsoids = [ellipsoid_of(e, which) for e in estimates]
     with print_style():
         figure = new_figure(TWO_COLUMNS_IN, 2.6)
         axes = list(figure.subplots(1, 4))
-        for i, (one, estimate) in enumerate(zip(found, estimates, strict=True)):
+        for i, (ellipsoid, estimate) in enumerate(zip(ellipsoids, estimates, strict=True)):
             color = OKABE_ITO[_COLORS[i % len(_COLORS)]]
             style = LINE_STYLES[(i // len(_COLORS)) % len(LINE_STYLES)]
             name = group_name(estimate.keys)
-            if one is None:
+            if ellipsoid is None:
                 axes[0].plot([], [], "x", color=color, label=f"{name}: not positive definite")
                 continue
             for ax, (_, across, up) in zip(axes, VIEWS, strict=False):
-                _draw_shadow(ax, one, (across, up), color, style, name)
-        _draw_perspective(axes[3], [one for one in found if one is not None])
+                _draw_shadow(ax, ellipsoid, (across, up), color, style, name)
+        _draw_perspective(axes[3], [ellipsoid for ellipsoid in ellipsoids if ellipsoid is not None])
         reach = max((abs(value) for ax in axes[:3] for value in ax.axis()), default=1.0)
         for ax, (title, across, up) in zip(axes, VIEWS, strict=False):
             ax.set_aspect("equal")
@@ -74,28 +75,30 @@ def plot_ellipsoids(estimates: Sequence[ImpedanceEstimate], which: Which = "stif
     return figure
 
 
-def _shadow(one: Ellipsoid, view: tuple[int, int]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _shadow(
+    ellipsoid: Ellipsoid, view: tuple[int, int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Outline (n, 2), its normals (n, 2), and half the 95 % band along them (n,)."""
     turn = np.linspace(0.0, 2 * np.pi, 181)
     flat = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     n = np.zeros((len(turn), 3))
     n[:, view] = flat
-    reached = n @ one.matrix
+    reached = n @ ellipsoid.matrix
     h = np.linalg.norm(reached, axis=1)
-    outline = (reached / h[:, None]) @ one.matrix
+    outline = (reached / h[:, None]) @ ellipsoid.matrix
     # dh = (A n / h)^T dA n
     by = np.einsum("pi,pj->pij", reached / h[:, None], n)
     by = ((by + by.transpose(0, 2, 1)) / 2).reshape(len(turn), 9)
-    sd = np.sqrt(np.maximum(np.einsum("pi,ij,pj->p", by, one.covariance, by), 0.0))
-    return outline[:, list(view)], flat, t_factor(one.dof) * sd
+    sd = np.sqrt(np.maximum(np.einsum("pi,ij,pj->p", by, ellipsoid.covariance, by), 0.0))
+    return outline[:, list(view)], flat, t_factor(ellipsoid.dof) * sd
 
 
 def _draw_shadow(
-    ax: Axes, one: Ellipsoid, view: tuple[int, int], color: str, style: object, name: str
+    ax: Axes, ellipsoid: Ellipsoid, view: tuple[int, int], color: str, style: object, name: str
 ) -> None:
     from matplotlib.patches import Polygon
 
-    outline, normals, half = _shadow(one, view)
+    outline, normals, half = _shadow(ellipsoid, view)
     outer, inner = (outline + sign * half[:, None] * normals for sign in (1, -1))
     corners = np.concatenate([outer, inner[::-1]])
     ax.add_artist(Polygon(corners, color=color, alpha=BAND_ALPHA, linewidth=0))
@@ -104,22 +107,22 @@ def _draw_shadow(
     ax.plot(*outline.T, color=color, linestyle=style, linewidth=1.0, label=name)
 
 
-def _draw_perspective(ax: Axes, found: Sequence[Ellipsoid]) -> None:
-    """Meridians and parallels, the far side pale, and the principal axes."""
+def _draw_perspective(ax: Axes, ellipsoids: Sequence[Ellipsoid]) -> None:
+    """Draw meridians and parallels, pale on the far side, and the principal axes."""
     ax.set_aspect("equal")
     ax.set_axis_off()
-    if not found:
+    if not ellipsoids:
         return
-    largest = max(float(one.semi_axes[0]) for one in found)
-    for i, one in enumerate(found):
+    largest = max(float(ellipsoid.semi_axes[0]) for ellipsoid in ellipsoids)
+    for i, ellipsoid in enumerate(ellipsoids):
         color = OKABE_ITO[_COLORS[i % len(_COLORS)]]
-        for line in _lines(one):
-            seen = _faces_camera(one, line, largest)
+        for line in _lines(ellipsoid):
+            seen = _faces_camera(ellipsoid, line, largest)
             flat = _seen(line, largest)
             for part, alpha in ((seen, 0.9), (~seen, 0.2)):
                 drawn = np.where(part[:, None], flat, np.nan)
                 ax.plot(*drawn.T, color=color, linewidth=0.5, alpha=alpha)
-        for v, length in zip(one.axes.T, one.semi_axes, strict=True):
+        for v, length in zip(ellipsoid.axes.T, ellipsoid.semi_axes, strict=True):
             ends = np.outer([-length, length], v)
             ax.plot(*_seen(ends, largest).T, color=color, linewidth=1.0)
     for axis, name in zip(np.eye(3), AXES, strict=True):
@@ -128,7 +131,7 @@ def _draw_perspective(ax: Axes, found: Sequence[Ellipsoid]) -> None:
         ax.annotate(name, ends[1], color="0.3", ha="center", va="center")
 
 
-def _lines(one: Ellipsoid) -> list[FloatArray]:
+def _lines(ellipsoid: Ellipsoid) -> list[FloatArray]:
     """Closed lines (n, 3) on the ellipsoid: parallels and meridians about its longest axis."""
     turn = np.linspace(0.0, 2 * np.pi, 121)
     along = [
@@ -141,11 +144,11 @@ def _lines(one: Ellipsoid) -> list[FloatArray]:
         np.stack([np.sin(turn), np.cos(turn) * np.cos(m), np.cos(turn) * np.sin(m)])
         for m in np.radians([0.0, 45.0, 90.0, 135.0])
     ]
-    return [((one.axes * one.semi_axes) @ unit).T for unit in (*along, *round_)]
+    return [((ellipsoid.axes * ellipsoid.semi_axes) @ unit).T for unit in (*along, *round_)]
 
 
 def _camera() -> FloatArray:
-    """Rows: to the right, up, and towards the camera."""
+    """Rows: the directions to the right, up, and towards the camera."""
     c, s, ce, se = np.cos(_AZIMUTH), np.sin(_AZIMUTH), np.cos(_ELEVATION), np.sin(_ELEVATION)
     towards = np.array([ce * c, ce * s, se])
     right = np.array([-s, c, 0.0])
@@ -153,14 +156,14 @@ def _camera() -> FloatArray:
 
 
 def _seen(points: FloatArray, largest: float) -> FloatArray:
-    """Points (n, 3) as the camera sees them, (n, 2)."""
+    """Project points (n, 3) to the camera's image, (n, 2)."""
     turned = points @ _camera().T
     far = _DISTANCE * largest
     return np.asarray(turned[:, :2] * (far / (far - turned[:, 2]))[:, None])
 
 
-def _faces_camera(one: Ellipsoid, points: FloatArray, largest: float) -> BoolArray:
-    """Whether the surface at points (n, 3) is turned to the camera."""
+def _faces_camera(ellipsoid: Ellipsoid, points: FloatArray, largest: float) -> BoolArray:
+    """True if the surface at points (n, 3) faces the camera."""
     eye = _DISTANCE * largest * _camera()[2]
-    normal = np.linalg.solve(one.matrix @ one.matrix, points.T).T
+    normal = np.linalg.solve(ellipsoid.matrix @ ellipsoid.matrix, points.T).T
     return np.asarray(((eye - points) * normal).sum(axis=1) > 0)

@@ -1,4 +1,4 @@
-"""What `estimate` returns: estimates of all groups, found by their names, as tables and files."""
+"""Result of `estimate`: estimates of all groups, accessible by name, as tables and files."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ from armimpedance.show.verbs.results import (
 if TYPE_CHECKING:
     pass
 
-#: Estimates that a short text shows.
+#: Number of estimates in a short text.
 _MOST_SHOWN: Final = 10
-#: Letters of the gravest warning in the same place.
+#: Letters of the gravest warning in a short text.
 _LONGEST_WARNING: Final = 160
 
 
@@ -52,11 +52,11 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
     Attributes
     ----------
     estimates : tuple of ImpedanceEstimate
-        Labelled when they come in.
+        They are labelled on construction.
     subject : Subject or None
-        Who was measured; None where it is not known or where there are several.
+        Person who was measured; None if unknown or if there are several.
     gravity_m_s2 : (d,) tuple or None
-        Gravity along the hand's axes, as the recording says.
+        Gravity along the hand's axes, from the recording.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
         """Look up estimates by position or by name.
 
         `which`: a position from 0, or a slice. A text is the value of one of the group's columns, a
-        tuple holds the values of all of them in their order. Where several methods estimated one
+        tuple holds the values of all of them in their order. If several methods estimated one
         group, the method's name comes last. A list holds several of these.
         Raises InputError: no group has this name, or several have; the message lists the names.
         """
@@ -122,12 +122,12 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
         return list(zip(self.names, self._labelled, strict=True))
 
     def where(self, **columns: Any) -> Estimates:
-        """Those whose columns have these values: ``hand.where(condition="relaxed")``.
+        """Select estimates by the values of columns: ``hand.where(condition="relaxed")``.
 
         Parameters
         ----------
         **columns
-            One value, or several in a list, of each of these columns of the groups.
+            One value, or several in a list, for each of these columns of the groups.
 
         Returns
         -------
@@ -139,10 +139,12 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
         InputError
             A column that the groups do not have.
         """
-        known = {name for estimate in self.estimates for name in estimate.keys}
+        columns_of_groups = {name for estimate in self.estimates for name in estimate.keys}
         for name in columns:
-            if name not in known:
-                raise InputError(f"no column {name!r}", expected=f"one of {', '.join(known)}")
+            if name not in columns_of_groups:
+                raise InputError(
+                    f"no column {name!r}", expected=f"one of {', '.join(columns_of_groups)}"
+                )
         wanted = {
             name: set(map(str, value if isinstance(value, list | tuple | set) else [value]))
             for name, value in columns.items()
@@ -153,7 +155,7 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
 
     @property
     def _values(self) -> list[tuple[Any, ...]]:
-        """The values of each group's columns, and the method where these do not tell it."""
+        """Values of each group's columns, with the method if these are not unique."""
         groups = [tuple(e.keys.values()) for e in self.estimates]
         if len(set(map(repr, groups))) == len(groups):
             return groups
@@ -166,7 +168,7 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
 
     @property
     def content(self) -> Content:
-        """What RESULTS.csv holds, one row a group.
+        """Content of RESULTS.csv, one row per group.
 
         Raises
         ------
@@ -176,7 +178,7 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
         return results_content(self.estimates)
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a group with nested lists of numbers, as the JSON file holds them."""
+        """One mapping per group with nested lists of numbers, as in the JSON file."""
         make = self.content.objects
         return [] if make is None else list(make())
 
@@ -213,11 +215,11 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
         return "\n".join([self._head(), *lines, *self._warned()])
 
     def _warned(self) -> list[str]:
-        """One line on the warnings: how many there are, and the gravest; none where none is."""
-        said = by_gravity(text for one in self.estimates for text in one.warnings)
-        if not said:
+        """One line with the number of warnings, and the gravest; empty if there are no warnings."""
+        warnings = by_gravity(text for estimate in self.estimates for text in estimate.warnings)
+        if not warnings:
             return []
-        return [f"{counted(len(said), 'warning')}: {beginning(said[0], _LONGEST_WARNING)}"]
+        return [f"{counted(len(warnings), 'warning')}: {beginning(warnings[0], _LONGEST_WARNING)}"]
 
     def _repr_html_(self) -> str:
         warned = "".join(f"<p><b>{escape(line)}</b></p>" for line in self._warned())
@@ -225,22 +227,22 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[LabelledEstimate]):
 
 
 def _stiffness(estimate: ImpedanceEstimate) -> str:
-    """The principal values of the symmetric part of K, the largest first, with the unit."""
+    """Principal values of the symmetric part of K, the largest first, with the unit."""
     K = estimate.stiffness
     values = ", ".join(f"{v:.4g}" for v in np.linalg.eigvalsh((K + K.T) / 2)[::-1])
     return f"K {values} {UNITS[estimate.level]['K']}"
 
 
 def read_results(path: PathLike) -> Estimates:
-    """Read RESULTS.csv, ours or one that a script wrote to the same contract.
+    """Read RESULTS.csv, written by this package or by a script in the same format.
 
     Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`
     or all of `sd_M_ij, sd_B_ij, sd_K_ij`: with the latter alone the covariance is diagonal and the
     estimate says so in a warning. `shared_errors` may be missing. Without `dof` it is taken as
     `n_trials - 1`. Intervals, ellipses and antisymmetric parts are not read: they follow from the
-    rest. Columns that are not the results' own are the group's; there, what looks like a number is
-    one (`condition` stays text).
-    A column without a name, such as a data frame's row numbers, is passed over.
+    rest. Columns that are not the results' own are the group's; their texts that look like numbers
+    become numbers (`condition` stays text). A column without a name, such as a data frame's row
+    numbers, is ignored.
 
     Parameters
     ----------
@@ -255,7 +257,7 @@ def read_results(path: PathLike) -> Estimates:
     Raises
     ------
     InputError
-        With file, row and column of what is missing or is not what it should be.
+        With file, row and column of a missing or wrong value.
 
     Examples
     --------
@@ -279,14 +281,14 @@ def read_results(path: PathLike) -> Estimates:
 _TAKEN: Final = (
     "estimates are expected, what `estimate` returns, some of it, or the path of a RESULTS.csv"
 )
-#: Estimates as a person has them: a result, one or several of its estimates, or a RESULTS.csv.
+#: Estimates as input: a result, one or several of its estimates, or a RESULTS.csv.
 GivenEstimates = Sequence[ImpedanceEstimate] | ImpedanceEstimate | PathLike
 
 
 def estimates_of(given: GivenEstimates) -> Sequence[ImpedanceEstimate]:
-    """The estimates that a person gives; those of a file are read.
+    """Estimates from the input of a user; those of a file are read.
 
-    Raises TypeError: something else is given; the message says what.
+    Raises TypeError: another type; the message names it.
     """
     if isinstance(given, ImpedanceEstimate):
         return [given]
@@ -310,7 +312,7 @@ ForceBy = Literal["limb", "device"]
 def opened(
     source: Recording | PathLike, by: str | Sequence[str], seed: int, force_by: ForceBy | None
 ) -> Iterator[tuple[Recording, tuple[str, ...]]]:
-    """The recording and the columns of its groups; errors inside name its path."""
+    """Open a recording with the columns of its groups; errors inside name its path."""
     columns = as_columns(by)
     check_group_columns(columns)
     check_number(seed, f"seed {seed}", low=0)

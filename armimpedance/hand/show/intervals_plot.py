@@ -1,4 +1,4 @@
-"""Estimates beside one another, with what is known of their errors."""
+"""Plot of estimates beside one another, with their intervals."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def plot_intervals(
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
-        From the top down.
+        Drawn from the top down.
     parameter : str
         ``M_11`` … ``K_kk``.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Default: those of a new figure.
     labels : sequence of str, optional
-        Without it the conditions.
+        Default: the conditions.
     truth : sequence of float, optional
         Known values, drawn as crosses.
 
@@ -91,7 +91,7 @@ def plot_intervals(
 
 
 def _color(number: int, of: int) -> str:
-    """That of the group in every picture; of many groups all are alike."""
+    """Colour of the group in every picture; the same colour for all of many groups."""
     return str(look(number)["color"]) if of <= MOST_LOOKS else OKABE_ITO["blue"]
 
 

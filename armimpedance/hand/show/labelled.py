@@ -1,4 +1,4 @@
-"""An estimate as a person reads it: its matrices are arrays that know their intervals and units."""
+"""Labelled estimates: their matrices are arrays with intervals and units."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
     """One matrix of an estimate with its 95 % intervals.
 
-    It is the matrix, for NumPy and for every function of the package: what is computed from it is a
-    plain array.
+    For NumPy and for every function of the package it is the matrix; results computed from it are
+    plain arrays.
 
     Attributes
     ----------
     symbol, unit : str
-        Such as ``K`` and ``N/m``.
+        For example ``K`` and ``N/m``.
     axes : tuple of k str
         Names of the rows and columns.
     sd, low, high : (k, k)
@@ -54,7 +54,7 @@ class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
 
     @classmethod
     def of(cls, estimate: ImpedanceEstimate, which: Which) -> LabelledMatrix:
-        """A matrix of an estimate.
+        """Build the labelled matrix of an estimate.
 
         Parameters
         ----------
@@ -67,15 +67,15 @@ class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
         """
         symbol = MATRICES[which][0]
         plain = np.asarray(getattr(estimate, which))
-        made: LabelledMatrix = plain.view(cls)
-        made.symbol, made.unit = symbol, UNITS[estimate.level][symbol]
-        made.axes, made.sd = axes_of(estimate), estimate.sd["MBK".index(symbol)]
-        half = t_factor(estimate.dof) * made.sd
-        made.low, made.high = plain - half, plain + half
-        return made
+        labelled: LabelledMatrix = plain.view(cls)
+        labelled.symbol, labelled.unit = symbol, UNITS[estimate.level][symbol]
+        labelled.axes, labelled.sd = axes_of(estimate), estimate.sd["MBK".index(symbol)]
+        half = t_factor(estimate.dof) * labelled.sd
+        labelled.low, labelled.high = plain - half, plain + half
+        return labelled
 
     def __array_finalize__(self, source: Any) -> None:
-        # a part or a copy of it has no labels of its own
+        # a part or a copy of the matrix has no labels
         self.symbol = None
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
@@ -86,7 +86,7 @@ class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
         return np.asarray(self)[key]
 
     def __reduce__(self) -> Any:
-        # another process gets the numbers; an estimate labels them anew
+        # only the numbers are pickled; an estimate labels them again
         return np.asarray(self).__reduce__()
 
     @property
@@ -100,7 +100,7 @@ class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
         return np.asarray(self).T
 
     def to_frame(self) -> pd.DataFrame:
-        """One row an element: its row and column, value, standard error, 95 % limits, unit."""
+        """One row per element: its row and column, value, standard error, 95 % limits, unit."""
         import pandas as pd
 
         places = pd.MultiIndex.from_product([self.axes, self.axes], names=["row", "column"])
@@ -108,7 +108,7 @@ class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
         return pd.DataFrame({**columns, "unit": self.unit}, index=places)
 
     def _table(self) -> list[list[str]]:
-        """The heading and the rows: ``104 [95.4, 113]`` of every element."""
+        """Heading and rows: ``104 [95.4, 113]`` for every element."""
         rows = [
             [axis, *(f"{v:.4g} [{a:.4g}, {b:.4g}]" for v, a, b in zip(*row, strict=True))]
             for axis, row in zip(
@@ -134,7 +134,7 @@ class LabelledMatrix(np.ndarray[Any, np.dtype[np.float64]]):
 
 
 class LabelledEstimate(ImpedanceEstimate):
-    """One estimate as a person reads it: its matrices have intervals, units and names of axes.
+    """An estimate for display: its matrices have intervals, units and names of axes.
 
     It is an `ImpedanceEstimate`. `print` shows all of it.
 
@@ -159,7 +159,7 @@ class LabelledEstimate(ImpedanceEstimate):
 
     @classmethod
     def of(cls, estimate: ImpedanceEstimate) -> LabelledEstimate:
-        """The same estimate with labels.
+        """Add labels to an estimate.
 
         Parameters
         ----------
@@ -171,11 +171,11 @@ class LabelledEstimate(ImpedanceEstimate):
         """
         if isinstance(estimate, cls):
             return estimate
-        made = object.__new__(cls)
-        # its fields were checked when it was made
-        made.__dict__.update(vars(estimate))
-        made._label()
-        return made
+        labelled = object.__new__(cls)
+        # its fields were checked on construction
+        labelled.__dict__.update(vars(estimate))
+        labelled._label()
+        return labelled
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -190,7 +190,7 @@ class LabelledEstimate(ImpedanceEstimate):
             object.__setattr__(self, which, LabelledMatrix.of(self, which))
 
     def ellipse(self, which: Which = "stiffness") -> Ellipse | None:
-        """The ellipse of a matrix at the hand with its limits; None where there is none.
+        """The ellipse of a matrix at the hand with its limits; None if there is none.
 
         Parameters
         ----------

@@ -17,7 +17,7 @@ BY: Final = Option(
     doc="columns of the trial table; trials alike in all of them form a group",
 )
 
-#: What settles the sign of a Kinarm exam's force sensor.
+#: The sign of a Kinarm exam's force sensor.
 FORCE_BY: Final = Option(
     "force_by",
     OneOf(values=("limb", "device")),

@@ -1,4 +1,4 @@
-"""What follows from an estimate and stands in every table, and a row of RESULTS.csv."""
+"""Quantities derived from an estimate for all tables, and a row of RESULTS.csv."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from armimpedance.show.files import IMPEDANCE_COLUMNS, QUALITY_COLUMNS, in_one_c
 
 
 def condition_of(estimate: ImpedanceEstimate) -> str:
-    """The group in words: the condition alone, or all columns by name.
+    """Name of the group: the condition alone, or all columns by name.
 
     `estimate`: the estimate of the group.
     Returns: the name of the group.
@@ -33,14 +33,14 @@ def condition_of(estimate: ImpedanceEstimate) -> str:
 
 
 def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:
-    """Whether `position` and `force` are angle and torque.
+    """True if `position` and `force` are angle and torque.
 
-    They are when the device itself turned joints: then the level is joint from the start, and
-    there is neither a shoulder in the hand's frame nor an arm posture beside the position. An
-    estimate that was mapped from the hand carries the joint angles that it was mapped with.
+    This is so if the device itself turned joints: then the level is joint from the start, and the
+    estimate has neither a shoulder in the hand's frame nor an arm posture. An estimate that was
+    mapped from the hand has the joint angles of the mapping.
 
     `estimate`: the estimate of a group.
-    Returns: True where the device turned joints, False where the hand was moved.
+    Returns: True if the device turned joints, False if the hand was moved.
     """
     mapped = estimate.joint_angles is not None or estimate.shoulder_m is not None
     return estimate.level == "joint" and not mapped
@@ -97,11 +97,11 @@ def principal_values(estimate: ImpedanceEstimate, field: Which) -> tuple[FloatAr
 def ellipse_values(
     estimate: ImpedanceEstimate, field: Which, with_handle: bool = False
 ) -> dict[str, tuple[float, float, float]]:
-    """Size, orientation_deg and shape as (value, low, high) at 95 %; empty: no ellipse.
+    """Size, orientation_deg and shape as (value, low, high) at 95 %; empty without an ellipse.
 
-    `estimate`: the estimate whose ellipse is told.
-    `field`: which matrix.
-    `with_handle`: the inertia is taken as measured, with the mass between sensor and hand.
+    `estimate`: the estimate of the matrix.
+    `field`: the matrix.
+    `with_handle`: use the inertia as measured, with the mass between sensor and hand.
     Returns: under each of the three names its value and its lower and upper 95 % limit.
     """
     ellipse = ellipse_of(estimate, field, with_handle=with_handle)
@@ -117,13 +117,13 @@ def limits_of(ellipse: Ellipse) -> dict[str, tuple[float, float, float]]:
     return {n: (float(v), float(a), float(b)) for n, (v, a, b) in zip(names, table, strict=True)}
 
 
-# What one row of RESULTS.csv holds: every quantity of an estimate under its column's name.
+# Content of one row of RESULTS.csv: every quantity of an estimate under its column's name.
 #
 # The columns come in blocks, so that files that mix one, two and three axes keep them in order.
 
 Cells = dict[str, Any]
 
-#: Columns that are neither numbered nor named after a matrix.
+#: Columns without numbers or matrix symbols in their names.
 PLAIN_COLUMNS = frozenset(column.name for column in IMPEDANCE_COLUMNS)
 
 _RESULT_COLUMN = re.compile(
@@ -135,14 +135,14 @@ _RESULT_COLUMN = re.compile(
 
 
 def is_result_column(name: str) -> bool:
-    """Whether a column of RESULTS.csv belongs to the result (the others are the group's)."""
+    """True if a column of RESULTS.csv belongs to the result; the others are the group's."""
     return name in PLAIN_COLUMNS or _RESULT_COLUMN.fullmatch(name) is not None
 
 
 def require_results(estimates: Sized, path: str | os.PathLike[str]) -> None:
     """Refuse to write a file without rows.
 
-    Raises InputError: there are none.
+    Raises InputError: there are no estimates.
     """
     if not len(estimates):
         raise InputError("no results to write", file=path, expected="at least one estimate")
@@ -164,7 +164,7 @@ def check_group_columns(names: Iterable[str]) -> None:
 
 
 def group_cells(keys: Mapping[str, Any]) -> Cells:
-    """The group's columns as plain numbers and text; missing values are left out."""
+    """Columns of the group as plain numbers and text; missing values are left out."""
     check_group_columns(keys)
     plain = {str(k): v.item() if isinstance(v, np.generic) else v for k, v in keys.items()}
     cells = {k: v for k, v in plain.items() if not (pd.api.types.is_scalar(v) and pd.isna(v))}
@@ -172,16 +172,16 @@ def group_cells(keys: Mapping[str, Any]) -> Cells:
 
 
 def quality_cells(estimate: ImpedanceEstimate) -> Cells:
-    """Quality and degrees of freedom; None where not known (no rows, rank 0, not a number)."""
+    """Quality and degrees of freedom; None if unknown (no rows, rank 0, nan)."""
     return cells(QUALITY_COLUMNS, estimate)
 
 
-def _known(value: float | None) -> float | None:
+def _without_nan(value: float | None) -> float | None:
     return None if value is None or np.isnan(value) else float(value)
 
 
 def lower_triangle(covariance: FloatArray) -> list[float]:
-    """The lower triangle with the diagonal, row by row."""
+    """Lower triangle with the diagonal, row by row."""
     return list(map(float, covariance[_below_diagonal(len(covariance))]))
 
 
@@ -193,12 +193,12 @@ def _below_diagonal(size: int) -> tuple[IntArray, IntArray]:
 
 
 def shared_lists(estimate: ImpedanceEstimate) -> dict[str, list[float]]:
-    """The errors of M, B, K that all rows share, a list for each cause."""
+    """Errors of M, B, K that all rows share, a list for each cause."""
     return {name: error.tolist() for name, error in estimate.shared_errors.items()}
 
 
 def row_blocks(estimate: ImpedanceEstimate) -> dict[str, Cells]:
-    """One row of RESULTS.csv, block by block; what is not known is left out or None."""
+    """One row of RESULTS.csv, block by block; unknown values are left out or None."""
     return {
         "group": group_cells(estimate.keys),
         "head": {
@@ -275,9 +275,9 @@ def _ellipse_cells(estimate: ImpedanceEstimate) -> Cells:
 
 
 def ellipse_cells(symbol: str, found: Mapping[str, tuple[float, float, float]]) -> Cells:
-    """``K_size, ci_low_K_size, …``; empty cells where there is no ellipse.
+    """Cells ``K_size, ci_low_K_size, …``; empty without an ellipse.
 
-    The columns stand in every file, so that a script finds them where no ellipse exists.
+    The columns are in every file, so that a script finds them even without ellipses.
     """
     cells: Cells = {}
     for name in ("size", "orientation_deg", "shape"):
@@ -288,11 +288,11 @@ def ellipse_cells(symbol: str, found: Mapping[str, tuple[float, float, float]]) 
 
 
 def ellipsoid_cells(symbol: str, found: Ellipsoid | None) -> Cells:
-    """``K_axis_1`` to ``K_axis_3``: half-axes with limits and directions; empty: no ellipsoid.
+    """Cells ``K_axis_1`` to ``K_axis_3``: half-axes with limits and directions; empty without one.
 
     ``K_size`` is the volume, ``K_axis_1_x`` and so on the direction (its largest component is
-    positive), ``K_axis_1_turn_deg`` how far it may turn towards either other axis at
-    95 %; 90: all the way.
+    positive), ``K_axis_1_turn_deg`` the angle by which it may turn towards either other axis at 95
+    %; 90 if any direction is possible.
     """
     cells: Cells = {}
     names = [f"{symbol}_axis_{i}" for i in (1, 2, 3)]
@@ -300,15 +300,19 @@ def ellipsoid_cells(symbol: str, found: Ellipsoid | None) -> Cells:
     for i, name in enumerate((*names, f"{symbol}_size")):
         value = np.nan if found is None else float(np.append(found.semi_axes, found.size)[i])
         columns = (name, f"ci_low_{name}", f"ci_high_{name}")
-        cells |= dict(zip(columns, map(_known, (value, *limits[i].tolist())), strict=True))
+        cells |= dict(zip(columns, map(_without_nan, (value, *limits[i].tolist())), strict=True))
     for i, name in enumerate(names):
         direction, turn = np.full(3, np.nan), np.nan
         if found is not None:
-            direction, turn = found.directions[i], float(np.degrees(found.turns_of(i).max()))
+            direction, turn = (
+                found.directions[i],
+                float(np.degrees(found.turns_of(i).max())),
+            )
         cells |= {
-            f"{name}_{axis}": _known(float(x)) for axis, x in zip(AXES, direction, strict=True)
+            f"{name}_{axis}": _without_nan(float(x))
+            for axis, x in zip(AXES, direction, strict=True)
         }
-        cells[f"{name}_turn_deg"] = _known(turn)
+        cells[f"{name}_turn_deg"] = _without_nan(turn)
     return cells
 
 

@@ -41,39 +41,39 @@ _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 
 
 def write_results(estimates: Sequence[ImpedanceEstimate], path: str | os.PathLike[str]) -> None:
-    """Write a table of results through a temporary name.
+    """Write a table of results, under a temporary name that is then changed.
 
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
-        Of one, two and three axes, also mixed.
+        Estimates of one, two and three axes, also mixed.
     path : path
-        Its ending decides the format: .csv (RESULTS.csv, see `result_rows`), .json (nested
+        Its ending determines the format: .csv (RESULTS.csv, see `result_rows`), .json (nested
         matrices), .mat (structs), .parquet (the columns of RESULTS.csv) or .xlsx (a workbook).
 
     Raises
     ------
     InputError
-        Without estimates, when a group's column is named like a column of the results, or an
-        ending that is none of these.
+        Without estimates, if a group's column is named like a column of the results, or for another
+        ending.
     """
     require_results(estimates, path)
     write_content(results_content(estimates), path)
 
 
 def results_content(estimates: Sequence[ImpedanceEstimate]) -> Content:
-    """What a file holds of estimates, whatever its format.
+    """Content of a file of estimates, for any format.
 
     `estimates`: of one, two and three axes, also mixed.
     Raises InputError: a group's column is named like a column of the results.
     """
     columns, rows = result_rows(estimates)
-    groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
+    groups = dict.fromkeys(name for estimate in estimates for name in group_cells(estimate.keys))
     keys = (*groups, "level", "method", "n_trials")
 
     def quantities() -> list[Quantity]:
-        made = zip(estimates, rows, strict=True)
-        return [q for one, row in made for q in _quantities(one, columns, row, keys)]
+        pairs = zip(estimates, rows, strict=True)
+        return [q for estimate, row in pairs for q in _quantities(estimate, columns, row, keys)]
 
     return Content(
         columns,
@@ -88,13 +88,19 @@ def results_content(estimates: Sequence[ImpedanceEstimate]) -> Content:
 def _quantities(
     estimate: ImpedanceEstimate, columns: Sequence[str], row: Cells, keys: Sequence[str]
 ) -> list[Quantity]:
-    """Those of one row; the antisymmetric parts have their limits, which no column holds."""
+    """Quantities of one row; the antisymmetric parts, which lack columns, are given limits."""
     factor = t_factor(estimate.dof)
     return [
-        replace(one, lower=one.value - factor * one.sd, upper=one.value + factor * one.sd)
-        if one.quantity.endswith("_antisymmetric") and one.value is not None and one.sd is not None
-        else one
-        for one in quantities_of(columns, [row], keys)
+        replace(
+            quantity,
+            lower=quantity.value - factor * quantity.sd,
+            upper=quantity.value + factor * quantity.sd,
+        )
+        if quantity.quantity.endswith("_antisymmetric")
+        and quantity.value is not None
+        and quantity.sd is not None
+        else quantity
+        for quantity in quantities_of(columns, [row], keys)
     ]
 
 
@@ -103,15 +109,15 @@ def result_rows(
 ) -> tuple[list[str], list[dict[str, Any]]]:
     """The columns of RESULTS.csv and the cells of each row.
 
-    The columns are those of all estimates; a cell that a row has no value for is missing or None.
-    `position_i_rad` and `force_i_Nm` stand for a recording of joints, `position_i_m` and
-    `force_i_N` for all others (`quantities.is_recording_of_joints`). Line breaks inside a text
-    become spaces: a row is a line.
+    The columns are those of all estimates; a cell without a value is missing or None.
+    `position_i_rad` and `force_i_Nm` are the columns of a recording of joints, `position_i_m` and
+    `force_i_N` those of all others (`quantities.is_recording_of_joints`). Line breaks inside a text
+    become spaces, since a row is a line.
 
     Raises InputError: a group's column is named like a column of the results.
     """
     rows = [row_blocks(e) for e in estimates]
-    # Most axes first: its columns hold those of all others in the right order.
+    # most axes first: these columns include those of all others in the right order
     ordered = sorted(rows, key=lambda blocks: -len(blocks["matrices"]))
     columns = [
         name
@@ -126,13 +132,13 @@ def _as_cell(value: Any) -> Any:
     return _LINE_BREAKS.sub(" ", value) if isinstance(value, str) else value
 
 
-#: A header is no longer (bytes), and these stand in that of every RESULTS.csv.
+#: Longest header (bytes), and columns that every RESULTS.csv has.
 _LONGEST_HEAD: Final = 1_000_000
 _OF_RESULTS: Final = {"level", "K_11"}
 
 
 def is_results_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is a table of estimates, and not one of samples with a mapping."""
+    """True if a file is a table of estimates, not a table of samples with a mapping."""
     file = Path(path)
     if file.suffix != ".csv" or not file.is_file():
         return False
@@ -142,7 +148,7 @@ def is_results_file(path: str | os.PathLike[str]) -> bool:
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:
-    """The estimates in RESULTS.csv; `estimates.read_results` says what of it."""
+    """Read the estimates in RESULTS.csv; see `estimates.read_results`."""
     return [_estimate(row) for row in table_rows(Path(path))]
 
 
@@ -186,7 +192,7 @@ def _axes(row: TableRow) -> int:
 
 
 def _places(row: TableRow, k: int) -> dict[str, FloatArray | None]:
-    """Position, force and shoulder: where known, of the same number of axes."""
+    """Position, force and shoulder, if known, with the same number of axes."""
     joints = row.cells.get("position_1_rad") or row.cells.get("force_1_Nm")
     templates = {
         "position": "position_{}_rad" if joints else "position_{}_m",
@@ -227,7 +233,7 @@ def _quality(row: TableRow) -> Quality:
 
 
 def _covariance(row: TableRow, k: int) -> tuple[FloatArray, tuple[str, ...]]:
-    """The covariance of M, B, K, and what to warn of."""
+    """Covariance of M, B, K, and warnings about it."""
     if not row.cells.get("covariance"):
         sd = [row.number(f"sd_{name}", low=0) for name in parameter_names(k)]
         sentence = "no covariance in the file: the errors of the elements taken as independent"
@@ -272,7 +278,7 @@ def _group(row: TableRow) -> dict[str, Any]:
 
 
 def _plain(text: str) -> int | float | str:
-    """A number where the text is one in its plain form (``007`` is not)."""
+    """Convert a text to a number if it is one in its plain form (``007`` is not)."""
     match = _NUMBER.fullmatch(text)
     if not match:
         return text

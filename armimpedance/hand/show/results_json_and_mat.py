@@ -1,4 +1,4 @@
-"""Results as JSON and as MATLAB has them: nested matrices instead of columns."""
+"""Results for JSON and MATLAB: nested matrices instead of columns."""
 
 from __future__ import annotations
 
@@ -84,17 +84,17 @@ def _matrices(estimate: ImpedanceEstimate) -> dict[str, Any]:
     return out
 
 
-def _ellipsoid(found: Ellipsoid | None) -> dict[str, Any] | None:
-    """Half-axes, volume and directions with what they may be at 95 %."""
-    if found is None:
+def _ellipsoid(ellipsoid: Ellipsoid | None) -> dict[str, Any] | None:
+    """Half-axes, volume and directions with their 95 % limits."""
+    if ellipsoid is None:
         return None
-    limits = found.interval()
+    limits = ellipsoid.interval()
     return {
-        "half_axes": found.semi_axes.tolist(),
+        "half_axes": ellipsoid.semi_axes.tolist(),
         "ci_half_axes": limits[:3].tolist(),
-        "directions": found.directions.tolist(),
-        "turn_deg": np.degrees(found.turns().max(axis=1)).tolist(),
-        "size": found.size,
+        "directions": ellipsoid.directions.tolist(),
+        "turn_deg": np.degrees(ellipsoid.turns().max(axis=1)).tolist(),
+        "size": ellipsoid.size,
         "ci_size": limits[3].tolist(),
     }
 
@@ -110,13 +110,13 @@ def _list(array: FloatArray | None) -> Any:
     return None if array is None else array.tolist()
 
 
-# Estimates as MATLAB has them: one struct a group, its matrices whole, each with its unit.
+# Estimates for MATLAB: one struct per group with whole matrices and their units.
 
 
 def result_structs(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any]]:
-    """One mapping a group: `stiffness`, `stiffness_lower`, ..., `covariance`, `keys`, `units`.
+    """One mapping per group: `stiffness`, `stiffness_lower`, ..., `covariance`, `keys`, `units`.
 
-    Returns: of plain values, arrays and, where texts are listed, tuples.
+    Returns: mappings of plain values, arrays and, for lists of texts, tuples.
     """
     return [_struct(estimate) for estimate in estimates]
 
@@ -149,24 +149,24 @@ def _struct(estimate: ImpedanceEstimate) -> dict[str, Any]:
 
 
 def _matlab_matrices(estimate: ImpedanceEstimate) -> dict[str, Any]:
-    made: dict[str, Any] = {}
+    matrices: dict[str, Any] = {}
     for i, (field, half) in enumerate(zip(MATRICES, half_widths(estimate), strict=True)):
         value = getattr(estimate, field)
-        made |= {
+        matrices |= {
             field: value,
             f"{field}_lower": value - half,
             f"{field}_upper": value + half,
             f"{field}_sd": estimate.sd[i],
         }
-    return made
+    return matrices
 
 
 def _ellipse(estimate: ImpedanceEstimate, field: Any) -> dict[str, float]:
-    """Size, orientation and shape with their limits; not a number where there is no ellipse."""
-    found = ellipse_values(estimate, field)
+    """Size, orientation and shape with their limits; nan without an ellipse."""
+    limits = ellipse_values(estimate, field)
     cells: dict[str, float] = {}
     for name in ("size", "orientation_deg", "shape"):
-        value, low, high = found.get(name, (np.nan, np.nan, np.nan))
+        value, low, high = limits.get(name, (np.nan, np.nan, np.nan))
         cells |= {name: value, f"{name}_lower": low, f"{name}_upper": high}
     return cells
 

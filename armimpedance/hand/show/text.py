@@ -56,11 +56,13 @@ def _head(estimate: ImpedanceEstimate) -> list[str]:
         "coherence": q.coherence,
         "scaled condition number": q.cond_scaled,
     }
-    known = [f"{name} {v:.4g}" for name, v in measures.items() if v is not None and np.isfinite(v)]
+    measured = [
+        f"{name} {v:.4g}" for name, v in measures.items() if v is not None and np.isfinite(v)
+    ]
     dof = "normal" if np.isinf(estimate.dof) else f"t, {estimate.dof:.4g} degrees of freedom"
     lines = [
         f"{condition_of(estimate)}: {estimate.level} impedance, method {estimate.method}",
-        ", ".join([f"{q.n_trials} trials", *known]),
+        ", ".join([f"{q.n_trials} trials", *measured]),
         *_places(estimate),
         f"± is the half-width of the 95 % interval ({dof})",
     ]
@@ -75,12 +77,12 @@ def _places(estimate: ImpedanceEstimate) -> list[str]:
         ("joint angles", estimate.joint_angles, "rad"),
         ("shoulder", estimate.shoulder_m, "m"),
     )
-    found = [
+    parts = [
         f"{name} ({', '.join(fixed(v, 3) for v in values)}) {unit}"
         for name, values, unit in places
         if values is not None
     ]
-    return ["at the onset: " + ", ".join(found)] if found else []
+    return ["at the onset: " + ", ".join(parts)] if parts else []
 
 
 def _matrix_block(estimate: ImpedanceEstimate, field: Which, half: FloatArray) -> list[str]:
@@ -143,10 +145,10 @@ _PRINCIPAL_LEGEND = "Principal values are those of the symmetric part, the large
 
 
 def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
-    """All estimates at a glance: quality first, then a table for each of M, B and K.
+    """Tables of all estimates: quality first, then one for each of M, B and K.
 
-    Estimates of different levels or numbers of axes come in parts of their own. Warnings are
-    numbered and stand at the end.
+    Estimates of different levels or numbers of axes are in separate parts. Warnings are numbered
+    and listed at the end.
 
     Parameters
     ----------
@@ -156,7 +158,7 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
     Returns
     -------
     str
-        The tables, what their columns mean, then the numbered warnings.
+        The tables, the meaning of their columns, then the numbered warnings.
 
     Examples
     --------
@@ -210,7 +212,7 @@ def _quality(estimate: ImpedanceEstimate) -> list[str]:
 
 
 def _efficiency(estimate: ImpedanceEstimate) -> str:
-    """Variance of the bound over the estimate's, summed over the elements of M, B and K."""
+    """Ratio of the bound's variance to the estimate's, summed over the elements of M, B and K."""
     if estimate.bound is None:
         return "-"
     p = estimate.k**2

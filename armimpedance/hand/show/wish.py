@@ -1,4 +1,4 @@
-"""What an experiment is to reach, and what its robot can do: options of `plan` and `next`."""
+"""Options of `plan` and `next`: requirements for an experiment, and abilities of its robot."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Final
 from armimpedance.show.verbs.kinds import Number, Whole
 from armimpedance.show.verbs.options import Option
 
-#: Its title in the commands' help.
+#: Title of these options in the commands' help.
 WISH: Final = "wish"
 
-#: K within so many per cent, where no wish is given.
+#: Default requirement: K within so many per cent.
 DEFAULT_K_PERCENT: Final = 10.0
 
 K_PERCENT: Final = Option(
@@ -38,7 +38,7 @@ MAX_TRIALS: Final = Option(
 
 
 def max_acceleration(group: str) -> Option:
-    """The limit of the commanded acceleration, under a title of the help."""
+    """Option for the limit of the commanded acceleration, under a title of the help."""
     return Option(
         "max_acceleration",
         Number(unit="m/s^2", above=0),

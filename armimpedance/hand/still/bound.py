@@ -4,9 +4,9 @@ For Gaussian noise e of the force and n of the position, with the motion itself 
 
     cov(theta) >= (sum_t G_t^T (Sigma_e + A Sigma_n A^T)^-1 G_t)^-1,   G = [X'' X' X]:
 
-the information about theta once the unknown motion is projected out, by the matrix inversion lemma
-(docs/evidence/estimate.md). With ``Sigma_n = 0`` it is the bound of a known motion, which no
-estimator reaches for M behind an encoder.
+the inverse of the information about theta once the unknown motion is projected out, by the matrix
+inversion lemma (docs/evidence/estimate.md). With ``Sigma_n = 0`` it is the bound for an exactly
+known motion, which no estimator reaches for M if positions come from an encoder.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def bound_of(equations: TrialEquations) -> FloatArray | None:
     """The bound (r d^2, r d^2) for a recording's own motion and estimated noise.
 
     ``sum_t A_t`` of the method `weighted` is the information, its expectation free of the
-    position's noise. None where noise has swamped it.
+    position's noise. None if noise makes it singular or negative.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def bound_of(equations: TrialEquations) -> FloatArray | None:
     Returns
     -------
     (r d^2, r d^2) array or None
-        Cramer-Rao bound of the parameters' covariance, SI; None where it cannot be estimated.
+        Cramer-Rao bound of the parameters' covariance, SI; None if it cannot be estimated.
     """
     total = equations.A.sum(axis=0)
     symmetric = (total + total.T) / 2

@@ -1,4 +1,4 @@
-"""The checks before a fit of force on motion: can it be a limb, and is it the model's?"""
+"""Checks before a fit of force on motion: are the data those of a limb, and of this model?"""
 
 from __future__ import annotations
 
@@ -35,36 +35,38 @@ from armimpedance.numerics.signals import (
     rms_at_rest,
 )
 
-# Can this be a limb? Units, sign and axes of force and position, judged by the inertia.
-#
-# Of M, B and K the inertia is known best, by measurement and beforehand: it is symmetric and
+# Are the data those of a limb? Units, sign and axes of force and position, judged by the inertia.
+# Of M, B and K the inertia is determined best, by measurement and a priori: it is symmetric and
 # positive definite whatever the person does, and its size follows from the body's. A fit with
-# forces or positions in other units, with another sign or along other axes finds ``c Q M`` instead,
+# forces or positions in other units, with another sign or along other axes gives ``c Q M`` instead,
 # c the ratio of the units and Q orthogonal.
 
-#: A disturbance moves the limb by less than this (m, rad).
+#: Largest displacement by a disturbance (m, rad).
 WAY: Final = {"hand": 0.3, "joint": 1.0}
-#: Without lengths: no hand is further from its shoulder (m).
+#: Largest distance of a hand from its shoulder if lengths are unknown (m).
 LONGEST_ARM_M: Final = 1.2
-#: Times the arm's length at which a hand's distance from the shoulder is told, and refused.
+#: Distances of the hand from the shoulder, in arm's lengths, above which a warning is given, and
+#: the recording refused.
 NEAR: Final = 1.05
 FAR: Final = 1.3
-#: A judgement needs the inertia within this part of itself.
+#: Largest relative standard error of the inertia for a judgement.
 LARGEST_ERROR: Final = 0.25
-#: Standard errors beyond which a difference is no chance.
+#: Standard errors beyond which a difference is significant.
 SIGNIFICANT: Final = 4.5
-#: Force before a disturbance, as a part of that in it, from which on it may be what moves the hand.
+#: The force before a disturbance may be what moves the hand if it exceeds this share of the force
+#: in it.
 OWN_FORCE: Final = 0.4
-#: Force and position axes turned against each other by this much are told, by more are refused.
+#: Angles between the axes of force and position above which a warning is given, and the recording
+#: refused.
 TURNED_DEG: Final = (1.5, 20.0)
 
 
 @dataclass(frozen=True)
 class _Inertia:
-    """M (d, d) with the handle, its covariance, and what motion and force were like.
+    """M (d, d) with the handle, its covariance, and measures of motion and force.
 
-    `way`: of the disturbances. `at_rest`: force before them, as a part of that in them, and `hz`:
-    where most of it lies.
+    `way`: displacement by the disturbances. `at_rest`: force before them, as a share of that in
+    them, and `hz`: its main frequency.
     """
 
     keys: Mapping[str, Any]
@@ -77,7 +79,7 @@ class _Inertia:
 
     @property
     def mean(self) -> float:
-        """Mean over the axes of the inertia's size, whatever its sign and axes."""
+        """Mean singular value of the inertia: its size, whatever its sign and axes."""
         return float(np.linalg.svd(self.matrix, compute_uv=False).mean())
 
     @property
@@ -87,55 +89,55 @@ class _Inertia:
 
     @property
     def known(self) -> bool:
-        """Whether the smallest inertia is far enough from nothing to have a direction."""
+        """True if the smallest inertia is significant, so that directions are determined."""
         least = float(np.linalg.svd(self.matrix, compute_uv=False)[-1])
         return self.error < min(LARGEST_ERROR * self.mean, least / SIGNIFICANT)
 
 
 def check_limb(recording: Recording) -> tuple[Finding, ...]:
-    """Units, reach, sign and axes, from a quick fit of every condition.
+    """Check units, reach, sign and axes by a quick fit of every condition.
 
     `recording`: with disturbances that return.
-    Returns: "units", "reach", "force sign" (only where it is wrong) and "axes"; empty where no
-    condition can be fitted, which an estimate will say better.
+    Returns: "units", "reach", "force sign" (only if it is wrong) and "axes". Empty if no condition
+    can be fitted; the estimate then gives a better message.
     """
     if recording.perturbation != "returning":
         return ()
-    found = _inertias(recording)
-    if not found:
+    inertias = _inertias(recording)
+    if not inertias:
         return ()
-    checks = [_units(recording, found), _reach(recording)]
-    known = [one for one in found if one.known]
-    if not known:
+    checks = [_units(recording, inertias), _reach(recording)]
+    precise = [inertia for inertia in inertias if inertia.known]
+    if not precise:
         text = "inertia is not known well enough to tell the sign and axes of force and position"
         return (*checks, Finding("axes", "cannot tell", text))
-    wrong = next((wrong for one in known if (wrong := _exchanged(one)) is not None), None)
-    return (*checks, _turned(_mean(known)) if wrong is None else wrong)
+    wrong = next((wrong for inertia in precise if (wrong := _exchanged(inertia)) is not None), None)
+    return (*checks, _turned(_mean(precise)) if wrong is None else wrong)
 
 
-def _mean(found: Sequence[_Inertia]) -> _Inertia:
-    """The mean of several conditions: sensors have the same axes in all of them."""
-    n = len(found)
+def _mean(inertias: Sequence[_Inertia]) -> _Inertia:
+    """Mean of several conditions: sensors have the same axes in all of them."""
+    n = len(inertias)
     return replace(
-        found[0],
-        matrix=np.sum([one.matrix for one in found], axis=0) / n,
-        covariance=np.sum([one.covariance for one in found], axis=0) / n**2,
-        dof=sum(one.dof for one in found),
+        inertias[0],
+        matrix=np.sum([inertia.matrix for inertia in inertias], axis=0) / n,
+        covariance=np.sum([inertia.covariance for inertia in inertias], axis=0) / n**2,
+        dof=sum(inertia.dof for inertia in inertias),
     )
 
 
 def _inertias(recording: Recording) -> list[_Inertia]:
-    """A quick fit of every condition that can be fitted; of all trials together where none can."""
+    """Quick fits of the conditions that can be fitted, or of all trials together if none can."""
     timing = disturbance_times(recording)
     for by in (DEFAULT_BY, ()):
-        found = []
+        inertias = []
         for keys, rows in groups_of(recording, by):
             try:
-                found.append(_inertia(cut_windows(recording, rows, timing), recording, keys))
+                inertias.append(_inertia(cut_windows(recording, rows, timing), recording, keys))
             except ArmImpedanceError:
                 continue
-        if found:
-            return found
+        if inertias:
+            return inertias
     return []
 
 
@@ -154,7 +156,7 @@ def _inertia(window: Window, recording: Recording, keys: Mapping[str, Any]) -> _
 
 
 def _own_force(window: Window) -> tuple[float, float]:
-    """Rms of the force before the onset over that after it, and the frequency of most of it, Hz."""
+    """Ratio of the force's rms before the onset to that after it, and its main frequency, Hz."""
     rest = window.lag_s <= 0
     if rest.sum() < FEWEST_AT_REST:
         return 0.0, 0.0
@@ -166,19 +168,19 @@ def _own_force(window: Window) -> tuple[float, float]:
     return noise / max(response, 1e-300), hz
 
 
-def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
-    """Size of the inertia and of the movement against what a limb can have."""
+def _units(recording: Recording, inertias: Sequence[_Inertia]) -> Finding:
+    """Check the size of the inertia and of the movement against those possible for a limb."""
     kind, mass = recording.kind, recording.subject.mass_kg
     length = POSITION_UNIT[kind]
     if kind == "joint" and (turn := float(np.abs(recording.position).max())) > LARGEST_ANGLE_RAD:
         text = f"angles up to {turn:.4g} rad, more than a turn: are these degrees?"
         return Finding("units", "unusable", text)
-    way = float(np.median([one.way for one in found]))
+    way = float(np.median([inertia.way for inertia in inertias]))
     if way > WAY[kind]:
         text = f"disturbances of {way:.3g} {length}: is the position in another unit than {length}?"
         return Finding("units", "unusable", text)
-    mean = float(np.median([one.mean for one in found]))
-    error = float(np.median([one.error for one in found]))
+    mean = float(np.median([inertia.mean for inertia in inertias]))
+    error = float(np.median([inertia.error for inertia in inertias]))
     if kind == "joint":
         size = check_joint_size("inertia", mean, error)
         return replace(size, verdict="unusable") if size.verdict == "warning" else size
@@ -186,12 +188,12 @@ def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
 
 
 def _reach(recording: Recording) -> Finding:
-    """Whether the hand is within the arm's length of the shoulder."""
+    """Check that the hand is within the arm's length of the shoulder."""
     if recording.kind != "hand" or recording.shoulder_m is None:
         return Finding("reach", "ok", "no shoulder to measure it from")
     upper, fore = recording.subject.upper_arm_m, recording.subject.forearm_hand_m
-    known = upper is not None and fore is not None
-    longest = upper + fore if known else LONGEST_ARM_M  # type: ignore[operator]
+    both = upper is not None and fore is not None
+    longest = upper + fore if both else LONGEST_ARM_M  # type: ignore[operator]
     far = float(np.median(lengths(recording.position - recording.shoulder_m)))
     text = f"the hand is {far:.3g} m from the shoulder, the arm {longest:.3g} m long"
     if far > FAR * longest:
@@ -209,7 +211,7 @@ def _orthogonal(matrix: FloatArray) -> FloatArray:
 
 
 def _exchanged(one: _Inertia) -> Finding | None:
-    """What is wrong where sign or axes of one condition are quite other ones; None else."""
+    """Finding on a wrong sign or exchanged axes in one condition; None if they are right."""
     Q = _orthogonal(one.matrix)
     nearest = max(_signed_permutations(len(Q)), key=lambda C: float(np.trace(Q.T @ C)))
     where = group_name(one.keys)
@@ -237,13 +239,13 @@ def _exchanged(one: _Inertia) -> Finding | None:
 
 
 def _turned(mean: _Inertia) -> Finding:
-    """Whether the axes of force are turned against those of position."""
+    """Check that the axes of force are not turned against those of position."""
     angle, error = _angle_deg(_orthogonal(mean.matrix)), _angle_error_deg(mean)
     certain = SIGNIFICANT * t_factor(mean.dof) / t_factor(np.inf) * error
-    told, refused = (max(limit, certain) for limit in TURNED_DEG)
-    if angle <= told:
+    limit, refused = (max(angle_limit, certain) for angle_limit in TURNED_DEG)
+    if angle <= limit:
         text = "inertia is symmetric and positive: force and position have the same axes"
-        return Finding("axes", "ok", text, smallest=f"{told:.1f} deg")
+        return Finding("axes", "ok", text, smallest=f"{limit:.1f} deg")
     text = (
         f"inertia is not symmetric: the axes of force are turned by {angle:.1f} deg (sd "
         f"{error:.1f}) against those of position, or the channels of a sensor are crossed; turn "
@@ -253,14 +255,14 @@ def _turned(mean: _Inertia) -> Finding:
 
 
 def _signed_permutations(d: int) -> Iterator[FloatArray]:
-    """All ways to exchange and mirror d axes, (d, d) each."""
+    """Yield all ways to exchange and mirror d axes, (d, d) each."""
     for order in permutations(range(d)):
         for signs in product((1.0, -1.0), repeat=d):
             yield np.eye(d)[list(order)] * np.array(signs)
 
 
 def _difference(C: FloatArray) -> str:
-    """What a signed permutation does to the axes, in words."""
+    """Effect of a signed permutation on the axes, in words."""
     d = len(C)
     names = AXES[:d]
     moved = [name for i, name in enumerate(names) if C[i, i] == 0]
@@ -273,7 +275,7 @@ def _difference(C: FloatArray) -> str:
 
 
 def _angle_deg(Q: FloatArray) -> float:
-    """By how much a rotation (d, d) turns; 0 with one axis."""
+    """Angle of a rotation (d, d), deg; 0 with one axis."""
     d = len(Q)
     if d == 1:
         return 0.0
@@ -282,7 +284,7 @@ def _angle_deg(Q: FloatArray) -> float:
 
 
 def _angle_error_deg(one: _Inertia) -> float:
-    """Standard error of that angle: of the antisymmetric part over the mean inertia."""
+    """Standard error of that angle, from the antisymmetric part relative to the mean inertia."""
     d = len(one.matrix)
     if d == 1:
         return 0.0
@@ -292,14 +294,15 @@ def _angle_error_deg(one: _Inertia) -> float:
     return float(np.degrees(np.sqrt(spread) / one.mean))
 
 
-#: Motion that explains less of the force than this gives no M, B and K; trials that are asked.
+#: Smallest share of the force explained by motion for a fit of M, B and K; largest number of trials
+#: that are checked.
 LEAST_COHERENCE: Final = 0.3
 MOST_COHERENT: Final = 5
 
 
 @once_per_record
 def check_response(recording: Recording) -> tuple[Finding, ...]:
-    """Units, reach, sign and axes; then filter, delay, reflex, amplitude and lack of fit.
+    """Check units, reach, sign and axes; then filter, delay, reflex, amplitude and lack of fit.
 
     Parameters
     ----------
@@ -308,8 +311,8 @@ def check_response(recording: Recording) -> tuple[Finding, ...]:
     Returns
     -------
     tuple of Finding
-        Empty where the perturbation is stochastic; without the second half where the first one
-        says that no number would mean anything.
+        Empty if the perturbation is stochastic. Only the first half if it shows that the data are
+        unusable.
 
     Examples
     --------
@@ -322,31 +325,31 @@ def check_response(recording: Recording) -> tuple[Finding, ...]:
     limb = check_limb(recording)
     if not limb or any(finding.verdict == "unusable" for finding in limb):
         return limb
-    recording, found = in_step(recording)
+    recording, detected = in_step(recording)
     departures = check_departures(recording)
-    if found is None:
+    if detected is None:
         return (*limb, *departures)
-    # what is left of a delay beside the one that was found is in its interval
-    return (*limb, found.finding, *(o for o in departures if o.name != found.finding.name))
+    # the remaining delay after the detected one is removed is in its interval
+    return (*limb, detected.finding, *(o for o in departures if o.name != detected.finding.name))
 
 
 def check_driven(recording: Recording) -> list[Finding]:
-    """Whether force follows motion well enough for a fit of force on motion, over all frequencies.
+    """Check that the force follows the motion well enough for a fit of force on motion.
 
-    Only `estimate` fits so: `elbow` weighs by noise, and finds what was imposed.
+    Only `estimate` fits so: `elbow` weights by noise, and detects the imposed channel.
 
-    Returns: empty where the perturbation is not stochastic.
+    Returns: empty if the perturbation is not stochastic.
     """
     if recording.perturbation != "stochastic":
         return []
-    found = []
-    told = recording.imposed in ("force", "torque")
-    if told or any(name in recording.extra for name in perturbation_columns(recording.axes)):
+    findings = []
+    imposed = recording.imposed in ("force", "torque")
+    if imposed or any(name in recording.extra for name in perturbation_columns(recording.axes)):
         text = (
             "the device imposes the force: noise of the motion makes M, B and K too small here; "
             "`random` takes a hand and `elbow` a joint that is moved so"
         )
-        found.append(Finding("imposed", "warning", text))
+        findings.append(Finding("imposed", "warning", text))
     low, high = Options().band_hz
     shared = []
     for row in range(min(recording.n_trials, MOST_COHERENT)):
@@ -359,9 +362,12 @@ def check_driven(recording: Recording) -> list[Finding]:
         except ArmImpedanceError:
             continue
     if not shared:
-        return found
+        return findings
     text = f"motion explains {100 * np.mean(shared):.0f} % of the force from {low:g} to {high:g} Hz"
     if np.mean(shared) >= LEAST_COHERENCE:
-        return [*found, Finding("coherence", "ok", text, smallest=f"{100 * LEAST_COHERENCE:g} %")]
+        return [
+            *findings,
+            Finding("coherence", "ok", text, smallest=f"{100 * LEAST_COHERENCE:g} %"),
+        ]
     hint = "nothing that a fit could use moved the limb there; of a joint `elbow` may tell more"
-    return [*found, Finding("coherence", "unusable", f"{text}: {hint}")]
+    return [*findings, Finding("coherence", "unusable", f"{text}: {hint}")]

@@ -25,7 +25,7 @@ from armimpedance.core.errors import EstimationError, InputError
 Place = Literal["inside", "surface", "apex"]
 
 _J = np.diag([1.0, -1.0, -1.0])
-#: Halvings of [0, 1]: one to spare over the digits of a double.
+#: Halvings of [0, 1]: a few more than the digits of a double.
 _HALVINGS = 60
 _SWEEPS = 20_000
 _TOLERANCE = 1e-13
@@ -46,9 +46,9 @@ class NearestMatrices:
 def nearest_semidefinite(metric: FloatArray, centre: FloatArray, size: int) -> NearestMatrices:
     """Minimise ``(u - c)^T Q (u - c)`` over c matrices that are all positive semidefinite.
 
-    Cones that the free solution violates are imposed, the other matrices eliminated; what these
-    then violate is imposed too. With one cone imposed that is exact in closed form, with several
-    they are projected onto in turn.
+    Cones that the free solution violates are imposed and the other matrices eliminated. If one of
+    these then violates its cone, that is imposed too. With one cone imposed the solution is exact
+    in closed form; with several, they are projected onto in turn.
 
     `centre` (c s,).
     `metric` (c s, c s): Q, symmetric positive definite; s = 3 for size 2, 1 for size 1.
@@ -73,9 +73,9 @@ def nearest_semidefinite(metric: FloatArray, centre: FloatArray, size: int) -> N
         # free matrices eliminated: Q_on - Q_on,off Q_off^-1 Q_off,on
         back = np.linalg.solve(metric[np.ix_(off, off)], metric[np.ix_(off, on)])
         reduced = metric[np.ix_(on, on)] - metric[np.ix_(on, off)] @ back
-        u[on], found = _project_all(reduced, centre[on], s)
+        u[on], imposed_places = _project_all(reduced, centre[on], s)
         u[off] = centre[off] - back @ (u[on] - centre[on])
-        for i, place in zip(imposed, found, strict=True):
+        for i, place in zip(imposed, imposed_places, strict=True):
             places[i] = place
 
 
@@ -84,7 +84,7 @@ def _inside(u: FloatArray) -> bool:
 
 
 def _project_all(metric: FloatArray, centre: FloatArray, s: int) -> tuple[FloatArray, list[Place]]:
-    """Nearest point with every block in its cone: exact for one block, in turn for several."""
+    """Nearest point with every block in its cone: exact for one block, iterative for several."""
     blocks = [slice(i, i + s) for i in range(0, len(centre), s)]
     if len(blocks) == 1:
         u, place = project_on_cone(metric, centre)

@@ -1,4 +1,4 @@
-"""The estimate: a recording, split into groups, each to inertia, viscosity and stiffness."""
+"""Estimation: split a recording into groups, and fit inertia, viscosity and stiffness to each."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 Result = TypeVar("Result")
 
-#: Pieces that wait per worker: enough to keep it busy, few enough to keep memory small.
+#: Pieces queued per worker: enough to keep it busy, few enough to keep memory small.
 AHEAD = 3
 
 
@@ -69,30 +69,30 @@ def in_order(
             yield waiting.popleft().result()
 
 
-#: The columns that name a group where the caller names none.
+#: Default columns that define the groups.
 DEFAULT_BY: Final = ("condition",)
-#: The method that finds the Cramer-Rao bound on its way.
+#: The method that computes the Cramer-Rao bound anyway.
 BOUNDED: Final = "weighted"
 
 
 @dataclass(frozen=True)
 class Options:
-    """How to estimate.
+    """Options of an estimate.
 
     Attributes
     ----------
     method : str
         Name of an estimator in `METHODS`; not used for stochastic perturbations.
     covariance : {"cr3", "replicates", "cr1", "bootstrap"}
-        Clustered by trial. CR3, the jackknife over trials, also sees what a linear model leaves
-        unexplained between directions; "replicates" compares trials of the same direction only;
+        Clustered by trial. CR3, the jackknife over trials, also includes the misfit of a linear
+        model between directions; "replicates" compares trials of the same direction only;
         "bootstrap" draws trials with replacement.
     band_hz : (low, high)
         Fitted band of stochastic perturbations.
     seed : int
         Seed of the bootstrap.
     bound : bool
-        Find the Cramer-Rao bound too, for the efficiency; `weighted` has it for nothing.
+        Compute the Cramer-Rao bound too, for the efficiency; `weighted` computes it anyway.
     """
 
     method: str = METHODS.default
@@ -141,8 +141,8 @@ def estimate(
     groups = list(groups_of(recording, by))
     METHODS.named(options.method)
     results = []
-    for found in in_order(_one_group, _pieces(recording, groups, options), workers):
-        results.append(found)
+    for result in in_order(_one_group, _pieces(recording, groups, options), workers):
+        results.append(result)
         if progress is not None:
             progress(len(results), len(groups))
     return results
@@ -154,7 +154,7 @@ _Piece = tuple[Window | Recording, Group, Options]
 def _pieces(
     recording: Recording, groups: Sequence[tuple[Mapping[str, Any], np.ndarray]], options: Options
 ) -> Iterator[_Piece]:
-    """What is estimated of each group: its windows, or its trials of a stochastic perturbation."""
+    """Data of each group: its windows, or its trials of a stochastic perturbation."""
     stochastic = recording.perturbation == "stochastic"
     timing = None if stochastic else disturbance_times(recording)
     for keys, rows in groups:
@@ -181,7 +181,7 @@ def _one_group(piece: Window | Recording, group: Group, options: Options) -> Imp
 def groups_of(
     recording: Recording, by: Sequence[str]
 ) -> Iterator[tuple[Mapping[str, Any], np.ndarray]]:
-    """The columns' values and the rows (from 0) of every group, in the trial table's order.
+    """Yield the columns' values and the rows (from 0) of every group, in the trial table's order.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def groups_of(
 
 
 def error_in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpedanceError:
-    """The same error that names its group."""
+    """Copy of the error whose message names its group."""
     where = ", ".join(f"{name} {value}" for name, value in keys.items())
     if isinstance(error, NotIdentifiableError):
         return NotIdentifiableError(f"{where}: {error}", error.parameters)
@@ -227,9 +227,9 @@ def error_in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpe
 def estimate_window(
     window: Window, group: Group, options: Options, prepared: Prepared | None = None
 ) -> ImpedanceEstimate:
-    """The estimate of one group from its raw windows (what simulations call).
+    """The estimate of one group from its raw windows (used by simulations).
 
-    `prepared` is what the method's `prepare` made of the window, if the caller has it already.
+    `prepared` is the result of the method's `prepare`, if the caller already has it.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def estimate_window(
     bound = prepared.bound
     if bound is None and options.bound:
         bound = _bound(window, group, options.method)
-    made = to_estimate(
+    result = to_estimate(
         prepared.factors,
         group,
         equations=prepared.equations,
@@ -261,7 +261,7 @@ def estimate_window(
         strata=None if window.disturbance is None else window.disturbance[used],
         seed=options.seed,
     )
-    warnings = (*made.warnings, *prepared.warnings)
+    warnings = (*result.warnings, *prepared.warnings)
     if used.sum() == 1:
         warnings += (
             f"one trial only: intervals from {BLOCKS_OF_ONE_TRIAL} blocks of the same record are "
@@ -269,20 +269,20 @@ def estimate_window(
         )
     angles = window.joint_angles_at_onset
     return replace(
-        made,
+        result,
         bound=bound,
         position=window.position_at_onset[used].mean(axis=0),
         force=window.force_at_onset[used].mean(axis=0),
         joint_angles=None if angles is None else angles[used].mean(axis=0),
-        quality=replace(made.quality, n_trials=int(used.sum())),
+        quality=replace(result.quality, n_trials=int(used.sum())),
         warnings=(*warnings, *group.warnings),
-        provenance=(*made.provenance, *window.notes, *prepared.notes, *group.provenance),
+        provenance=(*result.provenance, *window.notes, *prepared.notes, *group.provenance),
         **group.activation,
     )
 
 
 def _bound(window: Window, group: Group, method: str) -> FloatArray | None:
-    """The bound of these windows for a method that does not know it; None with few trials."""
+    """Bound of these windows for a method without its own; None with few trials."""
     if method == BOUNDED or int(window.usable.sum()) < FEWEST_TRIALS:
         return None
     try:

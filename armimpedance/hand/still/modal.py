@@ -1,8 +1,8 @@
 """The impedance equation of every trial in terms of modes: few rows, any covariance.
 
-Against each test function, `M x'' + B x' + K x = -f` is a sum over the window; with n modes and d
-axes a trial is d n rows. Weighted by V = Sigma^-1 they give normal equations for M, B and K
-together, since noise ties the axes to each other.
+Multiplied by each test function, `M x'' + B x' + K x = -f` becomes a sum over the window; with n
+modes and d axes a trial has d n rows. Weighted by V = Sigma^-1 they give normal equations for M, B
+and K together, since the noise of the axes is correlated.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class ModalEquation(FrozenRecord):
     `disturbance` (T,) int or None.
     `lag_s` (S,): times of the window's samples, which the modes cover, from the onset, s.
     `motion` (T, r, d, n): x'', x', x of each axis, measured from where the hand rested before the
-    onset; r > 3 where delayed x follow.
-    `force` (T, d, n): -f, f being the force less its mean over all trials before the onset.
+    onset; r > 3 if delayed x follow.
+    `force` (T, d, n): -f, f being the force minus its mean over all trials before the onset.
     """
 
     modes: Modes
@@ -75,15 +75,15 @@ class ModalEquation(FrozenRecord):
 def modal_equation(
     window: Window, modes: Modes | None = None, *, delay_s: float | Sequence[float] | None = None
 ) -> ModalEquation:
-    """The usable trials of a window against its modes (default: `spline_modes`).
+    """The usable trials of a window in modes (default: `spline_modes`).
 
     Parameters
     ----------
     window : Window
     modes : Modes, optional
     delay_s : float or sequence of float, optional
-        Adds the displacement of that much earlier as a further regressor, one for each delay; what
-        lies before the window is taken as rest.
+        Adds the displacement of that much earlier as a further regressor, one for each delay. The
+        hand is taken as at rest before the window.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def modal_equation(
 
 
 def about_rest(window: Window) -> tuple[FloatArray, FloatArray]:
-    """Displacement, and force less its rest, of the usable trials over time, (d T, S) each."""
+    """Displacement, and force minus its value at rest, of the usable trials, (d T, S) each."""
     used = window.usable
     moved = by_axis(window.position[used])
     moved -= by_axis(window.position_at_onset[used][:, None])
@@ -140,7 +140,8 @@ def weighted_equations(
     `weight` (d n, d n): V, symmetric.
     `instruments` (T, r d, n): instruments that take the regressors' place in Z; default: the
     regressors themselves.
-    `excess` (r d^2, r d^2): taken off every A_t: what noise in the regressors adds to it.
+    `excess` (r d^2, r d^2): expected contribution of noise in the regressors, subtracted from every
+    A_t.
     """
     d, n, T, r = equation.axes, equation.modes.count, equation.trials, equation.matrices
     X = equation.regressors
@@ -152,9 +153,9 @@ def weighted_equations(
     for j in range(d):
         # Z_t (r d, n) V_ij (n, n) of all trials and rows i, times [X_t y_t]^T (n, r d + d)
         left = (Z.reshape(-1, n) @ V[j]).reshape(T, r * d * d, n)
-        made = (left @ right).reshape(T, r, d, d, -1).transpose(0, 1, 3, 2, 4)
-        A[:, :, :, :, :, j, :] = made[..., : r * d].reshape(T, r, d, d, r, d)
-        b += made[..., r * d + j]
+        products = (left @ right).reshape(T, r, d, d, -1).transpose(0, 1, 3, 2, 4)
+        A[:, :, :, :, :, j, :] = products[..., : r * d].reshape(T, r, d, d, r, d)
+        b += products[..., r * d + j]
     size = r * d * d
     flat = A.reshape(T, size, size)
     if excess is not None:
@@ -167,7 +168,7 @@ def weighted_equations(
 def names_and_units(
     kind: Kind, d: int, matrices: int = 3
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names and units of the parameters: M, B, K, then R, the answer to what was earlier."""
+    """Names and units of the parameters: M, B, K, then R for a delayed displacement."""
     names = parameter_names(d)
     units = tuple(UNITS[kind][name[0]] for name in names)
     if matrices == 3:
@@ -176,26 +177,27 @@ def names_and_units(
     return (*names, *element_names("R", d)), (*units, *(stiffness,) * (d * d))
 
 
-# What a trial's motion should be, judged from the other trials: instruments free of its noise.
+# Expected motion of a trial, from the other trials: instruments free of its noise.
 #
 # The noise of a trial's own position makes its regressors larger than the motion and the estimate
 # smaller than the truth; noise of other trials does not.
 
 #: The shared course is used if it explains at least this much of every trial's displacement.
 LEAST_SHARED = 0.8
-#: Courses are apart where their unlikeness is so many times that within each, and more than this.
+#: Courses form separate groups if the gap between them is so many times the unlikeness within each,
+#: and more than this.
 APART: Final = 4.0
 LEAST_APART: Final = 1e-3
-#: Of fewer trials than a set, a gap between courses may be chance.
+#: Fewest trials of a group: with fewer a gap between courses may be chance.
 FEWEST_OF_A_COURSE: Final = 8
 
 
 @dataclass(frozen=True, eq=False)
 class SharedCourse:
-    """The course over time that all displacements share, or each of several groups of them.
+    """Course over time shared by all displacements, or by each of several groups of them.
 
-    `along` (T, d): how far each trial's displacement follows its course along each axis.
-    `groups`: rows of the trials of each course; all trials where they have one.
+    `along` (T, d): amplitude of each trial's course along each axis.
+    `groups`: rows of the trials of each course; all trials if there is one course.
     """
 
     along: FloatArray
@@ -203,32 +205,32 @@ class SharedCourse:
 
     @classmethod
     def of(cls, equation: ModalEquation) -> SharedCourse | None:
-        """That of an equation's trials; None if they are few or unlike."""
+        """Shared course of an equation's trials; None if they are few or unlike."""
         displacement = equation.motion[:, 2]
-        everyone = (np.arange(len(displacement)),)
+        all_rows = (np.arange(len(displacement)),)
         if len(displacement) < 3:
             return None
-        # what has no course of its own, such as a hand that the person moves, is not split off
-        for groups in (_apart(displacement), everyone):
+        # if trials of a group share no course, as with a hand that the person moves, do not split
+        for groups in (_apart(displacement), all_rows):
             along = _along(displacement, groups)
             if along is not None:
                 return cls(along, groups)
         return None
 
     def expected(self, motion: FloatArray) -> FloatArray:
-        """What motion (T, r, d, n) of every trial is to be, by that of the others of its course."""
+        """Expected motion (T, r, d, n) of every trial, from the other trials of its course."""
         # (T, r, n): motion along the trial's own direction, weighted by its size
         parts = (motion * self.along[:, None, :, None]).sum(axis=2)
         power = (self.along**2).sum(axis=1)
         others = np.empty(parts.shape)
         for rows in self.groups:
-            left = power[rows].sum() - power[rows]
-            others[rows] = (parts[rows].sum(axis=0) - parts[rows]) / left[:, None, None]
+            others_power = power[rows].sum() - power[rows]
+            others[rows] = (parts[rows].sum(axis=0) - parts[rows]) / others_power[:, None, None]
         return np.asarray(others[:, :, None, :] * self.along[:, None, :, None])
 
 
 def _along(displacement: FloatArray, groups: tuple[IntArray, ...]) -> FloatArray | None:
-    """How far displacements (T, d, n) follow their group's course; None if one is unlike it."""
+    """Amplitudes of displacements (T, d, n) along their group's course; None if one differs."""
     T, d, n = displacement.shape
     along = np.empty((T, d))
     for rows in groups:
@@ -241,7 +243,7 @@ def _along(displacement: FloatArray, groups: tuple[IntArray, ...]) -> FloatArray
 
 
 def _apart(displacement: FloatArray) -> tuple[IntArray, ...]:
-    """Rows of displacements (T, d, n) whose courses over time are apart from all others.
+    """Rows of groups of displacements (T, d, n) whose courses over time differ from all others.
 
     A soft servo makes courses of one command unlike each other, but without a gap between them.
     """
@@ -249,27 +251,27 @@ def _apart(displacement: FloatArray) -> tuple[IntArray, ...]:
     u = np.linalg.eigh(displacement @ displacement.transpose(0, 2, 1))[1][:, :, -1]
     course = (u[:, None] @ displacement)[:, 0]
     course /= np.maximum(np.linalg.norm(course, axis=1, keepdims=True), 1e-300)
-    left: IntArray = np.arange(len(course))
+    remaining: IntArray = np.arange(len(course))
     groups: list[IntArray] = []
-    while len(left) >= 2 * FEWEST_OF_A_COURSE:
-        unlike = 1 - np.minimum((course[left] @ course[left[0]]) ** 2, 1.0)
+    while len(remaining) >= 2 * FEWEST_OF_A_COURSE:
+        unlike = 1 - np.minimum((course[remaining] @ course[remaining[0]]) ** 2, 1.0)
         order = np.argsort(unlike, kind="stable")
         near, far = unlike[order[:-1]] + LEAST_APART, unlike[order[1:]]
         gap = int(np.argmax(far / near))
-        few = min(gap + 1, len(left) - gap - 1) < FEWEST_OF_A_COURSE
+        few = min(gap + 1, len(remaining) - gap - 1) < FEWEST_OF_A_COURSE
         if few or far[gap] < APART * near[gap]:
             break
-        groups.append(left[np.sort(order[: gap + 1])])
-        left = left[np.sort(order[gap + 1 :])]
-    return (*groups, left)
+        groups.append(remaining[np.sort(order[: gap + 1])])
+        remaining = remaining[np.sort(order[gap + 1 :])]
+    return (*groups, remaining)
 
 
 def expected_motion(equation: ModalEquation) -> FloatArray | None:
-    """Regressors (T, r d, n) of every trial as expected from the others; None if they are unlike.
+    """Regressors (T, r d, n) of every trial expected from the others; None if they are unlike.
 
-    The course over time that all other trials share, along the trial's own direction. Disturbances
-    of one group have one course even where every direction was tried only once. Where trials have
-    two courses or more, each is that of the trials that share it.
+    The motion is the shared course over time of the other trials, along the trial's own direction.
+    Disturbances of one group have one course even if every direction was tried only once. If trials
+    have several courses, each is that of the trials that share it.
     """
     shared = SharedCourse.of(equation)
     if shared is None:
@@ -279,7 +281,7 @@ def expected_motion(equation: ModalEquation) -> FloatArray | None:
 
 
 def by_course(equation: ModalEquation) -> ModalEquation:
-    """The equation with another disturbance for each course over time, beside each direction."""
+    """The equation with separate disturbances for each course over time and each direction."""
     shared = SharedCourse.of(equation)
     if equation.disturbance is None or shared is None or len(shared.groups) == 1:
         return equation
@@ -291,7 +293,7 @@ def by_course(equation: ModalEquation) -> ModalEquation:
 
 
 def mean_of_others(columns: FloatArray, labels: IntArray) -> FloatArray:
-    """Mean (T, ...) over the other trials with the same label; zero where there are none."""
+    """Mean (T, ...) over the other trials with the same label; zero if there are none."""
     total = np.zeros((int(labels.max()) + 1, *columns.shape[1:]))
     np.add.at(total, labels, columns)
     others = np.bincount(labels)[labels] - 1

@@ -1,4 +1,4 @@
-"""An estimator's record and what it hands to the solver: regressors and their coordinates."""
+"""Record of an estimator, and its equations for the solver: regressors and coordinates."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from armimpedance.core.conventions import AXES, FORCE_UNIT, UNITS, Kind, paramet
 from armimpedance.core.records import Response, Window
 from armimpedance.numerics.regression import TrialEquations, TrialFactors, trial_factors
 
-# The regressor of the impedance equation, and the way from its solution to M, B, K.
+# The regressor of the impedance equation, and the conversion of its solution to M, B, K.
 
 #: An offset and a ramp per trial and output have been projected out before the fit.
 NUISANCE_PER_TRIAL = 2
-#: A single trial is cut into this many blocks, each taken for a cluster: rough, and said so.
+#: A single trial is cut into this many blocks, each used as a cluster. The intervals are rough,
+#: which a warning says.
 BLOCKS_OF_ONE_TRIAL = 5
 
 
 def regressor_names(kind: Kind, d: int) -> tuple[str, ...]:
-    """``x'', y'', x', y', x, y`` for hands, ``q1'', …`` for joints."""
+    """Names ``x'', y'', x', y', x, y`` for hands, ``q1'', …`` for joints."""
     axes = AXES[:d] if kind == "hand" else tuple(f"q{i}" for i in range(1, d + 1))
     return tuple(f"{axis}{dots}" for dots in ("''", "'", "") for axis in axes)
 
 
 def output_names(kind: Kind, d: int) -> tuple[str, ...]:
-    """``-Fx, -Fy`` for hands, ``-tau1, …`` for joints."""
+    """Names ``-Fx, -Fy`` for hands, ``-tau1, …`` for joints."""
     if kind == "hand":
         return tuple(f"-F{axis}" for axis in AXES[:d])
     return tuple(f"-tau{i}" for i in range(1, d + 1))
@@ -66,7 +67,7 @@ def impedance_factors(
 
 
 def in_blocks(single: FloatArray) -> FloatArray:
-    """One trial (1, S, c) as blocks (b, S // b, c): clusters where there are no other trials."""
+    """Cut one trial (1, S, c) into blocks (b, S // b, c): clusters if there are no other trials."""
     rows = single.shape[1] // BLOCKS_OF_ONE_TRIAL
     return single[0, : rows * BLOCKS_OF_ONE_TRIAL].reshape(BLOCKS_OF_ONE_TRIAL, rows, -1)
 
@@ -124,7 +125,7 @@ class Chart(FrozenRecord):
     basis: Annotated[FloatArray, "n r"]
 
     def restrict(self, equations: TrialEquations) -> TrialEquations:
-        """The equations of every cluster for u, names ``u_1 …``."""
+        """Equations of every cluster for u, with names ``u_1 …``."""
         T, r = self.basis, self.basis.shape[1]
         # T^T A_t T (r, r) u (r,) = T^T (b_t - A_t origin) (r,)
         A = T.T @ equations.A @ T
@@ -145,14 +146,14 @@ class Prepared:
     """The impedance equation of one group of trials, ready to solve.
 
     `factors`: triangular factors of ``[W y]`` per trial. Condition, rank and multiple correlation
-    are judged on them; least squares is solved on them where there are no `equations`.
+    are judged on them; least squares is solved on them if there are no `equations`.
     `equations`: equations of an estimator that is not plain least squares, for the same clusters.
     Their parameters are M, B, K row by row (`core.conventions.parameter_names`).
-    `notes`: for the provenance: how it was done.
+    `notes`: the procedure, for the provenance.
     `warnings`: for the user.
-    `bound` (3 d^2, 3 d^2): Cramer-Rao bound of M, B, K row by row, where the method finds it on its
-    way.
-    `chart`: chart of the equations' parameters, where a constraint ties them.
+    `bound` (3 d^2, 3 d^2): Cramer-Rao bound of M, B, K row by row, if the method computes it
+    anyway.
+    `chart`: chart of the equations' parameters, if a constraint links them.
     """
 
     factors: TrialFactors

@@ -1,10 +1,10 @@
-"""The reflex guard: is the stiffness the limb's own, or partly an answer of the nervous system?
+"""The reflex guard: is the stiffness the limb's own, or partly a response of the nervous system?
 
-A stretch reflex answers a disturbance some tens of milliseconds late. A fit of M, B and K takes it
-for stiffness (or, if the disturbance is over by then, for the contrary), and the multiple
-correlation does not see it. Three views of the same trials: a test over many delays
+A stretch reflex follows a disturbance with a delay of some tens of milliseconds. A fit of M, B and
+K takes it for stiffness (or, if the disturbance is over by then, for negative stiffness), and the
+multiple correlation does not show it. Three views of the same trials: a test over many delays
 (`reflex_evidence`), a fit with a delayed position term, and the stiffness of windows that end
-before a reflex can answer (`reflex_ends`).
+before a reflex can act (`reflex_ends`).
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ from armimpedance.numerics.signals import cut_windows, disturbance_times
 
 #: Delays that are scanned (s).
 SCAN_S = tuple(round(0.030 + 0.0025 * step, 4) for step in range(37))
-#: A delay that is given may lie here (s).
+#: Limits of a stated delay (s).
 DELAYS_S = (0.005, 0.300)
-#: Delays (s) for which the smallest visible reflex is given.
+#: Delays (s) for which the detection limit of a reflex is reported.
 VISIBLE_S = (0.040, 0.050, 0.060, 0.080, 0.100)
 #: With fewer trials neither noise nor chance can be judged.
 FEWEST_TRIALS = 8
@@ -64,7 +64,7 @@ def reflex_guard(
     ends: bool = True,
     progress: Progress | None = None,
 ) -> list[ReflexVerdict]:
-    """A verdict on every group of trials.
+    """Judge every group of trials.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def reflex_guard(
     by : sequence of str
         Columns of the trial table; trials alike in all of them form a group.
     delay_s : float, optional
-        Delay of the reflex where it is known, for example from EMG; default: scanned from 30 to
-        120 ms.
+        Delay of the reflex if it is known, for example from EMG; default: scanned from 30 to 120
+        ms.
     seed : int
         Seed of the random signs behind p.
     ends : bool
@@ -124,7 +124,7 @@ def guard_window(
     seed: int = 0,
     ends: bool = True,
 ) -> ReflexVerdict:
-    """The verdict on one group from its raw windows (what simulations call).
+    """Judge one group from its raw windows (used by simulations).
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def guard_window(
     keys : mapping, optional
         The group's columns.
     delay_s : float, optional
-        Delay of the reflex where it is known.
+        Delay of the reflex if it is known.
     seed : int
         Seed of the random signs behind p.
     ends : bool
@@ -143,7 +143,7 @@ def guard_window(
     Returns
     -------
     ReflexVerdict
-        The outcome, its p value, the reflex's delay in s, and how much it would overstate K.
+        The outcome, its p value, the reflex's delay in s, and the overstatement of K.
     """
     _check(window, delay_s)
     require_identifiable(exact.prepare(window, kind).factors)
@@ -152,13 +152,13 @@ def guard_window(
     scan = scan_delays(window, kind, delays)
     evidence = weigh(scan, seed)
     profile = DelayProfile(delays, evidence.log_ratio, evidence.weight)
-    found, covariance = _over_delays(scan, evidence)
+    stiffnesses, covariance = _over_delays(scan, evidence)
     trials = scan.equation.trials
     d = window.axes
-    without, intrinsic, reflex = found.reshape(3, d, d)
-    seen = evidence.p_value <= LEVEL and not _negligible(found, covariance)
+    without, intrinsic, reflex = stiffnesses.reshape(3, d, d)
+    seen = evidence.p_value <= LEVEL and not _negligible(stiffnesses, covariance)
     visible = () if seen else _visible(scan, seed)
-    overstated, share = _shares(found, covariance, d, float(trials - 1))
+    overstated, share = _shares(stiffnesses, covariance, d, float(trials - 1))
     return ReflexVerdict(
         keys=dict(keys or {}),
         kind=kind,
@@ -205,21 +205,28 @@ def _over_delays(scan: DelayScan, evidence: Evidence) -> tuple[FloatArray, Float
     return mean, within + (weight[:, None] * apart).T @ apart
 
 
-def _negligible(found: FloatArray, covariance: FloatArray) -> bool:
-    """Whether R with twice its error is far below K."""
-    q = len(found) // 3
-    most = np.linalg.norm(found[2 * q :]) + 2 * np.sqrt(np.trace(covariance[2 * q :, 2 * q :]))
-    return bool(most < NEGLIGIBLE_SHARE * np.linalg.norm(found[q : 2 * q]))
+def _negligible(stiffnesses: FloatArray, covariance: FloatArray) -> bool:
+    """True if R plus twice its standard error is far below K."""
+    q = len(stiffnesses) // 3
+    largest = np.linalg.norm(stiffnesses[2 * q :]) + 2 * np.sqrt(
+        np.trace(covariance[2 * q :, 2 * q :])
+    )
+    return bool(largest < NEGLIGIBLE_SHARE * np.linalg.norm(stiffnesses[q : 2 * q]))
 
 
-def _shares(found: FloatArray, covariance: FloatArray, d: int, dof: float) -> tuple[Share, Share]:
-    """``<K_without - K, K> / <K, K>`` and ``<R, K> / <K, K>`` of symmetric parts."""
+def _shares(
+    stiffnesses: FloatArray, covariance: FloatArray, d: int, dof: float
+) -> tuple[Share, Share]:
+    """Overstatement ``<K_without - K, K> / <K, K>`` and share ``<R, K> / <K, K>``.
+
+    Both are those of symmetric parts.
+    """
     from scipy.stats import t
 
     q = d * d
     swap = np.arange(q).reshape(d, d).T.ravel()
     S = (np.eye(q) + np.eye(q)[swap]) / 2
-    without, k, r = (S @ part for part in found.reshape(3, q))
+    without, k, r = (S @ part for part in stiffnesses.reshape(3, q))
     size = float(k @ k)
     over, share = float(without @ k) / size - 1, float(r @ k) / size
     none = np.zeros(q)

@@ -2,10 +2,10 @@
 
     M x'' + B x' + K x + R x(t - delay) = -f
 
-What a trial says about R where M, B and K are fitted without it is its efficient score: the score
-of R less what M, B and K explain of it. Sums of scores and the information are small, so that a
-test may try many delays, and flip the signs of trials, without another fit (C. R. Rao, 1948: the
-score test).
+The information of a trial about R, with M, B and K fitted without R, is its efficient score: the
+score of R minus the part that M, B and K explain. Sums of scores and the information are small, so
+that a test may try many delays, and flip the signs of trials, without another fit (C. R. Rao, 1948:
+the score test).
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from armimpedance.hand.still.modal import (
 from armimpedance.hand.still.weighing import regressor_excess, weighted_fit
 from armimpedance.numerics.regression import TrialEquations, leave_one_out_shift, solve_total
 
-#: Noise is judged from the residuals of a fit with a reflex this late (s), if none is given: near
-#: enough to others to take a reflex out of them.
+#: Noise is estimated from the residuals of a fit with a reflex this late (s), if no delay is
+#: stated. It is near enough to other delays to remove a reflex from the residuals.
 REFERENCE_S = 0.060
 
 
 @dataclass(frozen=True, eq=False)
 class DelayScan:
-    """What T trials say about R (q = d^2 elements) at D delays.
+    """Scores and information of T trials about R (q = d^2 elements) at D delays.
 
     `delay_s` (D,), `weight` (d n, d n).
     `without` (3 q,): M, B, K of the model without R, row by row.
-    `score` (T, D, q): efficient scores of R where R = 0.
-    `information` (D, q, D, q): ``information[i, :, j, :] @ r`` is what a reflex r of delay j adds
-    to the scores' sum at i.
+    `score` (T, D, q): efficient scores of R at R = 0.
+    `information` (D, q, D, q): ``information[i, :, j, :] @ r`` is the contribution of a reflex r of
+    delay j to the sum of the scores at i.
     `equation`: equation with a regressor for each delay.
     """
 
@@ -60,23 +60,23 @@ class DelayScan:
         return np.asarray((own + own.transpose(0, 2, 1)) / 2)
 
     def stiffness(self) -> DelayFits:
-        """K without R, K and R at every delay, with what each trial moved them."""
+        """K without R, K and R at every delay, with the influence of each trial on them."""
         d, T = self.equation.axes, self.equation.trials
         q = d * d
-        own = self._equations(())
-        found = np.empty((len(self.delay_s), 3 * q))
+        equations_without = self._equations(())
+        stiffnesses = np.empty((len(self.delay_s), 3 * q))
         moved = np.empty((len(self.delay_s), T, 3 * q))
-        found[:, :q] = self.without[2 * q :]
-        moved[:, :, :q] = leave_one_out_shift(own, self.without)[:, 2 * q :]
+        stiffnesses[:, :q] = self.without[2 * q :]
+        moved[:, :, :q] = leave_one_out_shift(equations_without, self.without)[:, 2 * q :]
         for number in range(len(self.delay_s)):
             equations = self._equations((number,))
             theta = solve_total(equations)
-            found[number, q:] = theta[2 * q :]
+            stiffnesses[number, q:] = theta[2 * q :]
             moved[number, :, q:] = leave_one_out_shift(equations, theta)[:, 2 * q :]
-        return DelayFits(self.delay_s, found, moved)
+        return DelayFits(self.delay_s, stiffnesses, moved)
 
     def keep(self, chosen: np.ndarray) -> DelayScan:
-        """The scan at these delays only (mask)."""
+        """Restrict the scan to these delays (mask)."""
         at = np.flatnonzero(chosen)
         matrices = np.concatenate([np.arange(3), 3 + at])
         rows = None if self.instruments is None else self._matrices(self.instruments, matrices)
@@ -94,7 +94,7 @@ class DelayScan:
         return np.asarray(rows.reshape(T, -1, d, n)[:, matrices].reshape(T, -1, n))
 
     def _equations(self, delays: tuple[int, ...]) -> TrialEquations:
-        """Equations of M, B, K and, with one delay, R."""
+        """Equations of M, B, K and, with one delay, also R."""
         matrices = np.array([0, 1, 2, *(3 + number for number in delays)])
         equation = replace(self.equation, motion=self.equation.motion[:, matrices])
         if self.instruments is not None:
@@ -112,7 +112,7 @@ class DelayFits:
 
     `delay_s` (D,).
     `found` (D, 3 q): K of the model without R, then K and R of the model with it, row by row.
-    `moved` (D, T, 3 q): how far each trial moved them (jackknife).
+    `moved` (D, T, 3 q): influence of each trial on them (jackknife).
     """
 
     delay_s: FloatArray
@@ -126,7 +126,7 @@ class DelayFits:
 
 
 def scan_delays(window: Window, kind: Kind, delay_s: FloatArray) -> DelayScan:
-    """Scores and information at these delays.
+    """Compute scores and information at these delays.
 
     Raises NotIdentifiableError: if the motion does not determine M, B and K.
     """
@@ -205,25 +205,24 @@ def _total_information(scan: DelayScan) -> FloatArray:
     return A.reshape(r * d * d, r * d * d)
 
 
-# Is there a reflex at all? Evidence over delays, and how often chance gives as much.
-#
-# At one delay, scores g and information I weigh a reflex R against none by the likelihood ratio
-# ``exp(R^T g - R^T I R / 2)``. Averaged over delays and over the reflexes that one may expect it is
-# the most powerful statistic on average (D. W. K. Andrews and W. Ploberger, Econometrica 62, 1994,
+# Test for a reflex: evidence over all delays, and how often chance gives as much.
+# At one delay, scores g and information I give the likelihood ratio ``exp(R^T g - R^T I R / 2)`` of
+# a reflex R against none. Its average over delays and over the expected reflexes is the most
+# powerful statistic on average (D. W. K. Andrews and W. Ploberger, Econometrica 62, 1994,
 # 1383-1414). Its distribution without a reflex comes from the trials themselves: their scores with
-# signs flipped at random. What one expects decides the power only, never the rate of false alarms.
+# signs flipped at random. The expectation affects the power only, never the rate of false alarms.
 
-#: Expected reflex: this part of K, give or take the same (a stretch reflex stiffens),
+#: Expected reflex: this share of K, with the same standard deviation (a stretch reflex stiffens),
 EXPECTED_SHARE = 0.15
-#: and this part of K in any other direction of matrices.
+#: and this share of K in any other direction of matrices.
 OTHER_SHARE = 0.05
 #: Random flips; with few trials all flips are tried.
 FLIPS = 1999
-#: A reflex "would have been seen" if the test finds it this often.
+#: A reflex "would have been seen" if the test detects it with this probability.
 POWER = 0.95
-#: Flips that stand for chance where power is asked for.
+#: Number of flips for the simulation of the power.
 _POWER_FLIPS = 250
-#: A reflex of more than this part of K is not looked for.
+#: Largest reflex that is considered, as a share of K.
 _LARGEST_SHARE = 4.0
 
 
@@ -231,9 +230,9 @@ _LARGEST_SHARE = 4.0
 class Evidence:
     """Evidence for a reflex at D delays.
 
-    `log_ratio` (D,): log of the likelihood of the best reflex at each delay, penalised by what is
-    expected, over that of none.
-    `p_value`: how often flipped trials give as much evidence over all delays.
+    `log_ratio` (D,): log likelihood ratio of the best reflex at each delay, penalised by its prior
+    distribution, against none.
+    `p_value`: share of flipped trials that give as much evidence over all delays.
     """
 
     log_ratio: FloatArray
@@ -241,14 +240,14 @@ class Evidence:
 
     @property
     def weight(self) -> FloatArray:
-        """Weights of all delays, which sum to one; before the measurement all are equal."""
+        """Weights of all delays, which sum to one; their prior weights are equal."""
         raised = np.exp(self.log_ratio - self.log_ratio.max())
         return np.asarray(raised / raised.sum())
 
 
 @dataclass(frozen=True, eq=False)
 class _Expected:
-    """Normal distribution of the reflexes R (q,) that one may expect, and the information."""
+    """Prior normal distribution of the reflexes R (q,), and the information."""
 
     mean: FloatArray
     precision: FloatArray
@@ -262,30 +261,30 @@ class _Expected:
         return np.asarray(0.5 * (gain - self.mean @ self.precision @ self.mean))
 
     def volumes(self) -> FloatArray:
-        """What averaging over R takes off the logarithm at each delay, (D,)."""
+        """Change of the logarithm at each delay by averaging over R, (D,)."""
         spread = np.linalg.inv(self.precision) @ self.information
         return np.asarray(-0.5 * np.linalg.slogdet(np.eye(len(self.mean)) + spread)[1])
 
     def statistic(self, score: FloatArray) -> FloatArray:
         """Log of the likelihood ratio averaged over reflexes and delays, (...,)."""
-        each = self.ratios(score) + self.volumes()
-        return np.asarray(np.logaddexp.reduce(each, axis=-1) - np.log(each.shape[-1]))
+        log_ratios = self.ratios(score) + self.volumes()
+        return np.asarray(np.logaddexp.reduce(log_ratios, axis=-1) - np.log(log_ratios.shape[-1]))
 
 
 def weigh(scan: DelayScan, seed: int = 0) -> Evidence:
-    """Evidence for a reflex at the scan's delays."""
+    """Compute the evidence for a reflex at the scan's delays."""
     expected, total = _expected(scan), scan.score.sum(axis=0)
     signs = _signs(len(scan.score), FLIPS, seed)
     observed = float(expected.statistic(total))
     flipped = expected.statistic(_flipped(scan, signs))
-    beaten = int((flipped >= observed - 1e-9 * abs(observed)).sum())
-    return Evidence(expected.ratios(total), (1 + beaten) / (1 + len(signs)))
+    as_extreme = int((flipped >= observed - 1e-9 * abs(observed)).sum())
+    return Evidence(expected.ratios(total), (1 + as_extreme) / (1 + len(signs)))
 
 
 def visible_share(scan: DelayScan, delay_s: float, level: float, seed: int = 0) -> float:
-    """Smallest reflex, as part of K, that the test finds in 95 % of such experiments; inf if none.
+    """Smallest reflex, as a share of K, detected in 95 % of such experiments; inf if there is none.
 
-    It is computed for trials without a reflex, whose flipped scores stand for chance.
+    It is computed for trials without a reflex, simulated by flipped scores.
     """
     expected, stiffness = _expected(scan), _stiffness(scan)
     number = int(np.argmin(np.abs(scan.delay_s - delay_s)))
@@ -295,15 +294,15 @@ def visible_share(scan: DelayScan, delay_s: float, level: float, seed: int = 0) 
     )
     chance = _flipped(scan, _signs(len(scan.score), _POWER_FLIPS, seed + 1))
 
-    def found(share: float) -> bool:
+    def detected(share: float) -> bool:
         return bool((expected.statistic(chance + share * shift) > critical).mean() >= POWER)
 
     low, high = 0.0, _LARGEST_SHARE
-    if not found(high):
+    if not detected(high):
         return float("inf")
     while high - low > 0.005:
         middle = (low + high) / 2
-        low, high = (low, middle) if found(middle) else (middle, high)
+        low, high = (low, middle) if detected(middle) else (middle, high)
     return high
 
 
@@ -332,7 +331,7 @@ def _flipped(scan: DelayScan, signs: FloatArray) -> FloatArray:
 
 
 def _signs(trials: int, wanted: int, seed: int) -> FloatArray:
-    """Signs (F, T): all there are, the observed ones left out, if they are no more than wanted."""
+    """Signs (F, T): all combinations but the observed one, or `wanted` random ones."""
     if 2**trials - 1 <= wanted:
         numbers = np.arange(1, 2**trials)
         return np.asarray(1.0 - 2.0 * (numbers[:, None] >> np.arange(trials) & 1))

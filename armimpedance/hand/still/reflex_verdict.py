@@ -1,4 +1,4 @@
-"""What the reflex guard says of one group of trials."""
+"""Verdict of the reflex guard on one group of trials."""
 
 from __future__ import annotations
 
@@ -16,24 +16,23 @@ from armimpedance.hand.still.weighing import weighted_fit
 from armimpedance.numerics.regression import leave_one_out_shift
 from armimpedance.numerics.signals import Modes
 
-# How the stiffness moves with the end of the window: what a reflex adds comes late.
-#
-# Test functions that vanish at the window's end leave too little of 60 ms. Kinematics know nothing
-# of a reflex, so that they may come from the whole record, through a smoothing spline; only the
-# force, in means over short cells, ends where the window ends.
+# Change of the stiffness with the end of the window: the contribution of a reflex comes late.
+# Test functions that vanish at the window's end would use too little of 60 ms. The measured motion
+# does not depend on the reflex, so that it may come from the whole record, through a smoothing
+# spline. Only the force, in means over short cells, ends with the window.
 
 #: Knots of the kinematics' spline and cells of the force (s). Wider knots miss the jerk of the
 #: onset: with 20 ms knots K is 30 % wrong at 60 ms, narrower ones let more noise through.
 KNOTS_S = 0.008
 CELL_S = 0.010
 _DEGREE = 5
-#: Rest before the onset that is fitted along (s).
+#: Rest before the onset that is included in the fit (s).
 REST_S = 0.080
 #: Ends (s): the first, every cell while a reflex may begin, then fewer.
 FIRST_END_S = 0.030
 _DENSE_UNTIL_S = 0.100
 _SPARSE_S = 0.040
-#: The early end is the first from here (s) at which K is known this well (sd of its norm, part of
+#: The early end is the first from here (s) at which K has this precision (sd of its norm, share of
 #: K). Before, the spline's error at the onset is a tenth of K and more.
 EARLY_S = 0.070
 EARLY_SD = 0.15
@@ -46,7 +45,7 @@ class WindowEnds(FrozenRecord):
     `stiffness` (E, d, d).
     `end_s` (E,): after the onset.
     `covariance` (E, d^2, d^2): clustered by trial.
-    `early`: number of the earliest end with a usable K.
+    `early`: index of the earliest end with a usable K.
     `change_covariance` (E, d^2, d^2): covariance of the change since the early end. Both fits use
     the same trials, so that their noise cancels.
     """
@@ -60,16 +59,16 @@ class WindowEnds(FrozenRecord):
 
     @property
     def usable(self) -> BoolArray:
-        """Ends (E,) from which on the spline's error at the onset is small."""
+        """True for ends (E,) late enough that the spline's error at the onset is small."""
         return np.asarray(self.end_s > EARLY_S - 1e-9)
 
     @property
     def change(self) -> FloatArray:
-        """K less K at the early end, (E, d, d)."""
+        """K minus K at the early end, (E, d, d)."""
         return np.asarray(self.stiffness - self.stiffness[self.early])
 
     def along(self, direction: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Change along a matrix (d, d), as part of it, and its standard error, (E,) each."""
+        """Change along a matrix (d, d), as a share of it, and its standard error, (E,) each."""
         unit = ((direction + direction.T) / 2).ravel()
         unit = unit / (unit @ unit)
         change = self.change.reshape(len(self.end_s), -1) @ unit
@@ -77,11 +76,11 @@ class WindowEnds(FrozenRecord):
 
 
 def window_ends(window: Window, kind: Kind) -> WindowEnds:
-    """Fits up to 30 ms after the onset and to later and later ends.
+    """Fit windows that end 30 ms after the onset and later.
 
-    Raises InputError: if the window is too short for any.
+    Raises InputError: if the window is too short for any fit.
     """
-    ends, found, moved = [], [], []
+    ends, stiffnesses, moved = [], [], []
     d, q = window.axes, window.axes**2
     for end in _ends(window):
         try:
@@ -90,16 +89,16 @@ def window_ends(window: Window, kind: Kind) -> WindowEnds:
         except ArmImpedanceError:
             continue
         ends.append(end)
-        found.append(fitted.parameters[2 * q :].reshape(d, d))
+        stiffnesses.append(fitted.parameters[2 * q :].reshape(d, d))
         moved.append(shift[:, 2 * q :])
     if not ends:
         raise InputError("no window to end early", expected="more samples after the onset")
-    stiffness, jackknife = np.stack(found), np.stack(moved)
+    stiffness, jackknife = np.stack(stiffnesses), np.stack(moved)
     covariance = _covariance(jackknife)
     size = np.linalg.norm(stiffness.reshape(len(ends), -1)[-1])
-    known = np.sqrt(np.trace(covariance, axis1=1, axis2=2)) <= EARLY_SD * size
-    known &= np.array(ends) > EARLY_S - 1e-9
-    early = int(np.argmax(known)) if known.any() else len(ends) - 1
+    precise = np.sqrt(np.trace(covariance, axis1=1, axis2=2)) <= EARLY_SD * size
+    precise &= np.array(ends) > EARLY_S - 1e-9
+    early = int(np.argmax(precise)) if precise.any() else len(ends) - 1
     return WindowEnds(
         end_s=np.array(ends),
         stiffness=stiffness,
@@ -119,13 +118,13 @@ def _ends(window: Window) -> FloatArray:
 
 
 def _covariance(moved: FloatArray) -> FloatArray:
-    """CR3 (E, q, q) from what each trial moved (E, T, q)."""
+    """CR3 covariance (E, q, q) from the shift of the estimate by each trial (E, T, q)."""
     T = moved.shape[1]
     return np.asarray((T - 1) / T * moved.transpose(0, 2, 1) @ moved)
 
 
 def _cells(window: Window, end_s: float) -> Modes:
-    """Means of the force over cells up to the end, and of the kinematics' spline."""
+    """Modes for a window that ends early: means over cells, with derivatives of a spline."""
     last = int(np.searchsorted(window.lag_s, end_s + 1e-9))
     first = int(np.searchsorted(window.lag_s, -REST_S - 1e-9))
     return _cell_modes(len(window.lag_s), window.sample_rate_hz, first, last)
@@ -163,21 +162,23 @@ def _spline_derivatives(samples: int, sample_rate_hz: float) -> tuple[FloatArray
 
 Outcome = Literal["none", "contaminated", "unknown"]
 
-#: A reflex is named at this p or less. At .05 two of six disturbances gave false alarms in 6.5 and
-#: 7 % of 200 experiments with the simulated subject: flipped signs do not see what its own
-#: non-linearity repeats in every trial. Where a reflex of 25 % can be told, nothing is lost by it.
+#: A reflex is reported at this p or less. At .05 two of six disturbances gave false alarms in 6.5
+#: and 7 % of 200 experiments with the simulated subject, because flipped signs do not show the part
+#: of its own non-linearity that repeats in every trial. Where a reflex of 25 % is detectable, the
+#: lower level loses nothing.
 LEVEL = 0.03
-#: A reflex of less than this part of K is none: with little noise the limb's own non-linearity
-#: is as large.
+#: A reflex of less than this share of K is neglected: with little noise the limb's own
+#: non-linearity is as large.
 NEGLIGIBLE_SHARE = 0.02
-#: "No sign of a reflex" is said only if one of this part of K, this late (s), would have been seen.
+#: "No sign of a reflex" is reported only if a reflex of this share of K, this late (s), would have
+#: been detected.
 TELLING_SHARE = 0.25
 TELLING_S = 0.050
 
 
 @dataclass(frozen=True)
 class Share:
-    """A part of the intrinsic stiffness (0.25 is 25 %) with its 95 % interval."""
+    """Share of the intrinsic stiffness (0.25 is 25 %) with its 95 % interval."""
 
     value: float
     low: float
@@ -186,7 +187,7 @@ class Share:
 
 @dataclass(frozen=True, eq=False)
 class DelayProfile:
-    """What every delay says, D delays.
+    """Evidence for each of D delays.
 
     `delay_s` (D,).
     `log_ratio` (D,): log-likelihood ratio of a reflex at this delay against none.
@@ -198,7 +199,7 @@ class DelayProfile:
     weight: FloatArray
 
     def quantile(self, part: float) -> float:
-        """The delay (s) below which this part of the weight lies."""
+        """The delay (s) below which this share of the weight lies."""
         edges = (self.delay_s[1:] + self.delay_s[:-1]) / 2
         edges = np.concatenate([self.delay_s[:1], edges, self.delay_s[-1:]])
         return float(np.interp(part, np.concatenate([[0.0], np.cumsum(self.weight)]), edges))
@@ -206,7 +207,7 @@ class DelayProfile:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReflexVerdict(FrozenRecord):
-    """Whether a reflex contaminates the stiffness of one group of trials, and the evidence.
+    """Verdict on a reflex in the stiffness of one group of trials, and the evidence.
 
     Attributes
     ----------
@@ -218,20 +219,21 @@ class ReflexVerdict(FrozenRecord):
     p_value : float
         p value of the hypothesis that there is no reflex at any delay that was tried.
     delay_s, delay_low_s, delay_high_s : float
-        Mean over delays and 95 % interval; all the same if the delay was given.
+        Mean over delays and 95 % interval; all equal if the delay was stated.
     scanned : bool
     without, intrinsic, reflex : (d, d)
         K of the model without reflex; K and R of the model with it.
     covariance : (3 d^2, 3 d^2)
-        Covariance of the three matrices, row by row. Where the delay was scanned, it includes the
-        delay's uncertainty.
+        Covariance of the three matrices, row by row. It includes the uncertainty of the delay if
+        that was scanned.
     dof : float
     overstated : Share
         Overstatement of K by the model without reflex, as part of the intrinsic K, along K.
     share : Share
         The reflex along K.
     visible : tuple of (delay in s, part of K)
-        Smallest reflex that the test finds in 95 % of such experiments; empty if one was found.
+        Smallest reflex that the test detects in 95 % of such experiments; empty if one was
+        detected.
     profile : DelayProfile
     ends : WindowEnds or None
     n_trials : int
@@ -258,15 +260,15 @@ class ReflexVerdict(FrozenRecord):
     n_trials: int
 
     def __repr__(self) -> str:
-        said = f"{group_name(self.keys)}: {self.outcome}, p = {self.p_value:.2g}"
+        text = f"{group_name(self.keys)}: {self.outcome}, p = {self.p_value:.2g}"
         if self.outcome != "contaminated":
-            return said
+            return text
         delay, share = 1e3 * self.delay_s, 100 * self.share.value
-        return f"{said}, {delay:.0f} ms after the onset, {share:.0f} % of the intrinsic K"
+        return f"{text}, {delay:.0f} ms after the onset, {share:.0f} % of the intrinsic K"
 
     @property
     def total(self) -> FloatArray:
-        """K intrinsic and reflex together: what a slow displacement meets."""
+        """K intrinsic and reflex together: the stiffness for a slow displacement."""
         return np.asarray(self.intrinsic + self.reflex)
 
     @property
@@ -282,12 +284,12 @@ class ReflexVerdict(FrozenRecord):
         variance = np.diag(T @ self.covariance @ T.T)
         return np.asarray(np.sqrt(variance).reshape(self.intrinsic.shape))
 
-    #: A reflex is named at this p or less, and only if it is at least this part of K.
+    #: A reflex is reported at this p or less, and only if it is at least this share of K.
     NAMED_AT_P: ClassVar[float] = LEVEL
     LEAST_SHARE: ClassVar[float] = NEGLIGIBLE_SHARE
-    #: "No sign of a reflex" means one this late (s).
+    #: "No sign of a reflex" refers to a reflex this late (s).
     TELLING_S: ClassVar[float] = TELLING_S
 
     def seen_from(self, delay_s: float = TELLING_S) -> float:
-        """Smallest reflex (part of K) that would have been seen at the listed delay nearest."""
+        """Detection limit of a reflex (share of K) at the listed delay nearest to `delay_s`."""
         return min(self.visible, key=lambda pair: abs(pair[0] - delay_s))[1]

@@ -1,4 +1,4 @@
-"""From a solved regression to an `ImpedanceEstimate`."""
+"""Conversion of a solved regression to an `ImpedanceEstimate`."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from armimpedance.numerics.regression import (
 )
 from armimpedance.numerics.signals import mean_activation
 
-# Does the motion determine M, B and K? If not, said in the words of the experiment.
+# Does the motion determine M, B and K? If not, the message uses the terms of the experiment.
 
 
 def require_identifiable(factors: TrialFactors) -> None:
-    """Refuse what no method can solve.
+    """Refuse trials that no method can solve.
 
     Raises NotIdentifiableError: no movement, movement along one direction only, or columns that
     depend on each other.
@@ -45,7 +45,7 @@ def require_identifiable(factors: TrialFactors) -> None:
 
 
 def _directions_missing(error: NotIdentifiableError, factors: TrialFactors) -> NotIdentifiableError:
-    """Say it in the words of the experiment where the motion keeps to one direction."""
+    """Error in the terms of the experiment, if the motion keeps to one direction."""
     d = len(factors.outputs)
     displacement = factors.r[:, :, 2 * d : 3 * d]
     stacked = displacement.reshape(-1, d)
@@ -64,13 +64,13 @@ def _directions_missing(error: NotIdentifiableError, factors: TrialFactors) -> N
 
 ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
 
-#: With fewer clusters than this, clustered intervals are rough and say so.
+#: With fewer clusters than this, clustered intervals are rough, and a warning says so.
 FEW_CLUSTERS = 10
 
 
 @dataclass(frozen=True)
 class Group:
-    """Facts of a group of trials beside its samples.
+    """Facts of a group of trials other than its samples.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Group:
     handle_mass_kg : float
     shoulder_m : (d,) or None
     activation : mapping
-        Fields of the estimate that tell how active the muscles were; empty where it is not known.
+        Fields of the estimate for the activity of the muscles; empty if it is unknown.
     warnings, provenance : tuples of str
     """
 
@@ -98,18 +98,22 @@ class Group:
         return cls(recording.kind, keys, recording.handle_mass_kg, recording.shoulder_m)
 
     def with_activation(self, recording: Recording, rows: IntArray, onset_s: FloatArray) -> Group:
-        """The same with its muscles' activity, where the recording has EMG and MVC.
+        """Copy with the activity of the muscles, if the recording has EMG and MVC.
 
-        An EMG that cannot be right is no reason to refuse the impedance: it becomes a note.
+        An implausible EMG is no reason to refuse the impedance: it becomes a warning.
         """
         try:
-            found = mean_activation(recording, rows, onset_s)
+            activity = mean_activation(recording, rows, onset_s)
         except InputError as error:
             return replace(self, warnings=(f"activation left out: {error}",))
-        if found is None:
+        if activity is None:
             return self
-        fields = {"activation": found.mean, "activation_sd": found.sd, "muscles": found.muscles}
-        return replace(self, activation=fields, provenance=found.notes)
+        fields = {
+            "activation": activity.mean,
+            "activation_sd": activity.sd,
+            "muscles": activity.muscles,
+        }
+        return replace(self, activation=fields, provenance=activity.notes)
 
 
 def to_estimate(
@@ -128,10 +132,10 @@ def to_estimate(
 
     `factors`: triangular factors of the impedance equation; clusters are trials, or blocks of one
     trial.
-    `method`: name of the method that is written into the result.
+    `method`: name of the method for the result.
     `strata` (T,) int: disturbance of each cluster; "replicates" needs it.
-    `equations`: solved instead of least squares on the factors, which then only judge.
-    `chart`: chart of the equations' parameters: what a constraint leaves free.
+    `equations`: solved instead of least squares on the factors, which then only serve the checks.
+    `chart`: chart of the equations' parameters that a constraint leaves free.
     `seed`: seed of the bootstrap.
     Raises NotIdentifiableError: if the motion does not determine all parameters.
     Raises InputError: "replicates" without the disturbance of every trial.
@@ -143,7 +147,7 @@ def to_estimate(
     require_identifiable(factors)
     if covariance == "bootstrap" and equations is None:
         equations = Prepared(factors).trial_equations(group.kind)
-    # of a fit that only judges the rows nobody asks for the covariance: the cheapest
+    # a fit that only checks the rows needs no covariance: the cheapest one is used
     judging = equations is not None and covariance == "cr3"
     solved = fit(
         factors,
@@ -159,11 +163,11 @@ def to_estimate(
         ordered, dof = _solved(equations, chart, spread)
     with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
     # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
-    own = with_handle - group.handle_mass_kg * np.eye(d) if group.kind == "hand" else with_handle
-    one = ImpedanceEstimate(
+    limb = with_handle - group.handle_mass_kg * np.eye(d) if group.kind == "hand" else with_handle
+    result = ImpedanceEstimate(
         level=group.kind,
         method=method,
-        inertia=own,
+        inertia=limb,
         inertia_with_handle=with_handle,
         viscosity=viscosity,
         stiffness=stiffness,
@@ -175,7 +179,7 @@ def to_estimate(
         warnings=(*solved.warnings, *_few(solved)),
         provenance=(f"method {method}, covariance {covariance}",),
     )
-    return one.with_warning(*one.not_definite())
+    return result.with_warning(*result.not_definite())
 
 
 def _solved(
@@ -183,8 +187,8 @@ def _solved(
 ) -> tuple[FloatArray, float]:
     """Parameters above their covariance (1 + n, n), and the degrees of freedom."""
     if chart is None:
-        own = solve_equations(equations, **spread)
-        return np.vstack([own.parameters, own.covariance]), own.dof
+        solved = solve_equations(equations, **spread)
+        return np.vstack([solved.parameters, solved.covariance]), solved.dof
     free = solve_equations(chart.restrict(equations), **spread)
     T = chart.basis
     return np.vstack([chart.expand(free.parameters), T @ free.covariance @ T.T]), free.dof
@@ -202,7 +206,7 @@ def _require_strata(factors: TrialFactors, strata: IntArray | None) -> None:
 def _quality(
     solved: Fit, factors: TrialFactors, coefficients: FloatArray, coherence: float | None
 ) -> Quality:
-    """How well coefficients (p, q) predict the rows of the factors."""
+    """Quality of the prediction of the factors' rows by coefficients (p, q)."""
     vaf, correlation = factors.prediction_quality(coefficients)
     return Quality(
         n_trials=solved.n_trials,

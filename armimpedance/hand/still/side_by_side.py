@@ -1,12 +1,12 @@
-"""Every estimator on the same recording, and what their disagreement says.
+"""Comparison of all estimators on the same recording.
 
-Estimators that see the same trials share most of their noise. How far two may lie apart by chance
-is therefore judged from their difference itself: leaving out one trial moves both, and the
-jackknife of theta_a - theta_b over the trials gives the covariance of the difference,
+Estimators applied to the same trials share most of their noise. The difference of two is therefore
+judged by its own covariance. Leaving out one trial changes both, and the jackknife of theta_a -
+theta_b over the trials gives the covariance of the difference,
 
     C = (T - 1) / T sum_t (d_a,t - d_b,t)(d_a,t - d_b,t)^T,   d_t = theta - theta_(t)
 
-in which what they share cancels. A difference of several of its standard errors is not chance:
+in which the shared noise cancels. A difference of several of its standard errors is not chance:
 then an assumption that only one of them makes does not hold.
 """
 
@@ -38,11 +38,11 @@ from armimpedance.hand.still.result import Group
 from armimpedance.numerics.regression import leave_one_out_shift, solve_total
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 
-#: A difference beyond this many of its standard errors is not taken for chance ...
+#: A difference is reported if it exceeds this many of its standard errors ...
 FEWEST_STANDARD_ERRORS = 3.0
-#: ... and is worth a sentence if it is also larger than this (% of the default's matrix).
+#: ... and this percentage of the default's matrix.
 LEAST_PERCENT = 5.0
-#: Differences below this part of the matrix are rounding.
+#: Differences below this share of the matrix are rounding.
 _ROUNDING = 1e-9
 
 
@@ -50,10 +50,10 @@ _ROUNDING = 1e-9
 class MethodResult:
     """One method on one group.
 
-    `estimate`: None where the method cannot run on these trials.
+    `estimate`: None if the method cannot run on these trials.
     `reason`: why it cannot.
     `seconds`: time to prepare, to solve, and to leave out every trial once, s.
-    `shift` (T, 3 d^2) or None: how far each trial moves M, B, K row by row.
+    `shift` (T, 3 d^2) or None: influence of each trial on M, B, K row by row.
     """
 
     method: str
@@ -65,12 +65,12 @@ class MethodResult:
 
 @dataclass(frozen=True, eq=False)
 class Disagreement:
-    """How far a method lies from the reference, symmetric parts of M, B and K.
+    """Difference of a method from the reference, in the symmetric parts of M, B and K.
 
     `percent` (3,): frobenius norm of the difference over that of the reference's matrix.
     `standard_errors` (3,): the same norm over its root mean square by chance, from the covariance
-    of the difference; nan where the two do not share their clusters.
-    `sentences`: differences that are too large for chance, in words; empty if there are none.
+    of the difference; nan if the two do not share their clusters.
+    `sentences`: significant differences, in words; empty if there are none.
     """
 
     method: str
@@ -85,7 +85,7 @@ class SideBySide:
     """All methods on one group of trials, in the order of the table of methods.
 
     `keys`: the group's columns.
-    `disagreements`: one for each method that ran, the reference aside.
+    `disagreements`: one for each method that ran, except the reference.
     """
 
     keys: Mapping[str, Any]
@@ -93,9 +93,9 @@ class SideBySide:
     disagreements: tuple[Disagreement, ...]
 
     def __repr__(self) -> str:
-        said = [sentence for d in self.disagreements for sentence in d.sentences]
+        sentences = [sentence for d in self.disagreements for sentence in d.sentences]
         ran = f"{group_name(self.keys)}: {len(self.estimates)} of {len(self.results)} methods ran"
-        return "\n".join([ran, *said])
+        return "\n".join([ran, *sentences])
 
     @property
     def estimates(self) -> tuple[ImpedanceEstimate, ...]:
@@ -103,12 +103,12 @@ class SideBySide:
         return tuple(r.estimate for r in self.results if r.estimate is not None)
 
     def marked(self, sentences: Sequence[str]) -> SideBySide:
-        """The same with these sentences before the warnings of every estimate."""
-        made = (
+        """Copy with these sentences before the warnings of every estimate."""
+        marked = (
             r if r.estimate is None else replace(r, estimate=r.estimate.marked(sentences))
             for r in self.results
         )
-        return replace(self, results=tuple(made))
+        return replace(self, results=tuple(marked))
 
 
 def side_by_side(
@@ -119,7 +119,7 @@ def side_by_side(
     progress: Progress | None = None,
     workers: int = 1,
 ) -> list[SideBySide]:
-    """Every method of `METHODS` on every group of trials.
+    """Apply every method of `METHODS` to every group of trials.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def side_by_side(
     InputError
         For stochastic perturbations, a missing column, windows that cannot be cut.
     ArmImpedanceError
-        If no method can run on a group: why the reference cannot.
+        If no method can run on a group; the message is that of the reference.
     """
     if recording.perturbation == "stochastic":
         raise InputError(
@@ -182,29 +182,31 @@ def _one_group(window: Window, group: Group, options: Options) -> SideBySide:
 
 
 def compare_methods(window: Window, group: Group, options: Options) -> SideBySide:
-    """Every method on the raw windows of one group.
+    """Apply every method to the raw windows of one group.
 
-    Raises ArmImpedanceError: if no method can run: why the reference cannot.
+    Raises ArmImpedanceError: if no method can run; the message is that of the reference.
     """
     results = tuple(_run(method, window, group, options) for method in METHODS)
     reference = next(r for r in results if r.method == options.method)
     if all(r.estimate is None for r in results):
         estimate_window(window, group, options)
     others = (r for r in results if r.estimate is not None and r is not reference)
-    found = () if reference.estimate is None else (_disagreement(r, reference) for r in others)
-    return SideBySide(dict(group.keys), results, tuple(found))
+    disagreements = (
+        () if reference.estimate is None else (_disagreement(r, reference) for r in others)
+    )
+    return SideBySide(dict(group.keys), results, tuple(disagreements))
 
 
 def _run(method: str, window: Window, group: Group, options: Options) -> MethodResult:
     try:
-        made = estimate_window(window, group, replace(options, method=method))
-        # timed the second time: the first one imports and fills what is remembered
+        result = estimate_window(window, group, replace(options, method=method))
+        # the second run is timed: the first one imports modules and fills caches
         start = perf_counter()
         shift = _shift(METHODS[method].prepare(window, group.kind), group.kind)
         seconds = perf_counter() - start
     except ArmImpedanceError as error:
         return MethodResult(method, None, str(error))
-    return MethodResult(method, made, "", seconds, shift)
+    return MethodResult(method, result, "", seconds, shift)
 
 
 def _shift(prepared: Prepared, kind: Kind) -> FloatArray:
@@ -226,9 +228,9 @@ def _disagreement(result: MethodResult, reference: MethodResult) -> Disagreement
 
 
 def _matrices(result: MethodResult) -> FloatArray:
-    made = result.estimate
-    assert made is not None  # noqa: S101 - callers have checked
-    return np.stack([getattr(made, name) for name in MATRICES])
+    estimate = result.estimate
+    assert estimate is not None  # noqa: S101 - callers have checked
+    return np.stack([getattr(estimate, name) for name in MATRICES])
 
 
 def _symmetric(matrices: FloatArray) -> FloatArray:
@@ -236,7 +238,7 @@ def _symmetric(matrices: FloatArray) -> FloatArray:
 
 
 def _chance(result: MethodResult, reference: MethodResult) -> FloatArray:
-    """Root mean square (3,) of the norm of the difference by chance: the jackknife's."""
+    """Root mean square (3,) of the norm of the difference by chance, by the jackknife."""
     a, b = result.shift, reference.shift
     if a is None or b is None or a.shape != b.shape:
         return np.full(3, np.nan)
@@ -257,6 +259,6 @@ def _sentences(
         for i, (symbol, _) in enumerate(MATRICES.values())
         if large[i]
     ]
-    said = f"{method} differs from {reference} by {', '.join(parts)}"
+    text = f"{method} differs from {reference} by {', '.join(parts)}"
     cause = METHODS[method].differs
-    return (f"{said}: {cause}?" if cause else f"{said}: not by chance",)
+    return (f"{text}: {cause}?" if cause else f"{text}: not by chance",)

@@ -24,15 +24,15 @@ BLOCK_S = 1.0
 LOW_COHERENCE = 0.8
 #: Support of the differentiating kernel, in periods of the band's upper edge.
 KERNEL_PERIODS = 0.6
-#: Standard errors by which half of the band must differ from all of it: by chance one of three
-#: numbers of a joint does so in one of 360 records.
+#: A half of the band must differ from the whole by this many standard errors: by chance one of
+#: three numbers of a joint does so in one of 360 records.
 BEYOND_CHANCE = 3.5
-#: Smaller differences are of no consequence, however sure.
+#: Smaller relative differences do not matter, even if significant.
 SMALL = 0.02
 METHOD = "band-limited"
-#: A trial of more samples than this is filtered in stretches of as many ...
+#: A trial of more samples than this is filtered in stretches of this length ...
 LONG = 1 << 19
-#: ... with so many periods of the band's width, or of its lower edge, on either side.
+#: ... with this many periods of the band's width, or of its lower edge, on either side.
 RINGING = 20
 
 
@@ -42,7 +42,7 @@ def estimate_stochastic(
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ,
     covariance: ClusteredKind = "cr3",
 ) -> ImpedanceEstimate:
-    """``M x'' + B x' + K x = -f`` after the same band-pass on all columns and on the force.
+    """Fit ``M x'' + B x' + K x = -f`` after the same band-pass on all columns and on the force.
 
     Intervals are clustered by blocks of one second, so that one long trial is enough.
 
@@ -53,23 +53,23 @@ def estimate_stochastic(
     Raises NotIdentifiableError: if the motion does not determine all parameters.
     """
     factors, coherence = _factors(recording, group, band_hz), _coherence(recording, band_hz)
-    made = to_estimate(factors, group, method=METHOD, covariance=covariance, coherence=coherence)
+    result = to_estimate(factors, group, method=METHOD, covariance=covariance, coherence=coherence)
     low, high = band_hz
-    made = _as_sure_as_the_band(made, recording, group, band_hz)
-    warnings = list(made.warnings)
+    result = _as_sure_as_the_band(result, recording, group, band_hz)
+    warnings = list(result.warnings)
     if coherence < LOW_COHERENCE:
         warnings.append(
             f"low coherence: {coherence:.2f} on average between {low:g} and {high:g} Hz; "
             "noise, a non-linear limb or one that changed during the record"
         )
     return replace(
-        made,
-        quality=replace(made.quality, n_trials=recording.n_trials),
+        result,
+        quality=replace(result.quality, n_trials=recording.n_trials),
         position=recording.position.mean(axis=0),
         force=recording.force.mean(axis=0),
         warnings=tuple(warnings),
         provenance=(
-            *made.provenance,
+            *result.provenance,
             f"band {low:g}-{high:g} Hz, {factors.n_clusters} blocks of {BLOCK_S:g} s",
         ),
     )
@@ -86,47 +86,47 @@ def _factors(recording: Recording, group: Group, band_hz: tuple[float, float]) -
 
 
 def _as_sure_as_the_band(
-    made: ImpedanceEstimate, recording: Recording, group: Group, band_hz: tuple[float, float]
+    full: ImpedanceEstimate, recording: Recording, group: Group, band_hz: tuple[float, float]
 ) -> ImpedanceEstimate:
-    """Wider by what half of the band gives otherwise, beyond chance, and a word."""
+    """Widen intervals by significant differences between halves of the band, and warn of them."""
     low, high = band_hz
     middle = float(np.sqrt(low * high))
-    allowed, said = np.zeros(len(made.covariance)), []
+    widening, notes = np.zeros(len(full.covariance)), []
     for half in ((low, middle), (middle, high)):
         try:
             factors = _factors(recording, group, half)
             other = to_estimate(factors, group, method=METHOD, covariance="cr3")
         except (InputError, NotIdentifiableError):
             continue
-        off = np.abs(other.parameters - made.parameters)
+        off = np.abs(other.parameters - full.parameters)
         # Errors of the two are partly common: their sum is an upper limit.
-        sd = np.sqrt(np.diag(made.covariance) + np.diag(other.covariance))
-        off[off <= np.maximum(BEYOND_CHANCE * sd, SMALL * np.abs(made.parameters))] = 0.0
-        allowed = np.maximum(allowed, off)
+        sd = np.sqrt(np.diag(full.covariance) + np.diag(other.covariance))
+        off[off <= np.maximum(BEYOND_CHANCE * sd, SMALL * np.abs(full.parameters))] = 0.0
+        widening = np.maximum(widening, off)
         if off.any():
-            which = int((off / sd).argmax())
-            one, whole = other.parameters[which], made.parameters[which]
-            said.append(
-                f"{made.parameter_names[which]} is {one:.3g} from {half[0]:.3g} to {half[1]:.3g} "
+            worst = int((off / sd).argmax())
+            value, whole = other.parameters[worst], full.parameters[worst]
+            notes.append(
+                f"{full.parameter_names[worst]} is {value:.3g} from {half[0]:.3g} to {half[1]:.3g} "
                 f"Hz, {whole:.3g} in all of it"
             )
-    if not said:
-        return made
+    if not notes:
+        return full
     sentence = (
-        f"the band decides: {'; '.join(said)}; a reflex, a limb of another kind or the subject's "
+        f"the band decides: {'; '.join(notes)}; a reflex, a limb of another kind or the subject's "
         "own force; the intervals hold the halves of the band"
     )
-    # C + diag(d / t)^2 (3 k^2, 3 k^2), d what the halves give otherwise: a half-width more or less
-    more = np.diag((allowed / t_factor(made.dof)) ** 2)
-    return replace(made, covariance=made.covariance + more, warnings=(*made.warnings, sentence))
+    # C + diag(d / t)^2 (3 k^2, 3 k^2), d the difference of the halves: it adds to the half-widths
+    more = np.diag((widening / t_factor(full.dof)) ** 2)
+    return replace(full, covariance=full.covariance + more, warnings=(*full.warnings, sentence))
 
 
 def stochastic_response(
     recording: Recording, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
 ) -> Response:
-    """Blocks of one second of all trials, band-passed as the fit takes them.
+    """Blocks of one second of all trials, band-passed as for the fit.
 
-    `recording`: trials of a stochastic perturbation, as `estimate_stochastic` takes them.
+    `recording`: trials of a stochastic perturbation, as for `estimate_stochastic`.
     `band_hz` (low, high): the fitted band.
     Returns: its trials are the blocks.
     Raises InputError: if the band does not fit the sample rate or a trial is too short.
@@ -140,11 +140,11 @@ def stochastic_response(
 
 
 def _responses(recording: Recording, band_hz: tuple[float, float]) -> Iterator[Response]:
-    """Equal blocks of all trials, what the regression takes for trials, a stretch at a time."""
+    """Yield equal blocks of all trials, which the regression uses as trials, stretch by stretch."""
     if not 0 < band_hz[0] < band_hz[1]:
         raise InputError(f"band {band_hz[0]:g} to {band_hz[1]:g} Hz", expected="0 < low < high")
     rate = recording.sample_rate_hz
-    # Four blocks, and what is cut off at both ends where the filter rings.
+    # Four blocks, and the samples cut off at both ends where the filter rings.
     needed_s = 4 * BLOCK_S + 2 / band_hz[0]
     for row in range(recording.n_trials):
         samples = recording.samples_of(row)
@@ -164,10 +164,10 @@ def _responses(recording: Recording, band_hz: tuple[float, float]) -> Iterator[R
 def _stretches(
     samples: int, sample_rate_hz: float, band_hz: tuple[float, float]
 ) -> Iterator[tuple[slice, slice]]:
-    """Samples that are filtered together, and those of the filtered ones that fill whole blocks.
+    """Samples that are filtered together, and the filtered samples that fill whole blocks.
 
-    A trial of usual length is one stretch. In a longer one each stretch is filtered from so far
-    before it to so far behind it that what rings there is below rounding.
+    A trial of usual length is one stretch. In a longer one each stretch is filtered with a margin
+    on either side, so that the ringing at the ends is below rounding.
     """
     kernel = 2 * spline_kernels(KERNEL_PERIODS / band_hz[1], sample_rate_hz).half
     # The band-pass rings for some periods of its lower edge at both ends.
@@ -186,18 +186,18 @@ def _stretches(
 
 def _coherence(recording: Recording, band_hz: tuple[float, float]) -> float:
     """Mean coherence of motion and force in the band, over all trials."""
-    found = []
+    means = []
     for row in range(recording.n_trials):
         at = recording.samples_of(row)
-        one = multiple_coherence(
+        coherence = multiple_coherence(
             recording.position[at], recording.force[at], recording.sample_rate_hz
         )
-        found.append(one.mean(*band_hz))
-    return float(np.mean(found))
+        means.append(coherence.mean(*band_hz))
+    return float(np.mean(means))
 
 
 def _joined(parts: Sequence[TrialFactors]) -> TrialFactors:
-    """The factors of all stretches."""
+    """Join the factors of all stretches."""
     if len(parts) == 1:
         return parts[0]
     constant = {part.intercept for part in parts}
@@ -212,7 +212,7 @@ def _joined(parts: Sequence[TrialFactors]) -> TrialFactors:
 def _band_limited(
     motion: FloatArray, force: FloatArray, sample_rate_hz: float, band_hz: tuple[float, float]
 ) -> FloatArray:
-    """Displacement, velocity, acceleration and force, (S, 4 d), all through one filter."""
+    """Displacement, velocity, acceleration and force, (S, 4 d), through one filter."""
     kernels = spline_kernels(KERNEL_PERIODS / band_hz[1], sample_rate_hz)
 
     def convolve(signal: FloatArray, weights: FloatArray) -> FloatArray:
@@ -232,7 +232,7 @@ def _band_limited(
 
 
 def _in_blocks(part: FloatArray, sample_rate_hz: float, d: int) -> Response:
-    """Samples (S, 4 d) of whole blocks, cut into them."""
+    """Cut samples (S, 4 d) of whole blocks into the blocks."""
     length = round(BLOCK_S * sample_rate_hz)
     blocks = part.reshape(-1, length, part.shape[1])
     return Response(

@@ -17,11 +17,11 @@ from armimpedance.core.arrays import BoolArray, FloatArray, by_axis
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Window
 
-#: Rounds of the fit to noise that is alike in all axes: then it gains little any more.
+#: Rounds of the fit to noise that is equal in all axes: more of them gain little.
 _ROUNDS: Final = 3
-#: So many steps are gone at once there at most.
+#: Largest extrapolation in that fit, in steps.
 _LONGEST: Final = 8.0
-#: A size changes by no more than this factor's logarithm at once.
+#: Largest change of the logarithm of a size in one step.
 _MOST: Final = 20.0
 #: Signs of the elements of an adjugate of two rows.
 _ADJUGATE: Final = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -44,7 +44,7 @@ def fit_components(
     regular.
     `fixed` (d n, d n): F.
     `isotropic` (J,) bool: components whose S_j is a multiple of the identity.
-    `start` (J, d, d): default: those of noise that is alike in all axes.
+    `start` (J, d, d): default: sizes for noise that is equal in all axes.
     `steps`: iterations; their number is fixed so that the same data give the same bits.
     Raises InputError: shapes that do not belong together.
     """
@@ -75,10 +75,10 @@ def total_covariance(sizes: FloatArray, shapes: FloatArray, fixed: FloatArray) -
 
 
 def _inverse(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Inverse (m, m) of a covariance, and the logarithms that add up to that of its root."""
+    """Inverse (m, m) of a covariance, and logarithms whose sum is half its log determinant."""
     factor, failed = lapack.dpotrf(covariance.T, lower=1)
     if failed:
-        # Rounding has left an eigenvalue of a nearly singular one at or below zero.
+        # Rounding has made an eigenvalue of a nearly singular matrix zero or negative.
         values = np.abs(np.linalg.eigvalsh(covariance))
         return np.asarray(np.linalg.inv(covariance)), np.log(values + 1e-300) / 2
     logarithms = np.log(factor.diagonal())
@@ -96,15 +96,15 @@ def _mean_axis(matrix: FloatArray, d: int) -> FloatArray:
 
 
 def _alike(moment: FloatArray, flat: FloatArray, fixed: FloatArray) -> FloatArray:
-    """Sizes (J,) as if the noise were alike in all axes, and nothing tied them: a start.
+    """Sizes (J,) for noise that is equal and independent in all axes, as a start.
 
-    The same iteration on (n, n), where it costs an eighth. From two steps and how the second
-    differs from the first follows how far to go at once (SQUAREM: Varadhan & Roland, Scand J Stat
-    35 (2008) 335-353, on the logarithms); where that is no gain, two plain steps are taken.
+    The same iteration on (n, n), where it costs an eighth. The extrapolation follows from two steps
+    and the change between them (SQUAREM: Varadhan & Roland, Scand J Stat 35 (2008) 335-353, on the
+    logarithms). If it does not increase the likelihood, two plain steps are taken.
     """
 
     def judged(sizes: FloatArray) -> tuple[float, FloatArray]:
-        """-2 log likelihood, and the logarithm of what the step multiplies the sizes by."""
+        """Return -2 log likelihood, and the logarithm of the factor of the step for each size."""
         V, logarithms = _inverse(fixed + (sizes @ flat).reshape(fixed.shape))
         expected, observed = np.stack([V, V @ moment @ V]).reshape(2, -1) @ flat.T
         change = np.log(np.maximum(observed, 1e-300) / np.maximum(expected, 1e-300))
@@ -118,10 +118,10 @@ def _alike(moment: FloatArray, flat: FloatArray, fixed: FloatArray) -> FloatArra
         bend = second - first
         length = float(np.linalg.norm(first)) / max(float(np.linalg.norm(bend)), 1e-300)
         length = min(max(length, 1.0), _LONGEST)
-        way = np.clip(2 * length * first + length**2 * bend, -_MOST, _MOST)
-        far = sizes * np.exp(way)
-        reached, third = judged(far)
-        sizes = far * np.exp(third) if reached <= loss else once * np.exp(second)
+        step = np.clip(2 * length * first + length**2 * bend, -_MOST, _MOST)
+        extrapolated = sizes * np.exp(step)
+        extrapolated_loss, third = judged(extrapolated)
+        sizes = extrapolated * np.exp(third) if extrapolated_loss <= loss else once * np.exp(second)
     return sizes
 
 
@@ -136,7 +136,7 @@ def _equal_shares(moment: FloatArray, flat: FloatArray, fixed: FloatArray) -> Fl
 def _traces(
     flat: FloatArray, matrices: tuple[FloatArray, ...], d: int, isotropic: BoolArray
 ) -> FloatArray:
-    """``[m, j, a, b] = sum_ik C_j[i, k] matrix[m, a, i, b, k]`` of symmetric matrices."""
+    """Traces ``[m, j, a, b] = sum_ik C_j[i, k] matrix[m, a, i, b, k]`` of symmetric matrices."""
     n = len(matrices[0]) // d
     pairs = [(a, b) for a in range(d) for b in range(a, d)]
     blocks = np.empty((len(matrices), len(pairs), n, n))
@@ -144,19 +144,19 @@ def _traces(
         for block, (a, b) in zip(own, pairs, strict=True):
             block[:] = matrix[a * n : (a + 1) * n, b * n : (b + 1) * n]
     sums = (blocks.reshape(-1, n * n) @ flat.T).reshape(len(matrices), len(pairs), -1)
-    found = np.empty((len(matrices), len(flat), d, d))
+    traces = np.empty((len(matrices), len(flat), d, d))
     for pair, (a, b) in enumerate(pairs):
-        found[:, :, a, b] = found[:, :, b, a] = sums[:, pair]
-    mean = np.einsum("mjaa->mj", found) / d
+        traces[:, :, a, b] = traces[:, :, b, a] = sums[:, pair]
+    mean = np.einsum("mjaa->mj", traces) / d
     alike = mean[:, :, None, None] * np.eye(d)
-    return np.where(isotropic[:, None, None], alike, found)
+    return np.where(isotropic[:, None, None], alike, traces)
 
 
 def _step(sizes: FloatArray, expected: FloatArray, observed: FloatArray) -> FloatArray:
     """Twice the step of the iteration along the geodesic: ``S' S^-1 S'``.
 
     The plain step is the symmetric S' with ``S' E S' = S O S``; for a single component the doubled
-    one is the solution itself.
+    step is the solution itself.
     """
     middle = _middle_of_two if sizes.shape[1] == 2 else _middle
     moved = middle(expected, sizes @ observed @ sizes)
@@ -199,20 +199,18 @@ def _root(stack: FloatArray) -> FloatArray:
     return np.asarray((vectors * roots[:, None, :]) @ vectors.transpose(0, 2, 1))
 
 
-# Is there any noise to weigh by? Simulations may have none, a measurement always has some.
+# Is there any noise for weights? Simulations may have none, a measurement always has some.
 
-#: Force before the onset that changes by less than this part of the response is silent: the noise
-#: of force sensors and of people is some hundreds of times as large.
+#: A trial is silent if the force before the onset changes by less than this share of the response.
+#: The noise of force sensors and of people is some hundreds of times as large.
 SILENT: Final = 1e-4
 
 
 def is_silent(window: Window) -> bool:
-    """Whether force and rest show no noise at all.
+    """True if the force of every trial is constant before the onset, without any noise.
 
-    Weights from residuals would then follow what the model leaves unexplained, such as the
-    curvature of the limb's law, as if it were noise.
-
-    Returns: True where the force of every trial stays put before the onset.
+    Weights from residuals would then follow the misfit of the model, such as the curvature of the
+    limb's law, as if it were noise.
     """
     rest = window.lag_s <= 0
     if rest.sum() < 3:

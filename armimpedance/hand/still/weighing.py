@@ -1,7 +1,7 @@
-"""Feasible generalised least squares in modes: noise and parameters found in turn.
+"""Feasible generalised least squares in modes: noise and parameters estimated in turn.
 
-Rows are modes of the window (`modal`); their covariance is estimated from the residuals of a first
-fit (`noise`), so that tremor, slow force and drift weigh what they weigh in this very recording.
+Rows are modes of the window (`modal`). Their covariance is estimated from the residuals of a first
+fit (`noise`), so that tremor, slow force and drift are weighted as they occur in this recording.
 """
 
 from __future__ import annotations
@@ -26,18 +26,19 @@ from armimpedance.hand.still.variance_components import fit_components, total_co
 from armimpedance.numerics.regression import TrialEquations, solve_total
 from armimpedance.numerics.signals import Modes, position_noise
 
-# What disturbs a measurement, estimated from the measurement itself.
+# Noise of a measurement, estimated from the measurement itself.
 #
 # Force: components of known shape over time (docs/explanation/estimators.md), their sizes from the
 # residuals of the impedance equation, rest before and after the disturbance included. Position: the
 # sensor's own noise (`numerics.signals.encoder`), which reaches the equation through M, B and K.
 
-#: Tremor is looked for at these frequencies (Hz), with this standard deviation.
+#: Frequencies at which tremor is modelled (Hz), and its standard deviation.
 TREMOR_HZ = (5.5, 7.0, 8.5, 10.0, 11.5)
 TREMOR_WIDTH_HZ = 0.5
-#: Correlation time of slow voluntary force (s); offset and ramp stand for what is slower still.
+#: Correlation time of slow voluntary force (s); still slower force is an offset and a ramp.
 SLOW_S = 0.2
-#: White force noise is at least this part of the force's rms: without noise nothing is weighted.
+#: White force noise is at least this share of the force's rms: without noise there would be no
+#: weights.
 LEAST_WHITE = 1e-5
 NAMES = ("offset", "ramp", "slow", "white", "motion", *(f"tremor {f:g} Hz" for f in TREMOR_HZ))
 #: Offset, ramp and slow force have directions of their own, a ramp for example that of K.
@@ -53,7 +54,7 @@ class NoiseModel(FrozenRecord):
     `floor` (d n, d n): keeps the covariance regular where there is no noise.
     `position` (d, 3 n, 3 n): covariance, for each axis, of the position's noise in x'', x', x.
     `sensor_variance`: variance of single readings of the position, m^2 (rad^2).
-    `sensor_step`: step of the grid on which the readings lie; 0: there is none.
+    `sensor_step`: step of the grid on which the readings lie; 0 if there is no grid.
     """
 
     shapes: Annotated[FloatArray, "j n n"]
@@ -71,18 +72,18 @@ class NoiseModel(FrozenRecord):
     def covariance(self, parameters: FloatArray) -> FloatArray:
         """Covariance of ``e - A n`` (d n, d n): noise e of the force, n of the position.
 
-        A stands for ``M d2/dt2 + B d/dt + K`` with `parameters` row by row (3 d^2,); a delayed
-        term's share is far below K's and left out.
+        A is the operator ``M d2/dt2 + B d/dt + K`` with `parameters` row by row (3 d^2,). The share
+        of a delayed term is far below K's and left out.
         """
         return self.force + self.carried(parameters)
 
     def carried(self, parameters: FloatArray) -> FloatArray:
-        """What the position's noise is in the equation, (d n, d n)."""
+        """Covariance (d n, d n) of the position's noise in the rows of the equation."""
         return through_impedance(parameters, self.position)
 
 
 def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArray:
-    """What position noise of covariance (d, 3 n, 3 n) is in the equation: ``A Sigma_n A^T``.
+    """Covariance ``A Sigma_n A^T`` in the equation by position noise of covariance (d, 3 n, 3 n).
 
     Parameters
     ----------
@@ -94,7 +95,8 @@ def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArra
     Returns
     -------
     (d n, d n) array
-        Covariance of the force, N^2 (joint: torque, N^2 m^2), that the position noise stands for.
+        Covariance of the force, N^2 (joint: torque, N^2 m^2), that is equivalent to the position
+        noise.
     """
     d, n = len(position), position.shape[1] // 3
     theta = parameters[: 3 * d * d].reshape(3, d, d)
@@ -108,7 +110,7 @@ def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArra
 
 
 def regressor_excess(weight: FloatArray, position: FloatArray) -> FloatArray:
-    """Expectation of ``N^T V N`` (3 d^2, 3 d^2), N what position noise adds to W of one trial."""
+    """Expectation of ``N^T V N`` (3 d^2, 3 d^2), N the position noise in W of one trial."""
     d, n = len(position), position.shape[1] // 3
     V = weight.reshape(d, n, d, n).transpose(0, 2, 1, 3).reshape(d * d, n * n)
     excess = np.zeros((3, d, d, 3, d, d))
@@ -121,7 +123,7 @@ def regressor_excess(weight: FloatArray, position: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def component_shapes(modes: Modes, samples: int, sample_rate_hz: float) -> FloatArray:
-    """Components over modes (J, n, n), in the order of `NAMES`."""
+    """Shapes of the components in modes (J, n, n), in the order of `NAMES`."""
     lag = np.arange(samples) / sample_rate_hz
     apart = lag[:, None] - lag
     ramp = modes.smooth @ (lag - lag.mean())
@@ -130,7 +132,7 @@ def component_shapes(modes: Modes, samples: int, sample_rate_hz: float) -> Float
     tremor = [width * np.cos(2 * np.pi * f * apart) for f in TREMOR_HZ]
     slow, *tremor = (modes.smooth @ kernel @ modes.smooth.T for kernel in (*kernels, *tremor))
     offset = np.outer(modes.gaps, modes.gaps)
-    # position noise in excess of the sensor's, through the inertia, in (10 Hz)^4
+    # position noise in excess of the sensor's, through the inertia, in units of (10 Hz)^4
     motion = modes.second @ modes.second.T / (2 * np.pi * 10.0) ** 4
     shapes = [offset, np.outer(ramp, ramp), slow, np.eye(modes.count), motion, *tremor]
     stacked = np.stack(shapes)
@@ -163,7 +165,7 @@ def force_covariance(
 
 
 def start_noise(window: Window, equation: ModalEquation) -> NoiseModel:
-    """A model that knows the position's noise but not yet the force's."""
+    """Noise model with the position's noise, but without the force's."""
     modes, d = equation.modes, equation.axes
     shapes = component_shapes(modes, len(equation.lag_s), window.sample_rate_hz)
     white = (LEAST_WHITE**2) * float((equation.force**2).mean())
@@ -186,12 +188,12 @@ def refit_noise(
     uncertainty: FloatArray | None = None,
     carried: FloatArray | None = None,
 ) -> NoiseModel:
-    """The model with sizes from the residuals that `parameters` leave.
+    """Estimate the sizes of the components from the residuals at `parameters`.
 
-    Starts from the sizes that are known, if they are. `uncertainty`, the parameters' covariance
-    (r d^2, r d^2), gives back what the fit has taken off the residuals: with it the sizes are those
-    of restricted maximum likelihood. Without it a fit to few trials would seem too good. `carried`
-    is the model's `carried` for these parameters, where the caller has it already.
+    Starts from the sizes of the model, if it has any. `uncertainty`, the covariance of the
+    parameters (r d^2, r d^2), corrects the residuals for the fit: with it the sizes are those of
+    restricted maximum likelihood. Without it the noise of few trials would be underestimated.
+    `carried` is the model's `carried` for these parameters, if the caller already has it.
     """
     residual = equation.residual(parameters)
     moment = residual.T @ residual / equation.trials
@@ -209,23 +211,23 @@ def refit_noise(
 
 
 def _fitted_away(equation: ModalEquation, uncertainty: FloatArray) -> FloatArray:
-    """Mean over trials of ``W_t C W_t^T`` (d n, d n)."""
+    """Mean over trials of ``W_t C W_t^T`` (d n, d n): the residual variance removed by the fit."""
     d, n, r = equation.axes, equation.modes.count, equation.matrices
     X = equation.regressors
     C = uncertainty.reshape(r, d, d, r, d, d).transpose(1, 4, 0, 2, 3, 5)
     C = C.reshape(d, d, r * d, r * d)
-    taken = np.empty((d, n, d, n))
+    removed = np.empty((d, n, d, n))
     for i in range(d):
         for j in range(d):
             # X_t^T (n, r d) C_ij (r d, r d) X_t (r d, n), summed over trials
             right = (C[i, j] @ X).reshape(-1, n)
-            taken[i, :, j] = X.reshape(-1, n).T @ right
-    return taken.reshape(d * n, d * n) / equation.trials
+            removed[i, :, j] = X.reshape(-1, n).T @ right
+    return removed.reshape(d * n, d * n) / equation.trials
 
 
 #: Fits of the noise model, and their steps: the second starts where the first ended.
 NOISE_STEPS: Final = (8, 4)
-#: With fewer trials the noise cannot be told from the fit.
+#: With fewer trials the noise cannot be separated from the fit.
 FEWEST_TRIALS: Final = 4
 
 
@@ -259,14 +261,14 @@ def weighted_fit(
     window : Window
     kind : {"hand", "joint"}
     delay_s : float, optional
-        Fits the answer R to the displacement of that much earlier too.
+        Also fits the response R to the displacement of that much earlier.
     modes : Modes, optional
         Default: `spline_modes` of the window.
 
     Returns
     -------
     WeightedFit
-        The equation in modes, the noise that was found, the trials' equations and the parameters.
+        The equation in modes, the estimated noise, the trials' equations and the parameters.
 
     Raises
     ------
@@ -275,8 +277,8 @@ def weighted_fit(
     """
     equation = modal_equation(window, modes, delay_s=delay_s)
     noise = start_noise(window, equation)
-    blind = _without_drift(equation.modes, equation.axes)
-    equations = weighted_equations(equation, blind, kind)
+    drift_free = _without_drift(equation.modes, equation.axes)
+    equations = weighted_equations(equation, drift_free, kind)
     parameters = solve_total(equations)
     instruments, uncertainty = expected_motion(equation), None
     for steps in NOISE_STEPS:
@@ -297,8 +299,8 @@ def compensated_equations(
 ) -> TrialEquations:
     """``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t``.
 
-    Z (T, r d, n) is the motion expected from the other trials; where they do not tell, W itself,
-    and the excess of its noise is taken off: ``A_t = W_t^T V W_t - E[N^T V N]``.
+    Z (T, r d, n) is the motion expected from the other trials. If there is no such expectation, Z
+    is W itself, and the excess by its noise is subtracted: ``A_t = W_t^T V W_t - E[N^T V N]``.
     """
     if instruments is not None:
         return weighted_equations(equation, V, kind, instruments=instruments)
@@ -312,7 +314,7 @@ def compensated_equations(
 
 @lru_cache(maxsize=4)
 def _without_drift(modes: Modes, axes: int) -> FloatArray:
-    """Weight (d n, d n) that is blind to an offset and a ramp of each axis."""
+    """Weight (d n, d n) that ignores an offset and a ramp of each axis."""
     smooth = modes.smooth
     ramp = np.linspace(-1.0, 1.0, smooth.shape[1])
     Q = np.linalg.qr(smooth @ np.column_stack([np.ones_like(ramp), ramp]))[0]

@@ -1,4 +1,4 @@
-"""All forms of the next pushes: verb, command, text."""
+"""Presentation of the next pushes: verb, command, text."""
 
 import lazy_loader
 

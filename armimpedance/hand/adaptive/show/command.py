@@ -85,7 +85,7 @@ def _once(args: argparse.Namespace) -> int:
 
 
 def _serve(args: argparse.Namespace) -> int:
-    """Answer each line at once: the robot waits for it."""
+    """Respond to each line immediately: the robot waits."""
     import sys
 
     from armimpedance.hand.adaptive import OneCourse, PushSession, Setup, answers, trials_of
@@ -110,7 +110,7 @@ def _serve(args: argparse.Namespace) -> int:
 
 
 def _keywords(args: argparse.Namespace) -> dict[str, Any]:
-    """The keywords of the verb."""
+    """Keywords of the verb."""
     from armimpedance.hand.planning import Servo
 
     servo = None if args.servo is None else Servo(args.servo)

@@ -1,4 +1,4 @@
-"""What to push next as text for a terminal of 100 columns."""
+"""Text of the next pushes for a terminal of 100 columns."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PUSHES = ("push", "condition", "direction", "course", "s", "mm", "pause, s")
 
 
 def next_text(made: NextTrials) -> str:
-    """How far each wish is, what remains, and the next pushes.
+    """State of each requirement, the remaining numbers, and the next pushes.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def next_text(made: NextTrials) -> str:
     Returns
     -------
     str
-        Lines of at most 100 characters where conditions have short names.
+        Lines of at most 100 characters if conditions have short names.
     """
     notes = [textwrap.fill(f"Note: {text}", _WIDTH) for text in made.warnings]
     parts = [_targets(made), *notes, _head(made), _pushes(made)]

@@ -1,4 +1,4 @@
-"""What to push next, for a recording so far."""
+"""The verb `next_trials`: the next pushes for a recording so far."""
 
 from __future__ import annotations
 
@@ -50,34 +50,34 @@ def next_trials(
 ) -> NextTrials:
     """Choose the next pushes of an experiment, and say how many it still needs.
 
-    Chosen are condition, direction and course that narrow most the interval that is furthest from
-    its wish. Intervals are those that `estimate` prints, with what it allows for: where a reflex
-    that is not excluded yet widens K, the pushes that exclude it come next.
+    Condition, direction and course are chosen that narrow most the interval that is furthest from
+    its requirement. Intervals are those that `estimate` prints, including its allowances: if a
+    reflex that is not yet excluded widens K, the pushes that exclude it come next.
 
     Parameters
     ----------
     recording : Recording, path or None
-        What was measured so far; None: nothing yet, the first set is chosen.
+        The trials so far; None for the first set.
     {options}
     course : Profile, optional
-        The only course, such as that of the pushes before: a session of one course is estimated
+        The only course, such as that of the previous pushes: a session with one course is estimated
         best.
     servo : Servo, optional
         Default: the hand moves as commanded.
     checks : bool
-        False leaves out the checks, which take seconds: for a robot that waits. `estimate` makes
+        False leaves out the checks, which take seconds, for a robot that waits. `estimate` makes
         them at the end.
 
     Returns
     -------
     NextTrials
-        The pushes in their order, how many remain, and whether the wish is met.
+        The pushes in their order, the number that remains, and whether the requirements are met.
 
     Raises
     ------
     InputError
         The recording cannot be read, a check says STOP, it is not of returning disturbances of the
-        hand, or a wish cannot be told of it.
+        hand, or a requirement has no meaning for it.
 
     Examples
     --------
@@ -101,24 +101,24 @@ def next_trials(
         power,
     )
     limits = Limits(amplitude_m, max_duration_s, max_acceleration)
-    known = COMPARED if shapes is None else tuple(shapes)
+    shape_names = COMPARED if shapes is None else tuple(shapes)
     with naming(recording):
         read = None if recording is None else read_recording(recording)
         marks: tuple[str, ...] = ()
         if checks and read is not None and read.perturbation == "returning":
             marks = checked_response(read, despite)
             read, _ = in_step(read)
-        made = chosen_trials(
+        chosen = chosen_trials(
             read,
             aim,
-            PushingRobot(limits, servo or Servo(), known, course),
+            PushingRobot(limits, servo or Servo(), shape_names, course),
             Comfort(most_alike, rest_every=rest_every),
             conditions=[conditions] if isinstance(conditions, str) else conditions,
             count=count,
             most_trials=max_trials,
             seed=seed,
         )
-        return replace(made, warnings=marks)
+        return replace(chosen, warnings=marks)
 
 
 def _aim(
@@ -130,8 +130,8 @@ def _aim(
     between: tuple[str, str] | None,
     power: float,
 ) -> Aim:
-    asked = (k_percent, orientation_deg, joint_percent, reflex_percent, difference_percent)
-    if all(one is None for one in asked):
+    requirements = (k_percent, orientation_deg, joint_percent, reflex_percent, difference_percent)
+    if all(requirement is None for requirement in requirements):
         k_percent = DEFAULT_K_PERCENT
     return Aim(
         k_part=_part(k_percent),

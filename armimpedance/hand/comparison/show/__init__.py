@@ -1,4 +1,4 @@
-"""All forms of groups of trials and people: verb, command, text, table, plot, page."""
+"""Presentation of compared groups of trials and people: verb, command, text, table, plot, page."""
 
 import lazy_loader
 

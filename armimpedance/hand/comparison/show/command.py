@@ -62,17 +62,21 @@ def run(arguments: argparse.Namespace) -> int:
     _check(arguments)
     keywords = COMPARE.keywords(arguments)
     with bar("comparing") as progress:
-        found = compare(arguments.inputs, **keywords, progress=progress)
+        comparison = compare(arguments.inputs, **keywords, progress=progress)
     out = arguments.out
-    write_result(found.content, arguments)
-    print(found)
+    write_result(comparison.content, arguments)
+    print(comparison)
     if out is not None:
-        rows = f"{len(found.pairs)} pairs" if found.pairs else f"{len(found.over_subjects)} rows"
+        rows = (
+            f"{len(comparison.pairs)} pairs"
+            if comparison.pairs
+            else f"{len(comparison.over_subjects)} rows"
+        )
         print(f"\n{rows} written to {out}")
     which: Which = arguments.which or "stiffness"
     draw_picture(
         arguments,
-        lambda: plot_comparison(found.groups, found.pairs, which),
+        lambda: plot_comparison(comparison.groups, comparison.pairs, which),
         f"Ellipses of {which} of each group where the hand was, with 95 % bands; lines join groups "
         "that differ (adjusted p of T2 at most .05) where there are few of them.",
     )
@@ -80,7 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse before any work what cannot end well, and options that have no effect."""
+    """Refuse early what cannot succeed, and options without effect."""
     check_outputs(
         Output("--out", arguments.out, TABLE),
         Output("--figure", arguments.figure, FIGURE),

@@ -1,4 +1,4 @@
-"""What differs between groups of trials, and whether chance could have done it."""
+"""Page of a comparison: differences between groups of trials, and their significance."""
 
 from __future__ import annotations
 
@@ -30,19 +30,20 @@ from armimpedance.show.pages import (
 from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording
 
-#: Below this a difference is told from chance.
+#: Significance level of a difference.
 LEVEL: Final = 0.05
-#: Groups of a session of which every pair stands on its page.
+#: Largest number of a session's groups whose pairs are all shown on its page.
 _MOST_GROUPS: Final = 8
-#: The distance is not shown there, its draws are as few as they can be.
+#: Number of draws for the distance, which is not shown there: the smallest possible.
 _DRAWS: Final = 1
-#: What is said of an ellipse, and the head of its column.
+#: Quantity of an ellipse, and the head of its column.
 _OF_ELLIPSES: Final = {
     "size": "size of K (ratio)",
     "shape": "shape of K (ratio)",
     "orientation": "orientation of K (deg)",
 }
-#: Rows of the table of tests, and pairs whose differences stand on the page; of more, the first.
+#: Most rows of the table of tests, and most pairs whose differences are on the page; the first ones
+#: are shown.
 _MOST_ROWS: Final = 200
 _BASIS: Final = {
     "permutation": "exchanging trials between two groups within each direction of disturbance",
@@ -53,9 +54,9 @@ _BASIS: Final = {
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a comparison: of a session's groups, of sessions, or of results."""
+    """Build the page of a comparison: of a session's groups, of sessions, or of results."""
     opened = None if asked.opened is None else read_recording(asked.opened)
-    found = compare(
+    compared = compare(
         list(asked.sources) if opened is None else opened,
         by=asked.by,
         method=asked.method,
@@ -64,14 +65,14 @@ def page_of(asked: Asked) -> Page:
         despite=asked.despite,
         progress=asked.progress,
     )
-    told = told_by(found.warnings, (*asked.checks, *found.checks))
-    drawn = plot_comparison(found.groups, found.pairs, "stiffness")
-    count, step = _judged(found)
+    findings = told_by(compared.warnings, (*asked.checks, *compared.checks))
+    drawn = plot_comparison(compared.groups, compared.pairs, "stiffness")
+    count, step = _judged(compared)
     return page_from(
         asked,
-        told,
+        findings,
         title="Comparison",
-        lead=f"{counted(len(found.groups), 'group')}, {counted(len(found.pairs), 'pair')}.",
+        lead=f"{counted(len(compared.groups), 'group')}, {counted(len(compared.pairs), 'pair')}.",
         count=count,
         next_step=step,
         reader=(
@@ -79,23 +80,23 @@ def page_of(asked: Asked) -> Page:
                 "Ellipses",
                 (picture(drawn, "comparison", "Stiffness of the groups with 95 % bands."),),
             ),
-            Section("Tests", (_tests(found.pairs),)),
+            Section("Tests", (_tests(compared.pairs),)),
         ),
-        reviewer=reviewed(told, str(found)),
-        methods=methods_of(_sentences(asked, found)),
+        reviewer=reviewed(findings, str(compared)),
+        methods=methods_of(_sentences(asked, compared)),
         options=[
             ("groups by", ", ".join(asked.by)),
             ("method", asked.method),
             ("seed", asked.seed),
         ],
-        data={"differences": _first(found).to_frame()},
+        data={"differences": _first(compared).to_frame()},
     )
 
 
-def _judged(found: Comparison) -> tuple[str, str]:
-    """How many pairs differ, and what to do next."""
-    differ = [f"{p.first} and {p.second}" for p in found.pairs if _p(p) < LEVEL]
-    count = f"{len(differ)} of {counted(len(found.pairs), 'pair')} differ"
+def _judged(compared: Comparison) -> tuple[str, str]:
+    """Number of pairs that differ, and the next step, in words."""
+    differ = [f"{p.first} and {p.second}" for p in compared.pairs if _p(p) < LEVEL]
+    count = f"{len(differ)} of {counted(len(compared.pairs), 'pair')} differ"
     example = f" ({', '.join(differ[:3])})" if differ else ""
     step = (
         "Report the changes with their intervals: a small p alone says nothing of their size."
@@ -105,20 +106,20 @@ def _judged(found: Comparison) -> tuple[str, str]:
     return count + example, step
 
 
-def _first(found: Comparison) -> Comparison:
-    """The comparison with as many pairs as a page can hold."""
-    if len(found.pairs) <= _MOST_ROWS:
-        return found
-    return replace(found, pairs=tuple(nsmallest(_MOST_ROWS, found.pairs, key=_rank)))
+def _first(comparison: Comparison) -> Comparison:
+    """The comparison, limited to the pairs that a page can hold."""
+    if len(comparison.pairs) <= _MOST_ROWS:
+        return comparison
+    return replace(comparison, pairs=tuple(nsmallest(_MOST_ROWS, comparison.pairs, key=_rank)))
 
 
 def _p(pair: Pair) -> float:
-    """Of all three matrices at once; the least of several would find differences by chance."""
+    """Adjusted p of all three matrices together: the least of several would be too small."""
     return next(test.p_t2_adjusted for test in pair.tests if test.matrix == "all")
 
 
 def _rank(pair: Pair) -> float:
-    """Smaller where more differs; a pair without p comes last."""
+    """Sort key: p; a pair without p comes last."""
     p = _p(pair)
     return 2.0 if isnan(p) else p
 
@@ -136,24 +137,24 @@ def _tests(pairs: Sequence[Pair]) -> Table:
     return Table(caption, ("pair", *heads), rows, "differences")
 
 
-def _sentences(asked: Asked, found: Comparison) -> list[str]:
-    bases = dict.fromkeys(pair.basis for pair in found.pairs)
+def _sentences(asked: Asked, compared: Comparison) -> list[str]:
+    bases = dict.fromkeys(pair.basis for pair in compared.pairs)
     return [
         f"Groups of trials were compared with {software()}, each with its own errors, by "
         "Hotelling's T2 of the elements of M, B and K",
         *(f"p values come from {_BASIS[basis]}, seed {asked.seed}" for basis in bases),
-        f"They were adjusted after Holm over {counted(len(found.pairs), 'pair')}",
+        f"They were adjusted after Holm over {counted(len(compared.pairs), 'pair')}",
     ]
 
 
-# The same on the page of a session's estimates.
+# Differences on the page of a session's estimates.
 
 
 def differences_of(estimates: Estimates, by: Sequence[str]) -> Section | None:
-    """Which groups of a page of estimates differ in stiffness, and by how much.
+    """Build the section on differences in stiffness between the groups of a page of estimates.
 
-    The tests rest on the estimates' covariances, which takes no time; the page of a comparison
-    exchanges trials.
+    The tests use the estimates' covariances, which is fast; the page of a comparison exchanges
+    trials.
 
     Parameters
     ----------
@@ -165,7 +166,7 @@ def differences_of(estimates: Estimates, by: Sequence[str]) -> Section | None:
     Returns
     -------
     Section or None
-        None: one group, more than a page's table holds, or groups that share their names.
+        None for one group, more groups than a page's table can hold, or groups with equal names.
     """
     if not 2 <= len(estimates) <= _MOST_GROUPS:
         return None
@@ -195,8 +196,8 @@ def _p_values(pair: Pair) -> tuple[str, str]:
 
 
 def _changed(pair: Pair, quantities: Sequence[str]) -> list[str]:
-    known = {c.quantity: c.in_degrees() for c in pair.changes if c.matrix == "stiffness"}
-    return [shown_change(known[name]) for name in quantities]
+    by_quantity = {c.quantity: c.in_degrees() for c in pair.changes if c.matrix == "stiffness"}
+    return [shown_change(by_quantity[name]) for name in quantities]
 
 
 TOPIC = Topic("what differs between groups of trials", page_of)

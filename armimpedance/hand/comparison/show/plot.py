@@ -1,4 +1,4 @@
-"""Groups compared: their ellipses where the hand was, with bands, and which pairs differ."""
+"""Plot of compared groups: their ellipses at the hand's places, with bands; pairs that differ."""
 
 from __future__ import annotations
 
@@ -25,19 +25,21 @@ from armimpedance.show.plots import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Pairs whose adjusted p is at most this are joined by a line.
+#: Pairs with an adjusted p of at most this are joined by a line.
 LEVEL = 0.05
 #: Axes of a hand in space.
 _IN_SPACE = 3
-#: With more lines between pairs nobody sees the ellipses: their number is said instead.
+#: With more lines between pairs the ellipses could not be seen: the number of pairs is written
+#: instead.
 _MOST_JOINED = 4
-#: Names in a column beside the drawing, its width (points) and that of a name (letters).
+#: Number of names in a column beside the drawing, its width (points) and length of a name
+#: (letters).
 _LISTED = 26
 _COLUMN_PT = 130
 _LONGEST = 22
-#: Room for two such columns, which make two columns of print of one (inches).
+#: Width of two such columns: the difference between two columns of print and one (inches).
 _LIST_IN = TWO_COLUMNS_IN - ONE_COLUMN_IN
-#: Of more names than these, those of the pairs that differ most are drawn.
+#: With more names than this, only the groups of the pairs that differ most are drawn.
 _MOST_NAMED = 78
 _FIRST_NAMED = 26
 
@@ -51,23 +53,24 @@ def plot_comparison(
 ) -> Axes:
     """Draw each group's ellipse at the hand's place, with its 95 % band.
 
-    Up to ten groups are told apart by line and colour, more by a number beside each. The legend
-    says how many pairs differ (adjusted p of T2 at most .05); where they are few, grey lines join
-    them. Up to ten groups that all stand in one place are drawn over one another, without the
-    shoulder; more of them side by side. Of more than 78 groups the 26 of the pairs that differ most
-    are drawn, and the legend says so. Groups of one name are of several subjects: drawn over one
-    another at their mean place, without bands. In space all groups are ellipsoids about one centre.
+    Up to ten groups differ by line and colour, more by a number beside each. The legend gives the
+    number of pairs that differ (adjusted p of T2 at most .05); if they are few, grey lines join
+    them. Up to ten groups at one place are drawn on top of each other, without the shoulder; more
+    of them side by side. Of more than 78 groups, the 26 of the pairs that differ most are drawn,
+    and the legend says so. Groups of the same name are of several subjects: they are drawn on top
+    of each other at their mean place, without bands. In space all groups are ellipsoids about one
+    centre.
 
     Parameters
     ----------
     groups : sequence of ComparedGroup
         Of the hand, with two axes and a position.
     pairs : sequence of Pair
-        The pairs of groups and how they differ; without them no lines are drawn.
+        The compared pairs of groups; without them no lines are drawn.
     which : {"stiffness", "viscosity", "inertia"}
-        Whose ellipse is drawn.
+        Matrix whose ellipse is drawn.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Default: those of a new figure.
     scale : float, optional
         Metres on paper per unit of the matrix; by default neighbours just do not touch.
 
@@ -92,7 +95,7 @@ def plot_comparison(
     >>> ax.get_xlabel()
     'x (m)'
     """
-    everybody, groups = groups, _drawn(groups, pairs, which)
+    all_groups, groups = groups, _drawn(groups, pairs, which)
     if groups and all(group.estimate.k == _IN_SPACE for group in groups) and ax is None:
         first: Axes = plot_ellipsoids([group.estimate for group in groups], which).axes[0]
         return first
@@ -102,12 +105,12 @@ def plot_comparison(
     )
     with print_style():
         ax = shown.new_axes(0 if shown.styled else _LIST_IN) if ax is None else ax
-        said = _join(ax, shown, pairs) if shown.single else ""
+        title = _join(ax, shown, pairs) if shown.single else ""
         shown.draw(ax, show_confidence=shown.single)
-        if len(groups) < len(everybody):
-            part = f"{len(groups)} of {len(everybody)} groups: where differences are clearest"
-            said = "\n".join(filter(None, [said, part]))
-        shown.finish(ax, show_confidence=shown.single, numbers=True, title=said)
+        if len(groups) < len(all_groups):
+            part = f"{len(groups)} of {len(all_groups)} groups: where differences are clearest"
+            title = "\n".join(filter(None, [title, part]))
+        shown.finish(ax, show_confidence=shown.single, numbers=True, title=title)
         if not shown.styled:
             _list_names(ax, shown.once)
     return ax
@@ -116,7 +119,7 @@ def plot_comparison(
 def _drawn(
     groups: Sequence[ComparedGroup], pairs: Sequence[Pair], which: Which
 ) -> Sequence[ComparedGroup]:
-    """The groups that are drawn: all, or of many those of the pairs with the least p of T2."""
+    """Groups to draw: all, or of many those of the pairs with the smallest p of T2."""
     names = dict.fromkeys(group.name for group in groups)
     if len(names) <= _MOST_NAMED:
         return groups
@@ -126,30 +129,30 @@ def _drawn(
         test = pair.tests[row]
         return (test.p_t2, -test.t2) if np.isfinite(test.p_t2) else (2.0, 0.0)
 
-    # so many pairs hold as many groups at least
+    # so many pairs contain at least as many groups
     first = nsmallest(_FIRST_NAMED**2 // 2, pairs, key=chance)
-    found = dict.fromkeys(name for pair in first for name in (pair.first, pair.second))
-    chosen = set(list(found or names)[:_FIRST_NAMED])
+    names_of_pairs = dict.fromkeys(name for pair in first for name in (pair.first, pair.second))
+    chosen = set(list(names_of_pairs or names)[:_FIRST_NAMED])
     return [group for group in groups if group.name in chosen]
 
 
 def _join(ax: Axes, shown: EllipseMap, pairs: Sequence[Pair]) -> str:
-    """Join groups that differ, where they stand apart and are few enough; how many differ."""
+    """Join groups that differ, if they are few and at different places; text with their number."""
     where = dict(zip(shown.names, shown.places, strict=True))
     row = list(MATRICES).index(shown.which)
     names = [(pair.first, pair.second) for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
-    drawn = [(one, two) for one, two in names if one in where and two in where]
-    apart = [(one, two) for one, two in drawn if (where[one] != where[two]).any()]
+    drawn = [(first, second) for first, second in names if first in where and second in where]
+    apart = [(first, second) for first, second in drawn if (where[first] != where[second]).any()]
     symbol = MATRICES[shown.which][0]
-    some = len(names) < len(pairs) and len(apart) <= _MOST_JOINED
-    for one, two in apart if some else []:
-        x, y = np.array([where[one], where[two]]).T
+    joined = len(names) < len(pairs) and len(apart) <= _MOST_JOINED
+    for first, second in apart if joined else []:
+        x, y = np.array([where[first], where[second]]).T
         ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label="differ")
     return f"{symbol} differs in {len(names)} of {len(pairs)} pairs" if pairs else ""
 
 
 def _list_names(ax: Axes, names: Sequence[str]) -> None:
-    """Numbers and names of the groups, right of the axes."""
+    """Write numbers and names of the groups, right of the axes."""
     lines = [f"{number}  {_short(name)}" for number, name in enumerate(names, start=1)]
     for start in range(0, len(lines), _LISTED):
         ax.annotate(
@@ -167,7 +170,7 @@ def _short(name: str) -> str:
     return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
 
-# Two groups told apart: every person's value with its interval, and the threshold.
+# Two discriminated groups: every person's value with its interval, and the threshold.
 
 _COLORS_OF_PEOPLE = (OKABE_ITO["blue"], OKABE_ITO["vermillion"])
 _MARKERS = ("o", "s")
@@ -178,7 +181,7 @@ _SPREAD = 0.5
 def plot_discrimination(
     result: Discrimination, ax: Axes | None = None, *, label: str | None = None
 ) -> Axes:
-    """Draw each person's value (95 % interval where known), the groups' means, the threshold.
+    """Draw each person's value (with 95 % interval if known), the groups' means, the threshold.
 
     Parameters
     ----------

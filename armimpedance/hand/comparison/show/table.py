@@ -1,6 +1,6 @@
 """DIFFERENCES.csv: one row per pair of groups and quantity or test, or per quantity over subjects.
 
-Angles in degrees, sd of a ratio as that of its logarithm; what does not exist stays empty.
+Angles in degrees, sd of a ratio as that of its logarithm; missing values are empty.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from armimpedance.show.files import About, Content, Quantity, in_one_cell, meani
 
 Row = dict[str, Any]
 
-#: More rows than these are never held all at once.
+#: With more rows than this, they are not all kept in memory.
 _MOST_HELD: Final = 20_000
 
-#: What the columns are; where none stands here, the column `unit` of the row holds the unit.
+#: Meanings of the columns; for those without a unit here, the column `unit` of the row has it.
 COMPARED: Final = {
     "group_1": Meaning("first group"),
     "group_2": Meaning("second group"),
@@ -57,33 +57,32 @@ SUBJECTS_COLUMNS: Final = (
 def comparison_rows(
     pairs: Sequence[Pair], over_subjects: Sequence[SubjectsChange] = ()
 ) -> tuple[tuple[str, ...], Sequence[Row]]:
-    """The columns and rows of DIFFERENCES.csv; None where a number does not exist.
+    """The columns and rows of DIFFERENCES.csv; None if a number does not exist.
 
     Tests are rows of kind "test": quantity "distance" (`change` is the affine-invariant distance)
     or "t2" (`change` is Hotelling's T2), with `p` and `p_adjusted`.
 
     `pairs`: every change and test of each pair is a row.
-    `over_subjects`: where there are any, the rows are these mean changes and the sd between
-    subjects.
-    Returns: `rows`: those of many pairs are made one after another as they are asked for.
+    `over_subjects`: if there are any, the rows are these mean changes and the sd between subjects.
+    Returns: `rows`: with many pairs they are built one by one when they are accessed.
     """
     if over_subjects:
-        found = [_subjects_cells(change.in_degrees()) for change in over_subjects]
-        return SUBJECTS_COLUMNS, [_known(row, SUBJECTS_COLUMNS) for row in found]
+        cells_of_rows = [_subjects_cells(change.in_degrees()) for change in over_subjects]
+        return SUBJECTS_COLUMNS, [_without_nan(row, SUBJECTS_COLUMNS) for row in cells_of_rows]
     later = _Rows(pairs)
     return PAIR_COLUMNS, later if len(later) > _MOST_HELD else list(later)
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows(Sequence[Row]):
-    """The rows of pairs, of which only those of one pair exist at a time."""
+    """The rows of pairs; only those of one pair exist at a time."""
 
     pairs: Sequence[Pair]
     more: Row = field(default_factory=dict)
 
     @property
     def _each(self) -> int:
-        """Rows of a pair: its changes, and two for each test."""
+        """Number of rows of a pair: its changes, and two for each test."""
         return len(self.pairs[0].changes) + 2 * len(self.pairs[0].tests) if self.pairs else 0
 
     def __len__(self) -> int:
@@ -112,8 +111,8 @@ class _Rows(Sequence[Row]):
 
 
 def _row(cells: Iterable[Any]) -> Row:
-    """A row of `PAIR_COLUMNS`; None instead of a number that does not exist."""
-    # what is not equal to itself is no number
+    """A row of `PAIR_COLUMNS`; None instead of nan."""
+    # only nan is not equal to itself
     return {
         name: cell if cell == cell else None for name, cell in zip(PAIR_COLUMNS, cells, strict=True)
     }
@@ -125,16 +124,18 @@ def comparison_content(
     warnings: Sequence[str] = (),
     checks: Sequence[Finding] = (),
 ) -> Content:
-    """What a file holds of a comparison.
+    """Content of a file for a comparison.
 
     `pairs`, `over_subjects`: as for `comparison_rows`.
     `warnings`: each row is marked with them.
     """
     columns, rows = comparison_rows(pairs, over_subjects)
     if warnings:
-        said = {"warnings": in_one_cell(warnings)}
-        columns = (*columns, *said)
-        rows = replace(rows, more=said) if isinstance(rows, _Rows) else [row | said for row in rows]
+        marks = {"warnings": in_one_cell(warnings)}
+        columns = (*columns, *marks)
+        rows = (
+            replace(rows, more=marks) if isinstance(rows, _Rows) else [row | marks for row in rows]
+        )
     about = About(checks=tuple(checks))
     return Content(
         columns, rows, lambda: [_quantity(row) for row in rows], about=about, described=COMPARED
@@ -142,7 +143,7 @@ def comparison_content(
 
 
 def _quantity(row: Row) -> Quantity:
-    """A change or a test as a row of the long table; what else is known of it stands beside it."""
+    """Convert a change or a test to a row of the long table, with its other cells added."""
     means = meaning_of(row["quantity"] or "")
     own = ("quantity", "change", "ci_low", "ci_high", "sd", "unit")
     keys = {name: row[name] for name in ("group_1", "group_2", "matrix", "kind")}
@@ -162,28 +163,28 @@ def _quantity(row: Row) -> Quantity:
     )
 
 
-def _known(row: Row, columns: Sequence[str]) -> Row:
-    """The cells of a row in their order, None instead of a number that does not exist."""
+def _without_nan(row: Row, columns: Sequence[str]) -> Row:
+    """Cells of a row in the order of the columns, None instead of nan."""
     cells = {column: row.get(column) for column in columns}
     return {k: None if isinstance(v, float) and isnan(v) else v for k, v in cells.items()}
 
 
 def _change_cells(change: Any) -> tuple[Any, ...]:
-    """The cells of a change from `matrix` to `p_adjusted`."""
+    """Cells of a change from `matrix` to `p_adjusted`."""
     c = change.in_degrees()
     ends = (c.first, c.second, c.value, c.low, c.high)
     return c.matrix, c.quantity, c.unit, c.kind, *ends, c.sd, c.dof, None, None
 
 
 def _test_cells(pair: Pair) -> Iterator[tuple[Any, ...]]:
-    """The cells of a pair's tests, the distance and T2 of each matrix."""
+    """Yield the cells of a pair's tests, the distance and T2 of each matrix."""
     for t in pair.tests:
-        for quantity, found, p, adjusted in (
+        for quantity, statistic, p, adjusted in (
             ("distance", t.distance, t.p_distance, t.p_distance_adjusted),
             ("t2", t.t2, t.p_t2, t.p_t2_adjusted),
         ):
             head = (t.matrix, quantity, None, "test", None, None)
-            yield *head, found, None, None, None, None, p, adjusted
+            yield *head, statistic, None, None, None, None, p, adjusted
 
 
 def _subjects_cells(change: SubjectsChange) -> Row:

@@ -19,9 +19,9 @@ from armimpedance.show.text import aligned_table, numbered_notes, short
 
 _WIDTH = 100
 _NAME = 30
-#: With more pairs than this one line each has to do.
+#: With more pairs than this each has one line only.
 _MOST_IN_FULL = 10
-#: With more pairs than this only the first so many of those that differ most are shown.
+#: With more pairs than this only the first _SHOWN_OF_MANY of those that differ most are shown.
 _MOST_SHOWN = 200
 _SHOWN_OF_MANY = 20
 _LEVEL = 0.05
@@ -80,7 +80,7 @@ def _text_of(pairs: Sequence[Pair]) -> str:
 
 
 def _most_different(pairs: Sequence[Pair]) -> list[Pair]:
-    """The pairs of least p of T2 of all three matrices; of equal p, those of largest T2."""
+    """The pairs with the smallest p of T2 of all three matrices, then the largest T2."""
 
     def chance(pair: Pair) -> tuple[float, float]:
         test = pair.tests[-1]
@@ -90,44 +90,44 @@ def _most_different(pairs: Sequence[Pair]) -> list[Pair]:
 
 
 def _counted(pairs: Sequence[Pair], shown: int) -> str:
-    """How many pairs differ, and where the others are."""
+    """Sentence on the number of pairs that differ, and the place of the others."""
     differ, noted = [0] * 4, 0
     for pair in pairs:
         noted += bool(pair.notes)
         for i, test in enumerate(pair.tests):
             differ[i] += test.p_t2_adjusted <= _LEVEL
-    each = ", ".join(f"{s} in {n}" for s, n in zip("MBK", differ, strict=False))
+    counts = ", ".join(f"{s} in {n}" for s, n in zip("MBK", differ, strict=False))
     text = (
         f"{differ[-1]} of {len(pairs)} pairs differ in M, B and K taken together (adjusted p of T2 "
-        f"at most {_LEVEL:g}); {each}. The {shown} of least p stand here; all {len(pairs)} stand "
+        f"at most {_LEVEL:g}); {counts}. The {shown} of least p stand here; all {len(pairs)} stand "
         "in --out; --against compares with one group only."
     )
     text += f" {noted} pairs have notes, which stand in --out too." if noted else ""
     return textwrap.fill(text, _WIDTH)
 
 
-def subjects_text(found: Sequence[SubjectsChange]) -> str:
+def subjects_text(changes: Sequence[SubjectsChange]) -> str:
     """Mean changes of each pair of groups, a table per pair.
 
     `found`: mean changes over subjects, one for each pair of groups.
     Returns: a table per pair, and an explanation at the end.
     """
     blocks = []
-    for first, second in dict.fromkeys((c.first, c.second) for c in found):
-        rows = [_subjects_row(c) for c in found if (c.first, c.second) == (first, second)]
+    for first, second in dict.fromkeys((c.first, c.second) for c in changes):
+        rows = [_subjects_row(c) for c in changes if (c.first, c.second) == (first, second)]
         header = ["", "mean change", "sd between subjects", "subjects", "p", "adjusted"]
         blocks.append(f"{first} | {second}\n{aligned_table(header, rows)}")
     return "\n\n".join([*blocks, textwrap.fill(_SUBJECTS, _WIDTH)])
 
 
 def pair_name(pair: Pair) -> str:
-    """``first | second``, cut to the room that tables have."""
+    """Name ``first | second``, cut to the width in tables."""
     half = _NAME // 2 - 1
     return f"{short(pair.first, half)} | {short(pair.second, half)}"
 
 
 def shown_p(p: float) -> str:
-    """Three digits; ``-`` where there is none."""
+    """p with three digits; ``-`` for nan."""
     return "-" if np.isnan(p) else f"{p:.3f}" if p >= 0.001 else f"{p:.0e}"
 
 
@@ -158,7 +158,7 @@ def _of(pair: Pair, field: str, quantity: str) -> Any:
 
 
 def shown_change(change: Any) -> str:
-    """With its 95 % interval; "-" where there is none."""
+    """Value with its 95 % interval; "-" if there is none."""
     return _interval(change.value, change.low, change.high)
 
 
@@ -191,8 +191,8 @@ def _short_tests_table(pairs: Sequence[Pair]) -> str:
     return aligned_table(header, rows)
 
 
-def _subjects_row(given: SubjectsChange) -> list[str]:
-    change = given.in_degrees()
+def _subjects_row(change_rad: SubjectsChange) -> list[str]:
+    change = change_rad.in_degrees()
     symbol = change.matrix[0].upper() if change.quantity in _QUANTITIES else ""
     symbol = {"I": "M ", "V": "B ", "S": "K "}.get(symbol, "")
     what = "ratio" if change.kind == "ratio" else change.unit
@@ -207,11 +207,11 @@ def _subjects_row(given: SubjectsChange) -> list[str]:
     ]
 
 
-# Two groups told apart, as text for a terminal.
+# Discrimination of two groups, as text for a terminal.
 
 
 def discrimination_text(result: Discrimination) -> str:
-    """Groups, then how far apart they are.
+    """Table of the groups, then the measures of their separation.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Groups of trials compared with one another, within one person or over several."""
+"""The verb `compare`: groups of trials of one person, or changes over several persons."""
 
 from __future__ import annotations
 
@@ -42,25 +42,25 @@ from armimpedance.show.verbs.results import (
     read_recording,
 )
 
-# What `compare` returns: changes and tests as a table, a figure and text.
+# Result of `compare`: changes and tests as a table and text.
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Comparison(WrittenResult, FrozenRecord):
-    """What differs between groups of trials, and whether chance could have done it.
+    """Differences between groups of trials, and their significance.
 
     Attributes
     ----------
     groups : tuple of ComparedGroup
-        All groups, of all subjects.
+        All groups of all subjects.
     pairs : sequence of Pair
-        Pairs of groups with their changes and tests; empty where subjects were told apart.
+        Pairs of groups with their changes and tests; empty if changes are means over subjects.
     over_subjects : tuple of SubjectsChange
         Mean changes over subjects and the spread between them; empty otherwise.
     warnings : tuple of str
-        What the checks of the recordings said; each row of the table is marked with them.
+        Warnings of the recordings' checks; each row of the table is marked with them.
     checks : tuple of Finding
-        What holds the groups against each other, with the smallest change it would have seen.
+        Checks of the groups against each other, with their detection limits.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class Comparison(WrittenResult, FrozenRecord):
 
     @property
     def content(self) -> Content:
-        """The rows and columns of DIFFERENCES.csv, marked where checks warned."""
+        """The rows and columns of DIFFERENCES.csv, marked with the warnings of checks."""
         return comparison_content(self.pairs, self.over_subjects, self.warnings, self.checks)
 
     def to_dict(self) -> list[dict[str, Any]]:
@@ -109,9 +109,9 @@ class Comparison(WrittenResult, FrozenRecord):
             if (c.matrix, c.quantity) == ("stiffness", "size")
         ]
         count = len(self.pairs) or len(rows)
-        left = [["...", f"{count - 9} more"]] if count > 9 else []
+        rest = [["...", f"{count - 9} more"]] if count > 9 else []
         heads = ["M", "B", "K", "all"] if self.pairs else ["size of K"]
-        return [["adjusted p", *heads], *rows[:9], *left]
+        return [["adjusted p", *heads], *rows[:9], *rest]
 
     def __repr__(self) -> str:
         return "\n".join(f"{first}: {', '.join(others)}" for first, *others in self._table())
@@ -121,9 +121,9 @@ class Comparison(WrittenResult, FrozenRecord):
         return html_table([row + [""] * (len(table[0]) - len(row)) for row in table])
 
 
-#: What is compared: trials, or estimates without their trials.
+#: Input of a comparison: trials, or estimates without their trials.
 Source = Recording | Sequence[ImpedanceEstimate] | PathLike
-#: The groups of every subject; of one empty name where subjects are not told apart.
+#: The groups of every subject; under one empty name if subjects are not distinguished.
 Subjects = dict[str, list[ComparedGroup]]
 
 
@@ -188,20 +188,24 @@ def compare(
     columns, reading = as_columns(by), None
     if not any(_is_results(source) for _, source in named):
         reading = _Reading(columns, subjects, method, force_by, despite, progress)
-        found = reading.of_recordings(named)
+        groups_by_subject = reading.of_recordings(named)
     else:
         _check_results(named, method, force_by)
-        found = _of_results(named, columns, subjects)
-    everybody = tuple(group for groups in found.values() for group in groups)
+        groups_by_subject = _of_results(named, columns, subjects)
+    all_groups = tuple(group for groups in groups_by_subject.values() for group in groups)
     warnings = () if reading is None else tuple(dict.fromkeys(reading.marks))
     if subjects is not None:
-        changes = tuple(compare_subjects(found, against=against))
-        return Comparison(everybody, over_subjects=changes, warnings=warnings)
+        changes = tuple(compare_subjects(groups_by_subject, against=against))
+        return Comparison(all_groups, over_subjects=changes, warnings=warnings)
     pairs = compare_groups(
-        found[""], against=against, permutations=permutations, seed=seed, progress=progress
+        groups_by_subject[""],
+        against=against,
+        permutations=permutations,
+        seed=seed,
+        progress=progress,
     )
-    checks = check_inertia(everybody, pairs)
-    return Comparison(everybody, pairs, warnings=(*warnings, *warnings_of(checks)), checks=checks)
+    checks = check_inertia(all_groups, pairs)
+    return Comparison(all_groups, pairs, warnings=(*warnings, *warnings_of(checks)), checks=checks)
 
 
 def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tuple[str, Source]]:
@@ -224,7 +228,7 @@ def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tup
 
 
 def _names_of(paths: Sequence[Path]) -> list[str]:
-    """Names of files and folders that tell them apart, of results without their suffix."""
+    """Distinct names of files and folders, for results without their suffix."""
     for path in paths:
         if not path.exists():
             raise InputError(
@@ -238,18 +242,18 @@ def _names_of(paths: Sequence[Path]) -> list[str]:
 
 
 def _is_one(inputs: object) -> bool:
-    """Whether this is one source, and not a sequence of them."""
+    """True if this is a single source, not a sequence of sources."""
     return isinstance(inputs, str | os.PathLike | Recording) or _is_results(inputs)
 
 
 def _is_results(source: object) -> bool:
-    """Whether this is a RESULTS.csv or a sequence of estimates."""
+    """True if this is a RESULTS.csv or a sequence of estimates."""
     if isinstance(source, str | os.PathLike):
         return is_results_file(source)
     return (
         isinstance(source, Sequence)
         and len(source) > 0
-        and all(isinstance(one, ImpedanceEstimate) for one in source)
+        and all(isinstance(item, ImpedanceEstimate) for item in source)
     )
 
 
@@ -300,7 +304,7 @@ def _results(source: Any) -> Sequence[ImpedanceEstimate]:
 
 @dataclass(frozen=True)
 class _Reading:
-    """How groups are made of recordings; `marks` fills with what their checks say."""
+    """Reader of groups from recordings; `marks` collects the messages of their checks."""
 
     by: tuple[str, ...]
     column: str | None
@@ -311,7 +315,7 @@ class _Reading:
     marks: list[str] = field(default_factory=list)
 
     def of_recordings(self, named: Sequence[tuple[str, Any]]) -> Subjects:
-        """The groups of every subject; without a column of subjects all under one empty name."""
+        """Groups of every subject; without a column of subjects all under one empty name."""
         apart = self.column is not None or "recording" in self.by or "subject" in self.by
         if len(named) > 1 and not apart:
             raise InputError(
@@ -319,13 +323,13 @@ class _Reading:
                 expected="--subjects recording for the mean over subjects, or --by recording to "
                 "compare them with one another",
             )
-        found: Subjects = {}
+        groups_by_subject: Subjects = {}
         for name, source in named:
             for who, group in self._split(self._groups(name, source)):
-                found.setdefault(who, []).append(group)
-        for who, groups in found.items():
+                groups_by_subject.setdefault(who, []).append(group)
+        for who, groups in groups_by_subject.items():
             _check_single(who, groups)
-        return found
+        return groups_by_subject
 
     def _groups(self, name: str, source: Recording | PathLike) -> list[ComparedGroup]:
         by = self.by if self.column is None else (*self.by, self.column)
@@ -342,15 +346,15 @@ class _Reading:
             recording, _ = in_step(recording)
             options = Options() if self.method is None else Options(method=self.method)
             keys: dict[str, Any] = {"recording": name, "subject": recording.subject.id}
-            # a column of the trial table says more than the recording does
+            # a column of the trial table takes precedence over the recording
             keys = {k: v for k, v in keys.items() if k in by and k not in recording.trials}
             groups = groups_of_recording(
                 recording, by, options=options, keys=keys, progress=self.progress
             )
-            return [replace(each, estimate=each.estimate.marked(marks)) for each in groups]
+            return [replace(group, estimate=group.estimate.marked(marks)) for group in groups]
 
     def _split(self, groups: Sequence[ComparedGroup]) -> Iterator[tuple[str, ComparedGroup]]:
-        """Subject and group of each, the group named without its subject."""
+        """Yield subject and group of each group; the group is named without its subject."""
         for group in groups:
             if self.column is None:
                 yield "", group

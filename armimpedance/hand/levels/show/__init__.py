@@ -1,4 +1,4 @@
-"""All forms of the levels hand, joint and muscle: verb, command, text, table, plot, page."""
+"""Presentation of the levels hand, joint and muscle: verb, command, text, table, plot, page."""
 
 import lazy_loader
 

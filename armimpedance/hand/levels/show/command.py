@@ -82,11 +82,11 @@ def _to_joints(args: argparse.Namespace) -> int:
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.command.outputs import write_result
 
-    given = TO_JOINT.keywords(args)
-    force_term = given["force_term"]
+    options = TO_JOINT.keywords(args)
+    force_term = options["force_term"]
 
     def mapped(with_force: bool) -> Estimates:
-        chosen = {**given, "force_term": with_force}
+        chosen = {**options, "force_term": with_force}
         return to_joint(args.results, recording=args.recording, **chosen)
 
     joint = mapped(force_term)

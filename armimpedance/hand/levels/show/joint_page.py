@@ -1,4 +1,4 @@
-"""Impedance at the joints, mapped from the hand."""
+"""Page of the impedance at the joints, mapped from the hand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from armimpedance.show.verbs.results import read_recording
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a session of the hand, mapped to the joints of its subject."""
+    """Build the page of a session of the hand, mapped to the joints of its subject."""
     recording = read_recording(asked.recording)
     hand = estimate(
         recording,

@@ -1,4 +1,4 @@
-"""Joint matrices seen from the muscles, as a result with its CSV and its text."""
+"""Estimates at the muscle level as a result with its CSV and its text."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from armimpedance.show.verbs.results import position_of
 # Results at the muscle level as CSV: one row for each condition.
 #
 # Sums over muscles in N m/rad (B: N m s/rad), single muscles in N/m (B: N s/m). `K_sum_ij` are the
-# elements of ``G^T K_m G``, which the joint stiffness determines; `K_<muscle>` stands only where it
-# determines a single one. `feasible_low_/high_` are the least and largest value among all muscle
+# elements of ``G^T K_m G``, which the joint stiffness determines; `K_<muscle>` exists only if it
+# determines a single muscle. `feasible_low_/high_` are the least and largest value among all muscle
 # stiffnesses that give the joint stiffness, `ci_low_/ci_high_` the 95 % limits of that range.
 
 Cells = dict[str, Any]
 
-#: What the columns are, beside K and B of muscles and their sums.
+#: Meanings of the columns, except K and B of muscles and their sums.
 MUSCLE_COLUMNS: Final = {
     "arm": Meaning("arm whose moment arms were used"),
     "tension_{}_N": Meaning("tension of {}", "N"),
@@ -47,12 +47,12 @@ MUSCLE_COLUMNS: Final = {
 
 
 def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:
-    """What a file holds of estimates of muscles.
+    """Content of a file of estimates of muscles.
 
     Raises InputError: a group's column is named like a column of the results.
     """
     columns, rows = muscle_rows(estimates)
-    groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
+    groups = dict.fromkeys(name for estimate in estimates for name in group_cells(estimate.keys))
     keys = (*groups, "level", "method", "n_trials", "arm")
     return table_content(rows, columns, keys=keys, described=MUSCLE_COLUMNS)
 
@@ -73,11 +73,11 @@ def muscle_rows(estimates: Sequence[MuscleEstimate]) -> tuple[list[str], list[Ce
                 column=name,
                 expected="another name for the column",
             )
-    known = [
-        group | {name: _known(cell) for name, cell in row.items()}
+    complete = [
+        group | {name: _without_nan(cell) for name, cell in row.items()}
         for group, row in zip(groups, rows, strict=True)
     ]
-    return [*keys, *columns], known
+    return [*keys, *columns], complete
 
 
 def _cells(estimate: MuscleEstimate) -> Cells:
@@ -102,13 +102,13 @@ def _cells(estimate: MuscleEstimate) -> Cells:
 
 
 def _share_cells(symbol: str, share: MuscleShare) -> Cells:
-    determined = {found.name: found for found in share.combinations}
+    determined = {combination.name: combination for combination in share.combinations}
     cells: Cells = {f"{symbol}_outside_se": share.outside_se}
-    for name, found in determined.items():
+    for name, combination in determined.items():
         if name not in share.muscles:
-            cells |= _combination_cells(f"{symbol}_sum_{name}", found)
-            cells[f"ci_low_{symbol}_sum_{name}"] = found.low
-            cells[f"ci_high_{symbol}_sum_{name}"] = found.high
+            cells |= _combination_cells(f"{symbol}_sum_{name}", combination)
+            cells[f"ci_low_{symbol}_sum_{name}"] = combination.low
+            cells[f"ci_high_{symbol}_sum_{name}"] = combination.high
     for reach in share.single:
         column = f"{symbol}_{reach.name}"
         cells |= _combination_cells(column, determined.get(reach.name))
@@ -118,8 +118,8 @@ def _share_cells(symbol: str, share: MuscleShare) -> Cells:
     return cells
 
 
-def _combination_cells(column: str, found: Combination | None) -> Cells:
-    value, sd = (None, None) if found is None else (found.value, found.sd)
+def _combination_cells(column: str, combination: Combination | None) -> Cells:
+    value, sd = (None, None) if combination is None else (combination.value, combination.sd)
     return {column: value, f"sd_{column}": sd}
 
 
@@ -132,12 +132,12 @@ def _range_cells(column: str, reach: FeasibleRange) -> Cells:
     }
 
 
-def _known(value: Any) -> Any:
+def _without_nan(value: Any) -> Any:
     missing = value is None or (isinstance(value, float) and math.isnan(value))
     return None if missing else value
 
 
-#: Estimates that a short text shows.
+#: Number of estimates in a short text.
 _MOST_SHOWN: Final = 10
 
 
@@ -145,7 +145,7 @@ _MOST_SHOWN: Final = 10
 class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
     """Estimates at the muscle level of several groups of trials.
 
-    It is a sequence of `MuscleEstimate`; a group's name finds its estimate, as
+    It is a sequence of `MuscleEstimate`; a group's name selects its estimate, for example
     ``muscles["relaxed"].stiffness.single``.
     """
 
@@ -183,11 +183,11 @@ class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
 
     @property
     def content(self) -> Content:
-        """The columns and values of the written file, one row a group."""
+        """Columns and values of the written file, one row per group."""
         return muscles_content(self.estimates)
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a group, with the columns of the written file."""
+        """One mapping per group, with the columns of the written file."""
         return [dict(row) for row in self.content.rows]
 
     def _table(self) -> list[list[str]]:
@@ -198,8 +198,8 @@ class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
         return [["group", "sums of stiffness (N m/rad)"], *rows]
 
     def _head(self) -> str:
-        left = len(self) - _MOST_SHOWN
-        more = f", {left} of them not shown" if left > 0 else ""
+        hidden = len(self) - _MOST_SHOWN
+        more = f", {hidden} of them not shown" if hidden > 0 else ""
         arms = ", ".join(dict.fromkeys(e.arm for e in self.estimates))
         return f"{len(self)} estimates of the muscles of {arms}{more}"
 
@@ -212,11 +212,11 @@ class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
 
 # Results at the muscle level as text for a terminal of 100 columns.
 
-#: Columns of one table beside the condition.
+#: Columns of one table, apart from the condition.
 _MOST_COLUMNS = 6
 _HEADING = 12
 _MATRICES = (("K", "stiffness", "N m/rad"), ("B", "viscosity", "N m s/rad"))
-#: Field and part of an estimate, and what its ranges are of.
+#: Field and part of an estimate, and a description of its ranges.
 _RANGES = (
     ("stiffness", "single", "stiffness of single muscles (N/m)"),
     ("stiffness", "groups", "parts of K by groups of muscles (N m/rad)"),
@@ -238,7 +238,7 @@ _LEGEND = (
 
 
 def muscle_text(estimates: Sequence[MuscleEstimate]) -> str:
-    """What is identifiable, the ranges of what is not, tensions, notes.
+    """Identifiable sums, ranges of the others, tensions, notes.
 
     Returns: lines of at most 100 characters.
     """
@@ -259,11 +259,11 @@ def _sums(estimates: Sequence[MuscleEstimate], warnings: list[str]) -> list[str]
     title = textwrap.fill(f"Muscle level, arm {first.arm}: {first.arm_source}", TABLE_WIDTH)
     blocks = [title, textwrap.fill(_SUMS, TABLE_WIDTH)]
     for symbol, field, unit in _MATRICES:
-        found = [_elements(e, field) for e in estimates]
-        names = list(dict.fromkeys(name for sums in found for name in sums))
+        elements = [_elements(e, field) for e in estimates]
+        names = list(dict.fromkeys(name for sums in elements for name in sums))
         rows = [
             [*(_half_width(sums.get(name)) for name in names), note]
-            for sums, note in zip(found, notes, strict=True)
+            for sums, note in zip(elements, notes, strict=True)
         ]
         header = [*(f"{symbol} {name}" for name in names), "notes"]
         blocks.append(_block(f"Sums of {field} ({unit})", estimates, header, rows))
@@ -271,13 +271,17 @@ def _sums(estimates: Sequence[MuscleEstimate], warnings: list[str]) -> list[str]
 
 
 def _elements(estimate: MuscleEstimate, field: str) -> dict[str, Combination]:
-    """The determined sums that are elements of the joint matrix."""
-    found: tuple[Combination, ...] = getattr(estimate, field).combinations
-    return {c.name: c for c in found if c.name not in estimate.muscles}
+    """Determined sums that are elements of the joint matrix."""
+    combinations: tuple[Combination, ...] = getattr(estimate, field).combinations
+    return {c.name: c for c in combinations if c.name not in estimate.muscles}
 
 
-def _half_width(found: Combination | None) -> str:
-    return "-" if found is None else with_half_width(found.value, found.high - found.value)
+def _half_width(combination: Combination | None) -> str:
+    return (
+        "-"
+        if combination is None
+        else with_half_width(combination.value, combination.high - combination.value)
+    )
 
 
 def _block(
@@ -288,13 +292,13 @@ def _block(
 
 
 def _determined(estimates: Sequence[MuscleEstimate]) -> list[str]:
-    """Single muscles that the joint matrix determines, where there are any."""
+    """Tables of single muscles that the joint matrix determines, if there are any."""
     tables = []
     for symbol, field, _ in _MATRICES:
-        found = [{c.name: c for c in getattr(e, field).combinations} for e in estimates]
-        names = [name for name in estimates[0].muscles if any(name in row for row in found)]
+        by_name = [{c.name: c for c in getattr(e, field).combinations} for e in estimates]
+        names = [name for name in estimates[0].muscles if any(name in row for row in by_name)]
         for part in _parts(names):
-            rows = [[_half_width(row.get(name)) for name in part] for row in found]
+            rows = [[_half_width(row.get(name)) for name in part] for row in by_name]
             unit = "N/m" if symbol == "K" else "N s/m"
             title = f"Identifiable: {field} of single muscles ({unit})"
             tables.append(_block(title, estimates, _headings(part), rows))
@@ -323,8 +327,8 @@ def _tensions(estimates: Sequence[MuscleEstimate]) -> list[str]:
     for part in _parts(list(estimates[0].muscles)):
         rows = []
         for e in estimates:
-            found = dict(zip(e.muscles, e.tension, strict=True)) if e.tension is not None else {}
-            rows.append([fixed(found[name], 1) if name in found else "-" for name in part])
+            tensions = dict(zip(e.muscles, e.tension, strict=True)) if e.tension is not None else {}
+            rows.append([fixed(tensions[name], 1) if name in tensions else "-" for name in part])
         title = "Tensions from static optimisation (N)"
         tables.append(_block(title, estimates, _headings(part), rows))
     return tables
@@ -341,7 +345,7 @@ def _headings(names: Sequence[str]) -> list[str]:
 def _range(reach: FeasibleRange | None) -> str:
     if reach is None or isnan(reach.outer_low):
         return "-"
-    # three digits of the larger one
+    # three digits of the larger limit
     size = max(abs(reach.outer_low), abs(reach.outer_high))
     decimals = 2 - floor(log10(size)) if size > 0 else 0
     return f"{fixed(reach.outer_low, decimals)} to {fixed(reach.outer_high, decimals)}"

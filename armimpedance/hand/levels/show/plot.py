@@ -1,4 +1,4 @@
-"""Joint matrices with and without the term of the hand's force; ranges of single muscles."""
+"""Plots of joint matrices with and without the term of the hand's force, and of muscles' ranges."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from armimpedance.show.plots import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: More conditions than this are not told apart beside one muscle.
+#: More conditions than this cannot be distinguished beside one muscle.
 _MOST_RANGES: Final = 12
 
 
@@ -45,7 +45,7 @@ def plot_force_term(
     Returns
     -------
     Figure
-        The ellipses (of two joints), then a panel for each element; of more joints those on and
+        The ellipses (for two joints), then a panel for each element; for more joints those on and
         above the diagonal.
 
     Raises
@@ -95,9 +95,9 @@ def _series(label: str, rows: Sequence[ImpedanceEstimate], color: str, *, filled
 
 
 def plot_muscle_ranges(estimates: Sequence[MuscleEstimate]) -> Figure:
-    """Draw the stiffness that each muscle may have: all K_m >= 0 that make the joints' K.
+    """Draw the range of stiffness of each muscle: all K_m >= 0 that give the joints' K.
 
-    Dark where the joint matrix as measured allows it, light with its 95 % interval.
+    Dark: the range for the measured joint matrix; light: with its 95 % interval.
 
     `estimates`: of one arm; of many the first twelve are drawn.
     Returns: a panel for each muscle, a bar for each row.

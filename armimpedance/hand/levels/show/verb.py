@@ -1,4 +1,4 @@
-"""From the hand to the joints and the muscles, and back."""
+"""The verbs `to_joint`, `to_hand` and `to_muscle`: between hand, joints and muscles."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def to_joint(
     """Map inertia, viscosity and stiffness from the hand to the joints.
 
     ``K_j = J^T K_e J - Gamma(F) - dg/dq``, ``B_j = J^T B_e J``, ``M_j = J^T M_e J``; Tsuji (1997),
-    eqs. (10), (12), (14)-(17). dg/dq is that of the arm's weight where the recording says that
+    eqs. (10), (12), (14)-(17). dg/dq is that of the arm's weight, if the recording states that
     gravity acts in the plane.
 
     Parameters
@@ -66,20 +66,20 @@ def to_joint(
     estimates : Estimates, sequence of ImpedanceEstimate, or path
         At the hand; the path is that of a RESULTS.csv.
     recording : Recording, Subject or path, optional
-        Whose arm it is, and how gravity acts: lengths or height say the posture and J. Default:
-        the subject and the gravity that the estimates carry.
+        Source of the arm and of gravity: lengths or height determine the posture and J. Default:
+        subject and gravity of the estimates.
     {options}
 
     Returns
     -------
     Estimates
-        At the joints, one for each given, with the subject. In three axes of an arm whose elbow
-        is held: turn, elevation, elbow.
+        At the joints, one for each input, with the subject. In three axes with a held elbow: turn,
+        elevation, elbow.
 
     Raises
     ------
     InputError
-        A file cannot be read, an estimate is not one of the hand, or its posture is not known. The
+        A file cannot be read, an estimate is not at the hand, or its posture is not known. The
         message names the condition.
     NotIdentifiableError
         The arm is stretched in a posture, or free in space: four joints, three axes of the hand.
@@ -96,8 +96,8 @@ def to_joint(
     """
     who = replace(_who(estimates, recording), elbow=elbow, swivel_deg=swivel_deg)
     if any(is_in_space(row) for row in _rows(estimates)):
-        told, wrist = elbow_and_wrist_of(recording)
-        who = replace(who, elbow=elbow or told, wrist=wrist)
+        stated, wrist = elbow_and_wrist_of(recording)
+        who = replace(who, elbow=elbow or stated, wrist=wrist)
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
         return _at_joint(row, who, force_term)
@@ -118,20 +118,20 @@ def to_hand(
     estimates : Estimates, sequence of ImpedanceEstimate, or path
         At the joints, with joint angles; the path is that of a RESULTS.csv.
     recording : Recording, Subject or path, optional
-        Whose arm it is, and how gravity acts. Default: what the estimates carry of both.
+        Source of the arm and of gravity. Default: those of the estimates.
     force_term : bool
-        Whether the estimates were mapped with the term of the hand's force.
+        True if the estimates were mapped with the term of the hand's force.
 
     Returns
     -------
     Estimates
-        At the hand, one for each given, with the subject.
+        At the hand, one for each input, with the subject.
 
     Raises
     ------
     InputError
-        A file cannot be read, an estimate is not one of the joints, or its posture is not known.
-        The message names the condition.
+        A file cannot be read, an estimate is not at the joints, or its posture is not known. The
+        message names the condition.
     NotIdentifiableError
         The arm is stretched in a posture.
 
@@ -166,7 +166,7 @@ def to_muscle(
     curvature: bool = True,
     share: Literal["effort", "emg"] = "effort",
 ) -> MuscleEstimates:
-    """Say what stiffness and viscosity of the joints tell of the muscles.
+    """Determine the information of joint stiffness and viscosity about the muscles.
 
     ``K_j = G^T K_m G + sum f d2L``, ``B_j = G^T B_m G``. Three numbers do not determine the
     stiffness of six muscles: the result holds the sums that they do determine, and for each muscle
@@ -179,20 +179,20 @@ def to_muscle(
     arm : MuscularArm, str or path
         The muscles: "planar6", "arm26" or the path of a table of moment arms.
     recording : Recording, Subject or path, optional
-        Whose arm it is, where rows of the hand are to be mapped, and how gravity acts. Default:
-        what the estimates carry of both.
+        Source of the arm, if rows of the hand are to be mapped, and of gravity. Default: those of
+        the estimates.
     {options}
 
     Returns
     -------
     MuscleEstimates
-        One estimate for each given.
+        One estimate for each input.
 
     Raises
     ------
     InputError
-        A file cannot be read, the arm is not known, a posture or (where asked) an activation is not
-        known. The message names the condition.
+        A file cannot be read, or the arm, a posture or (if requested) an activation is not known.
+        The message names the condition.
 
     Examples
     --------
@@ -225,7 +225,7 @@ def to_muscle(
 
 @dataclass(frozen=True)
 class _Who:
-    """Whose arm it is, as far as that is known, and how gravity acts on it."""
+    """The arm of estimates, as far as it is known, and gravity."""
 
     subject: Subject | None
     muscles: tuple[str, ...] = ()
@@ -236,32 +236,32 @@ class _Who:
 
 
 def _who(estimates: Results, recording: Whose | None) -> _Who:
-    """The subject, as far as known, the muscles and the gravity that belong to estimates."""
+    """Subject, as far as known, muscles and gravity of estimates."""
     if isinstance(recording, Subject):
         return _Who(recording)
     if recording is not None:
-        found = read_subject(recording) if isinstance(recording, str | os.PathLike) else recording
-        return _Who(found.subject, found.muscles or (), found.gravity_m_s2)
+        opened = read_subject(recording) if isinstance(recording, str | os.PathLike) else recording
+        return _Who(opened.subject, opened.muscles or (), opened.gravity_m_s2)
     if isinstance(estimates, Estimates):
         return _Who(estimates.subject, gravity_m_s2=estimates.gravity_m_s2)
     return _Who(None)
 
 
 def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, FloatArray, str]:
-    """The posture of a row, all its angles, and where it and gravity come from."""
+    """Posture of a row, all its angles, and the sources of posture and gravity."""
     if is_in_space(row):
         at_joints = row.level == "joint"
-        held = who.elbow == "held" or (at_joints and row.k == len(HELD))
-        locked = who.wrist == "locked" or (at_joints and row.k <= LOCKED_WRIST)
+        elbow_held = who.elbow == "held" or (at_joints and row.k == len(HELD))
+        wrist_locked = who.wrist == "locked" or (at_joints and row.k <= LOCKED_WRIST)
         posture, q, source = spatial_posture_for(
             row,
             who.subject,
-            elbow="held" if held else "free",
+            elbow="held" if elbow_held else "free",
             gravity_m_s2=who.gravity_m_s2,
             swivel_rad=None if who.swivel_deg is None else radians(who.swivel_deg),
-            wrist="locked" if locked else None,
+            wrist="locked" if wrist_locked else None,
         )
-        return posture, q, f"{source}, elbow {'held' if held else 'free'}"
+        return posture, q, f"{source}, elbow {'held' if elbow_held else 'free'}"
     if who.elbow is not None or who.swivel_deg is not None:
         raise InputError(
             f"elbow and swivel of an arm of {row.k} axes", expected="them in three axes only"
@@ -279,12 +279,12 @@ def _plane(gravity_m_s2: tuple[float, ...] | None) -> str:
 
 
 def _each(estimates: Results, mapped: Callable[[ImpedanceEstimate], Made]) -> list[Made]:
-    """Every estimate mapped; errors name its condition and the file that it comes from."""
-    made = []
+    """Map every estimate; errors name its condition and its file."""
+    results = []
     for row in _rows(estimates):
         with naming(estimates), _naming_condition(condition_of(row)):
-            made.append(mapped(row))
-    return made
+            results.append(mapped(row))
+    return results
 
 
 def _rows(estimates: Results) -> Sequence[ImpedanceEstimate]:
@@ -318,7 +318,7 @@ def _at_joint(row: ImpedanceEstimate, who: _Who, force_term: bool) -> ImpedanceE
 
 
 def _with_torque(row: ImpedanceEstimate, who: _Who) -> ImpedanceEstimate:
-    """A row mapped to the joints before torques were written: from its angles and force."""
+    """Add the torque, from angles and force, to a row at the joints that has none."""
     if row.level != "joint" or row.torque is not None:
         return row
     if row.force is None or row.joint_angles is None:
@@ -328,7 +328,7 @@ def _with_torque(row: ImpedanceEstimate, who: _Who) -> ImpedanceEstimate:
 
 
 def _activation(row: ImpedanceEstimate, muscles: tuple[str, ...], arm: MuscularArm) -> FloatArray:
-    """The measured activation of the arm's muscles, in their order."""
+    """Measured activation of the arm's muscles, in their order."""
     if row.activation is None:
         raise InputError(
             "tensions by EMG without activation", expected="columns alpha_1, alpha_2, …"

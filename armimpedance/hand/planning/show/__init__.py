@@ -1,4 +1,4 @@
-"""All forms of a plan: verb, command, text, table, plot, page."""
+"""Presentation of a plan: verb, command, text, table, plot, page."""
 
 import lazy_loader
 

@@ -26,7 +26,7 @@ from armimpedance.show.verbs.kinds import (
 )
 from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
-#: The name that stands for all shapes that are compared.
+#: The name for all shapes that are compared.
 ALL: Final = "all"
 _ARM: Final = "arm and noise"
 _COURSE: Final = "disturbance"

@@ -26,18 +26,18 @@ if TYPE_CHECKING:
 _COLORS: Final = tuple(
     OKABE_ITO[name] for name in ("black", "blue", "vermillion", "green", "purple", "orange")
 )
-#: More lines are not told apart.
+#: More lines cannot be distinguished.
 _MOST: Final = 6
 
 
 def best_of_each(plan: Plan, most: int = _MOST) -> list[Candidate]:
-    """The duration of each shape with the smallest interval of K, at most six, in table order."""
+    """For each shape the duration with the smallest interval of K, at most six, in table order."""
     best: dict[str, Candidate] = {}
     for candidate in plan.candidates:
         if not candidate.recommendable:
             continue
-        other = best.get(candidate.name)
-        half = np.inf if other is None else other.cost[1]
+        best_so_far = best.get(candidate.name)
+        half = np.inf if best_so_far is None else best_so_far.cost[1]
         if candidate.cost[1] < half:
             best[candidate.name] = candidate
     return list(best.values())[:most]
@@ -46,7 +46,7 @@ def best_of_each(plan: Plan, most: int = _MOST) -> list[Candidate]:
 def plot_courses(
     candidates: Sequence[Candidate], ax: Axes | None = None, *, order: int = 0
 ) -> Axes:
-    """Commanded displacement (order 0, mm) or acceleration (order 2, m/s^2) over time."""
+    """Plot the commanded displacement (order 0, mm) or acceleration (order 2, m/s^2) over time."""
     with print_style():
         ax = new_axes() if ax is None else ax
         for i, candidate in enumerate(candidates):
@@ -63,9 +63,9 @@ def plot_courses(
 def plot_interval_over_trials(
     candidates: Sequence[Candidate], ax: Axes | None = None, *, wish: float | None = None
 ) -> Axes:
-    """Half-width of the 95 % interval of K in % against the number of trials, both logarithmic.
+    """Plot the half-width of K's 95 % interval in % over the number of trials, both logarithmic.
 
-    `wish`: drawn as a line: the half-width asked for, as a part of K.
+    `wish`: the required half-width, relative to K, drawn as a line.
     """
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -90,12 +90,12 @@ def plot_interval_over_trials(
 
 
 def plan_figure(plan: Plan) -> Figure:
-    """Displacement, acceleration and interval, side by side with one legend.
+    """Plot displacement, acceleration and interval, side by side with one legend.
 
     Parameters
     ----------
     plan : Plan
-        What `armimpedance.plan` returned.
+        Result of `armimpedance.plan`.
 
     Returns
     -------

@@ -11,7 +11,7 @@ from armimpedance.hand.planning.plan import Plan
 from armimpedance.show.text import aligned_table
 
 _WIDTH = 100
-#: An interval wider than this many times its value says nothing.
+#: Larger relative half-widths are not printed.
 _LARGEST_PART = 10.0
 _HEADER = ("shape", "s", "mm", "m/s^2", "M, %", "B, %", "K, %", "size, %", "angle, deg", "trials")
 _SHAPE = {
@@ -23,15 +23,15 @@ _REFLEX_HEADER = ("shape", "s", "K too large, %", "K, %", "K and R apart: K, %",
 
 
 def plan_text(plan: Plan, trials: int = 40) -> str:
-    """Expected precision with so many trials, trials needed, what a reflex does, advice.
+    """Predicted precision with so many trials, trials needed, the effect of a reflex, advice.
 
-    Where the wish cannot be met, `plan.obstacle` says why.
+    If the requirements cannot be met, `plan.obstacle` says why.
 
     Parameters
     ----------
     plan : Plan
     trials : int
-        For so many trials the precision is shown.
+        Number of trials for the precision.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Plan an experiment: trials needed, the best disturbance, what a reflex would do."""
+"""The verb `plan`: trials needed, the best disturbance, the effect of a reflex."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def plan(
     servo: Servo | None = None,
     progress: Progress | None = None,
 ) -> Plan:
-    """Plan an experiment: trials needed for a wish, the best disturbance, what a reflex does.
+    """Plan an experiment: trials needed, the best disturbance, the effect of a reflex.
 
     Arm and noise are those of a pilot recording, or the arm of a row of results, or a relaxed arm
     of 70 kg body mass with nominal noise.
@@ -60,12 +60,12 @@ def plan(
     servo : Servo, optional
         Default: the hand moves as commanded.
     progress : function (done, all), optional
-        Called with what is done and what there is to do.
+        Called with the number done and the total.
 
     Returns
     -------
     Plan
-        Its attribute `obstacle` says why the wish cannot be met; empty where it can.
+        Its attribute `obstacle` says why the requirements cannot be met; empty if they can.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def plan(
     NotIdentifiableError
         The motion of the pilot does not determine its parameters.
     EstimationError
-        No start of the design led anywhere.
+        No start of the design converged.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def plan(
         reflex_delay_s=reflex_delay_s if separate_reflex else None,
         progress=progress,
     )
-    made = make_plan(
+    result = make_plan(
         setting,
         profiles,
         wish,
@@ -110,7 +110,7 @@ def plan(
         pilot=measured,
         progress=progress,
     )
-    return replace(made, warnings=marks)
+    return replace(result, warnings=marks)
 
 
 def _pilot(
@@ -119,16 +119,16 @@ def _pilot(
     force_by: Literal["limb", "device"] | None,
     despite: str | Collection[str],
 ) -> tuple[Any, tuple[str, ...]]:
-    """What the pilot says, and what the checks say of it."""
+    """Fit the pilot, and collect its warnings and marks."""
     with naming(pilot):
         recording = read_recording(pilot, force_by=force_by)
-        known = condition in (None, *recording.trials["condition"].astype(str))
+        is_there = condition in (None, *recording.trials["condition"].astype(str))
         marks: tuple[str, ...] = ()
-        if known and recording.perturbation == "returning":
+        if is_there and recording.perturbation == "returning":
             marks = checked_response(of_condition(recording, condition), despite)
         recording, _ = in_step(recording)
-        found = pilot_of(recording, condition)
-        return found, (*marks, *found.warnings)
+        fitted = pilot_of(recording, condition)
+        return fitted, (*marks, *fitted.warnings)
 
 
 def _limits(amplitude_m: float | None, duration_s: float | None, max_acceleration: float) -> Limits:
@@ -185,5 +185,5 @@ def _arm_of_results(file: Path, condition: str | None) -> PlannedArm:
         if condition is None or condition == row.keys.get("condition"):
             with naming(file):
                 return PlannedArm.of(row, condition_of(row))
-    known = ", ".join(str(row.keys.get("condition")) for row in rows[:5])
-    raise InputError(f"no condition {condition!r}", file=file, expected=f"such as {known}")
+    examples = ", ".join(str(row.keys.get("condition")) for row in rows[:5])
+    raise InputError(f"no condition {condition!r}", file=file, expected=f"such as {examples}")

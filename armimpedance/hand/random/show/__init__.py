@@ -1,4 +1,4 @@
-"""All forms of the hand under random perturbations: verb, command, text, table, plot, page."""
+"""Presentation of the hand under random perturbations: verb, command, text, table, plot, page."""
 
 import lazy_loader
 

@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from armimpedance.hand.random.show.random_estimates import RandomEstimates
 
 
-def _draw(made: RandomEstimates) -> Any:
-    """The response of the first group."""
+def _draw(estimates: RandomEstimates) -> Any:
+    """Draw the response of the first group."""
     from armimpedance.hand.random.show.plot import plot_response_matrix
 
-    return plot_response_matrix(made.fits[0])
+    return plot_response_matrix(estimates.fits[0])
 
 
 _COMMAND: Final = Command(

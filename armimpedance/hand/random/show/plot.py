@@ -1,4 +1,4 @@
-"""The frequency response of a hand or a joint under random perturbations, element by element."""
+"""Plot of the frequency response under random perturbations, element by element."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def plot_response_matrix(fit: RandomFit, axes: Any = None) -> Any:
     """Draw the impedance over frequency, measured without a model and as fitted, and coherence.
 
     `fit`: one group of `random`.
-    `axes` (d + 1,) of Axes: coherence, then one for each direction of force; without it a new
-    figure is made.
+    `axes` (d + 1,) of Axes: coherence, then one for each direction of force; default: those of a
+    new figure.
     Returns: `ax`: the first of them.
     """
     response, d = fit.response, fit.estimate.k
@@ -51,7 +51,7 @@ def plot_response_matrix(fit: RandomFit, axes: Any = None) -> Any:
 
 
 def _draw_row(ax: Axes, fit: RandomFit, i: int) -> None:
-    """Sizes of the elements of one force over the motions of all axes."""
+    """Draw the magnitudes of the elements of one force over the motions of all axes."""
     response, names = fit.response, _names(fit)
     how = "along" if fit.estimate.level == "hand" else "about"
     f = response.frequency_hz

@@ -1,4 +1,4 @@
-"""What `random` gives back."""
+"""Result of `random`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from armimpedance.show.files import Content
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RandomEstimates(Estimates):
-    """Estimates of random perturbations, with what stands beside each.
+    """Estimates of random perturbations, each with its reflex, lag and frequency response.
 
     `fits`: in the order of the estimates: reflex, lag and frequency response.
 
@@ -30,7 +30,7 @@ class RandomEstimates(Estimates):
 
     @property
     def content(self) -> Content:
-        """What RESULTS.csv holds, one row a group; JSON holds reflex and lag beside it."""
+        """Content of RESULTS.csv, one row per group; JSON also holds reflex and lag."""
         own = super().content
         plain = own.objects or (lambda: [])
         return replace(

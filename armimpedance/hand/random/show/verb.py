@@ -1,4 +1,4 @@
-"""A hand under a random perturbation: the verb."""
+"""The verb `random`: a hand under a random perturbation."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def random(
     ----------
     recording : Recording or path
         Of a hand in two or three axes, or of two or three joints, ``perturbation`` "stochastic",
-        with what the robot was told in the columns ``command_x``, ``command_y``, ``command_z``.
+        with the robot's commands in the columns ``command_x``, ``command_y``, ``command_z``.
     {options}
     progress : function (done, all), optional
         Called after each group.
@@ -69,8 +69,8 @@ def random(
     NotIdentifiableError
         The commands do not move the hand along all axes.
     EstimationError
-        The inertia comes out negative or of no person's size: a unit, a sign or an axis is not
-        what the recording says.
+        The inertia is negative or of an impossible size: a unit, a sign or an axis differs from
+        that stated in the recording.
 
     Examples
     --------
@@ -91,5 +91,5 @@ def random(
         marks = tuple(mark for mark in marks if not mark.startswith("imposed"))
         fits = identify_random(read, columns, band_hz, progress)
         fits = [replace(fit, estimate=fit.estimate.marked(marks)) for fit in fits]
-        made = tuple(fit.estimate for fit in fits)
-        return RandomEstimates(made, read.subject, read.gravity_m_s2, tuple(fits))
+        estimates = tuple(fit.estimate for fit in fits)
+        return RandomEstimates(estimates, read.subject, read.gravity_m_s2, tuple(fits))

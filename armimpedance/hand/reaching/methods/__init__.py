@@ -1,4 +1,4 @@
-"""The table of estimators of a moving hand: one file each in `methods`."""
+"""Table of estimators of a moving hand: one file each in `methods`."""
 
 from __future__ import annotations
 

@@ -2,9 +2,10 @@
 
 D. Piovesan, A. Pierobon, P. DiZio and J. R. Lackner, Measuring multi-joint stiffness during single
 movements: numerical validation of a novel time-frequency approach, PLoS ONE 7 (2012) e33086. After
-the push hand and robot swing together, the force is that of the robot's own mass, and nothing but
-a known inertia tells B and K. The source reads frequency and damping of each trial from a
-reassigned spectrogram; here the same samples are fitted in time, all trials of a phase together.
+the push hand and robot swing together and the force is that of the robot's own mass, so that B and
+K can only be determined with a known inertia. The source reads frequency and damping of each trial
+from a reassigned spectrogram; here the same samples are fitted in time, all trials of a phase
+together.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ from armimpedance.core.conventions import Level
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.hand.reaching.deviations import against_prediction, regress
 from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod, instant_of, to_hand
-from armimpedance.hand.reaching.solve import Known
+from armimpedance.hand.reaching.solve import InertiaPrior
 from armimpedance.hand.reaching.windows import AFTER_S, PhaseWindows
 
 
-def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
+def fit(windows: PhaseWindows, level: Level, prior: InertiaPrior | None) -> PhaseFit:
     """Fit one phase.
 
     Raises
@@ -32,7 +33,7 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
         The window ends with the push.
     """
     del level
-    if known is None:
+    if prior is None:
         raise InputError(
             "method impulse_response needs the inertia", expected="that of a posture experiment"
         )
@@ -42,15 +43,15 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
             "method impulse_response: no samples after the push; --window-s can be longer"
         )
     weights = to_hand(windows.arm, instant_of(windows))[0][:4, :3]
-    M = weights @ known.inertial
+    M = weights @ prior.inertial
     swing = against_prediction(windows).rows(after)
-    # F + M a = -(B v + K x), with M taken as it is
+    # F + M a = -(B v + K x), with M fixed
     freed = replace(swing, force=swing.force + swing.acceleration @ M.reshape(2, 2).T)
     fitted = regress(
         freed, without_inertia=True, provenance=("against the predicted path, after the push",)
     )
     values, covariance = fitted.values.copy(), fitted.covariance.copy()
-    values[:4], covariance[:4, :4] = M, weights @ known.covariance @ weights.T
+    values[:4], covariance[:4, :4] = M, weights @ prior.covariance @ weights.T
     return replace(fitted, values=values, covariance=covariance)
 
 

@@ -1,8 +1,8 @@
-"""Method `mean_difference`: each pushed reach less the mean of the free ones.
+"""Method `mean_difference`: each pushed reach minus the mean of the free ones.
 
 H. Gomi and M. Kawato, Equilibrium-point control hypothesis examined by measured arm stiffness
-during multijoint movement, Science 272 (1996) 117-120. What a trial would have done differs from
-that mean by about as much as a push moves the hand: hence the many trials that it needs.
+during multijoint movement, Science 272 (1996) 117-120. The undisturbed course of a trial differs
+from that mean by about as much as a push moves the hand. So the method needs many trials.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 from armimpedance.core.conventions import Level
 from armimpedance.hand.reaching.deviations import against_mean, regress
 from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod
-from armimpedance.hand.reaching.solve import Known
+from armimpedance.hand.reaching.solve import InertiaPrior
 from armimpedance.hand.reaching.windows import PhaseWindows
 
 
-def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
-    """Fit one phase; the inertia is fitted whatever is known of it."""
-    del level, known
+def fit(windows: PhaseWindows, level: Level, prior: InertiaPrior | None) -> PhaseFit:
+    """Fit one phase; the inertia is fitted even if a prior is stated."""
+    del level, prior
     return regress(against_mean(windows), provenance=("against the mean of free reaches",))
 
 

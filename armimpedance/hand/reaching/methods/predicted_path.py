@@ -1,9 +1,10 @@
-"""Method `predicted_path`: a servo holds the hand off its predicted path, K from what is held.
+"""Method `predicted_path`: K while a servo holds the hand at a distance from its predicted path.
 
 E. Burdet, R. Osu, D. W. Franklin, T. Yoshioka, T. E. Milner and M. Kawato, A method for measuring
 endpoint stiffness during multi-joint arm movements, J Biomech 33 (2000) 1705-1709. K is the slope
-of force over displacement while the displacement is held; what the hand still moves there is taken
-off with M and B of all samples. The source gives K alone, of displacements that are held longer.
+of force over displacement while the displacement is held. The remaining motion of the hand is
+corrected with M and B from all samples. The source estimates K only, with displacements that are
+held longer.
 """
 
 from __future__ import annotations
@@ -24,18 +25,19 @@ from armimpedance.hand.reaching.deviations import (
     regress,
 )
 from armimpedance.hand.reaching.fitted import PhaseFit, ReachMethod
-from armimpedance.hand.reaching.solve import Known
+from armimpedance.hand.reaching.solve import InertiaPrior
 from armimpedance.hand.reaching.windows import PhaseWindows
 
-#: A displacement is held where it is more than this of its largest, and its speed less than this.
+#: A displacement is held while it exceeds this share of its largest value, and its speed is below
+#: this share.
 HELD: Final = 0.9
 SLOW: Final = 0.1
 LEAST_S: Final = 0.02
-#: Held displacements that differ by more than this between trials come from a servo that gives way.
+#: If held displacements differ by more than this between trials, the servo yields.
 SOFT: Final = 0.25
 
 
-def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
+def fit(windows: PhaseWindows, level: Level, prior: InertiaPrior | None) -> PhaseFit:
     """Fit one phase.
 
     Raises
@@ -43,31 +45,31 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     NotIdentifiableError
         No displacement is held.
     """
-    del level, known
+    del level, prior
     deviations = centred(against_prediction(windows))
-    held = _held(deviations)
-    if held.sum() < LEAST_S / (windows.lag_s[1] - windows.lag_s[0]):
+    plateau_samples = _held(deviations)
+    if plateau_samples.sum() < LEAST_S / (windows.lag_s[1] - windows.lag_s[0]):
         raise NotIdentifiableError(
             "method predicted_path: no displacement is held; it needs a servo that displaces the "
             "hand and holds it there"
         )
-    said = ("against the predicted path, K while it is held",)
-    whole = regress(deviations, along_push(deviations), provenance=said)
+    notes = ("against the predicted path, K while it is held",)
+    whole = regress(deviations, along_push(deviations), provenance=notes)
     M, B = whole.values[:4].reshape(2, 2), whole.values[4:8].reshape(2, 2)
-    still = deviations.rows(held)
+    still = deviations.rows(plateau_samples)
     moving = still.acceleration @ M.T + still.velocity @ B.T
     plateau = _slope(replace(still, force=still.force + moving))
     values, covariance = whole.values.copy(), whole.covariance.copy()
     values[8:], covariance[8:, :8], covariance[:8, 8:] = plateau[0], 0.0, 0.0
     covariance[8:, 8:] = plateau[1]
     warnings = whole.warnings
-    if _spread(deviations.rows(held)) > SOFT:
+    if _spread(deviations.rows(plateau_samples)) > SOFT:
         warnings = (*warnings, "the servo gives way: what it holds differs between trials")
     return replace(whole, values=values, covariance=covariance, warnings=warnings)
 
 
 def _held(deviations: Deviations) -> BoolArray:
-    """Samples (S,) at which the mean displacement along the push is held."""
+    """True for samples (S,) at which the mean displacement along the push is held."""
     along = np.einsum("nsi,ni->s", deviations.displacement, deviations.direction)
     speed = np.abs(np.einsum("nsi,ni->s", deviations.velocity, deviations.direction))
     return (along > HELD * along.max()) & (speed < SLOW * speed.max())
@@ -76,8 +78,8 @@ def _held(deviations: Deviations) -> BoolArray:
 def _slope(held: Deviations) -> tuple[np.ndarray, np.ndarray]:
     """K row by row (4,) from the trials' means, and its covariance.
 
-    What the servo adds to the predicted path is the same in all trials of a direction, which is the
-    instrument: the prediction's own error stands in force and displacement alike.
+    The displacement that the servo adds to the predicted path is the same in all trials of a
+    direction, which is the instrument: force and displacement share the error of the prediction.
     """
     x, F, D = held.displacement.mean(axis=1), held.force.mean(axis=1), held.direction
     # F (n, 2) = -x (n, 2) K^T (2, 2), seen along D (n, 2)
@@ -90,7 +92,7 @@ def _slope(held: Deviations) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _spread(held: Deviations) -> float:
-    """How much the held displacement along the push differs between trials, of its mean."""
+    """Relative standard deviation between trials of the held displacement along the push."""
     along = np.einsum("nsi,ni->ns", held.displacement, held.direction).mean(axis=1)
     return float(along.std() / along.mean())
 

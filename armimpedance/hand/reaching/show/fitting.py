@@ -1,4 +1,4 @@
-"""What `movement` does: pushed reaches of any recording, checked and fitted."""
+"""The work of `movement`: check and fit pushed reaches of any recording."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armimpedance.hand.show.estimates import Estimates, ForceBy, estimates_of
 from armimpedance.show.verbs.checks import TopicChecks, checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
-#: What only this topic can judge.
+#: Checks of this topic only.
 CHECKS: Final = TopicChecks(pushes=check_pushes)
 
 
@@ -27,16 +27,16 @@ def fit_movement(
     method: str | None,
     force_by: ForceBy | None,
     despite: str | Collection[str],
-    **asked: Any,
+    **options: Any,
 ) -> Estimates:
-    """Read, check and fit; `asked`: keywords of `identify_movement` and `identify_course`."""
-    known = None if inertia is None else estimates_of(inertia)
+    """Read, check and fit; `options`: keywords of `identify_movement` and `identify_course`."""
+    prior = None if inertia is None else estimates_of(inertia)
     if course and method not in (None, METHODS.default):
         raise InputError(f"a course by method {method}", expected=f"method {METHODS.default}")
-    find = identify_course if course else partial(identify_movement, method=method)
+    identify = identify_course if course else partial(identify_movement, method=method)
     with naming(recording):
         read = read_recording(recording, force_by=force_by)
         marks = checked(read, despite, CHECKS)
-        made = find(read, inertia=known, **asked)
-        marked = tuple(one.marked(marks) for one in made)
+        estimates = identify(read, inertia=prior, **options)
+        marked = tuple(estimate.marked(marks) for estimate in estimates)
         return Estimates(marked, read.subject, read.gravity_m_s2)

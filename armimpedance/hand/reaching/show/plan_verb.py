@@ -1,4 +1,4 @@
-"""Pushes of a reaching hand compared by the trials that they need: the verb."""
+"""The verb `plan_movement`: compare pushes of a reaching hand by the trials that they need."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ def plan_movement(
     Parameters
     ----------
     pilot : Recording or path
-        Ten free reaches and eight pushed ones of a phase are the least.
+        At least ten free reaches and eight pushed ones of a phase.
     k_percent : float
-        Wanted error of K, which 95 of 100 experiments stay below.
+        Required error of K, which 95 of 100 experiments stay below.
     phase : str, optional
         Default: the pilot's first.
     robot_kg : float
         Mass of robot and handle that a pushed hand carries.
     max_force_n, max_displacement_m : float
-        No push is larger.
+        Limits of the pushes.
     force_by : {"limb", "device"}, optional
     despite : str or collection of str
         Names of checks of `inspect` whose STOP is overruled.
@@ -51,7 +51,7 @@ def plan_movement(
     InputError
         The pilot cannot be read or lacks something, or a number is not positive.
     NotIdentifiableError
-        The pilot does not tell what the arm is.
+        The pilot does not determine the arm's impedance.
 
     Examples
     --------

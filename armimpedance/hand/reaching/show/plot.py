@@ -1,4 +1,4 @@
-"""Impedance along a reach: ellipses on the path, and elements over the way with their intervals."""
+"""Plot of the impedance along a reach: ellipses on the path, and elements with intervals."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _COLORS = ("blue", "vermillion", "green", "purple")
 _MARKERS = ("o", "s", "^", "D")
 _HEIGHT_IN = 2.9
-#: More rows than that are a course.
+#: More rows than this are drawn as a course.
 MOST_MARKS: Final = 8
 #: Smaller forces of the robot are not drawn (N).
 LEAST_FORCE_N: Final = 0.5
@@ -40,7 +40,7 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
 
     `estimates`: of a moving hand or its joints, phase by phase or as a course; several conditions
     have colours of their own.
-    `axes` (3,) of Axes: where to draw; without it a new figure is made.
+    `axes` (3,) of Axes: default: those of a new figure.
     Returns: `axes` (3,) array of Axes.
     Raises InputError: an estimate has no place.
     """
@@ -60,7 +60,7 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
 
 
 def _abscissa(estimates: Sequence[ImpedanceEstimate]) -> tuple[FloatArray, str]:
-    """Over what the elements are drawn: a course's time, else how far along the line, in cm."""
+    """Abscissa of the elements and its label: time of a course, else distance on the line, cm."""
     phases = [str(e.keys.get("phase", "")) for e in estimates]
     if all(phase.endswith(" s") for phase in phases):
         return np.array([float(phase.removesuffix(" s")) for phase in phases]), "time (s)"
@@ -72,12 +72,12 @@ def _abscissa(estimates: Sequence[ImpedanceEstimate]) -> tuple[FloatArray, str]:
 
 
 def _conditions(estimates: Sequence[ImpedanceEstimate]) -> dict[str, list[int]]:
-    """Condition -> its rows."""
-    found: dict[str, list[int]] = {}
+    """Condition -> indices of its estimates."""
+    rows_of: dict[str, list[int]] = {}
     for row, estimate in enumerate(estimates):
         keys = {name: value for name, value in estimate.keys.items() if name != "phase"}
-        found.setdefault(group_name(keys), []).append(row)
-    return found
+        rows_of.setdefault(group_name(keys), []).append(row)
+    return rows_of
 
 
 def _draw_path(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
@@ -110,19 +110,19 @@ def _draw_path(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
 
 
 def _extent(hands: FloatArray) -> float:
-    """The longer side of what the hands take up, m."""
+    """Longer side of the hands' area, m."""
     return max(float(np.ptp(hands, axis=0).max()), 0.06)
 
 
 def _spread(rows: Sequence[int]) -> list[int]:
-    """A few of a course's rows, the first and the last among them."""
+    """A few of a course's rows, including the first and the last."""
     if len(rows) <= MOST_MARKS:
         return list(rows)
     return [rows[round(k)] for k in np.linspace(0, len(rows) - 1, 5)]
 
 
 def _draw_forces(ax: Axes, estimates: Sequence[ImpedanceEstimate], hands: FloatArray) -> None:
-    """What the robot does to the undisturbed hand: arrows, the longest a sixth of the way."""
+    """Draw the robot's forces on the undisturbed hand: the longest arrow is a sixth of the way."""
     at = np.array([e.position for e in estimates])
     force = -np.array([np.zeros(2) if e.force is None else e.force for e in estimates])
     most = float(np.hypot(*force.T).max())
@@ -152,7 +152,7 @@ def _draw_forces(ax: Axes, estimates: Sequence[ImpedanceEstimate], hands: FloatA
 def _draw_elements(
     ax: Axes, estimates: Sequence[ImpedanceEstimate], over: FloatArray, which: str
 ) -> None:
-    """The four elements of one matrix over the way, with 95 % intervals or bands."""
+    """Draw the four elements of one matrix over the way, with 95 % intervals or bands."""
     symbol, level = MATRICES[which][0], estimates[0].level
     place = list(MATRICES).index(which)
     value = np.array([e.parameters.reshape(3, 4)[place] for e in estimates])

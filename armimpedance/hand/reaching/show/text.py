@@ -25,21 +25,21 @@ _AT: Final[dict[Level, str]] = {
 
 
 def is_moving(estimates: Sequence[ImpedanceEstimate]) -> bool:
-    """Whether these are results of `movement`."""
-    return bool(estimates) and all(one.method in METHODS.names for one in estimates)
+    """True if these are results of `movement`."""
+    return bool(estimates) and all(estimate.method in METHODS.names for estimate in estimates)
 
 
 def moving_sentences(estimates: Sequence[ImpedanceEstimate], trials: int) -> list[str]:
-    """What a paper says of them; `trials` are the pushed reaches."""
+    """Sentences for the methods of a paper; `trials` is the number of pushed reaches."""
     level = estimates[0].level
     whose = "hand" if level == "hand" else "arm"
-    said = [
+    sentences = [
         f"Inertia M, viscosity B and stiffness K of the reaching {whose} were estimated from "
         f"{trials} pushed reaches with {software()}"
     ]
-    for name in dict.fromkeys(one.method for one in estimates):
+    for name in dict.fromkeys(estimate.method for estimate in estimates):
         if name == METHODS.default:
-            said += [
+            sentences += [
                 "With joint angles q, the hand's force F and the links' dynamics Y phi, the torque "
                 "w = J^T F + Y phi + K q + B dq/dt + R q(t - 55 ms) was taken to have the same "
                 "distribution in pushed and in free reaches",
@@ -51,15 +51,15 @@ def moving_sentences(estimates: Sequence[ImpedanceEstimate], trials: int) -> lis
                 _AT[level],
             ]
         else:
-            said.append(f"Estimator: {name} ({METHODS[name].reference})")
-    return said
+            sentences.append(f"Estimator: {name} ({METHODS[name].reference})")
+    return sentences
 
 
 # A plan of pushes of a moving hand, as text.
 
 
 def movement_plan_text(plan: MovementPlan) -> str:
-    """The table of shapes, the best first, and what it means.
+    """Table of shapes, the best first, and its explanation.
 
     Parameters
     ----------

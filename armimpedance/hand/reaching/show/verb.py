@@ -1,4 +1,4 @@
-"""The hand's impedance while it moves: the verb."""
+"""The verb `movement`: the hand's impedance while it moves."""
 
 from __future__ import annotations
 
@@ -97,8 +97,8 @@ def movement(
     Returns
     -------
     Estimates
-        One estimate per condition and phase, for the middle of the window; `position` is where
-        undisturbed reaches are then.
+        One estimate per condition and phase, for the middle of the window; `position` is that of
+        undisturbed reaches at that time.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def movement(
         The recording cannot be read or lacks what is needed, a check of `inspect` says STOP, or a
         name is unknown.
     NotIdentifiableError
-        The pushes of a phase do not tell M, B and K apart.
+        The pushes of a phase do not determine M, B and K.
     EstimationError
         M comes out negative or of no person's size: the force's sign or unit is not what the
         recording says.

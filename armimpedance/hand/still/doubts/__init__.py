@@ -1,1 +1,1 @@
-"""Departures of a limb from the model: told where seen, and allowed for where not excluded."""
+"""Departures of a limb from the model: reported if detected, allowed for if not excluded."""

@@ -1,7 +1,7 @@
-"""Intervals that allow for what the data do not exclude: a mixture over the departures.
+"""Intervals that allow for departures that the data do not exclude: a mixture over them.
 
-The limb has none of the departures or one. The number k of a departure is normal about zero
-beforehand, with the size that it usually has, and k_hat +- s by the data, so that the odds of it
+The limb has one of the departures or none. The prior of the size k of a departure is normal about
+zero, with its usual size as standard deviation; the data give k_hat +- s. The odds of the departure
 against none change by
 
     sqrt(s^2 / (s^2 + c^2)) exp(k_hat^2 c^2 / (2 s^2 (s^2 + c^2))),   c its usual size:
@@ -27,7 +27,7 @@ from armimpedance.hand.still.doubts.departures import (
     largest_conditions,
     models_of,
 )
-from armimpedance.hand.still.doubts.inner import averaged_inner, freedom_told, with_inner
+from armimpedance.hand.still.doubts.inner import averaged_inner, stated_freedom, with_inner
 from armimpedance.hand.still.doubts.mixture import mean_square_of_gain, mean_squares
 from armimpedance.hand.still.doubts.model import (
     ALL_COLUMNS,
@@ -41,39 +41,38 @@ from armimpedance.hand.still.doubts.model import (
 from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
 from armimpedance.hand.still.estimation import BOUNDED, DEFAULT_BY, groups_of
 
-# What all estimates of a recording have in common of what may make them wrong.
-#
-# A reflex, a gain or a delay is one person's or one rig's: it makes all conditions wrong together.
+# Errors that all estimates of a recording have in common.
+# A reflex belongs to the person, a gain or a delay to the rig: they affect all conditions together.
 # With the error u_gc of group g by the column c of a departure, the groups' joint covariance is
 # ``sum_c u_c u_c^T``, u_c of all groups below each other. Columns of one departure differ little,
-# so that one vector stands for them.
+# so that one vector replaces them.
 
 
 def in_common(errors: Sequence[Mapping[str, FloatArray]]) -> list[dict[str, FloatArray]]:
     """One vector of each departure for each group, which together hold most of its variance.
 
-    `errors` sequence of mapping of str to (columns, p): of each group what each column of each
-    departure makes wrong, in standard deviations; none of a group of which nothing is known.
-    Returns: list of dict of str to (p,): signs are those of the columns' sum: departures of one
-    recording and of the next add.
+    `errors` sequence of mapping of str to (columns, p): for each group the errors by each column of
+    each departure, in standard deviations; empty for a group without a model.
+    Returns: list of dict of str to (p,). Signs are those of the columns' sum, so that departures of
+    different recordings add.
     """
-    names = dict.fromkeys(name for one in errors for name in one)
-    found: list[dict[str, FloatArray]] = [{} for _ in errors]
+    names = dict.fromkeys(name for group_errors in errors for name in group_errors)
+    vectors: list[dict[str, FloatArray]] = [{} for _ in errors]
     for name in names:
-        groups = [g for g, one in enumerate(errors) if name in one]
+        groups = [g for g, group_errors in enumerate(errors) if name in group_errors]
         # U (columns, groups p) = sum_i s_i u_i v_i^T; U^T U, the covariance, is nearly s_1^2 v v^T
         U = np.concatenate([errors[g][name] for g in groups], axis=1)
         main = np.linalg.svd(U, full_matrices=False)
         vector = main.S[0] * main.Vh[0] * (-1 if main.Vh[0] @ U.sum(axis=0) < 0 else 1)
         for g, part in zip(groups, np.split(vector, len(groups)), strict=True):
-            found[g][name] = part
-    return found
+            vectors[g][name] = part
+    return vectors
 
 
 def allowing(
     estimates: Sequence[ImpedanceEstimate], recording: Recording, by: Sequence[str]
 ) -> list[ImpedanceEstimate]:
-    """The estimates of a recording's groups with intervals that hold what is not excluded.
+    """Widen the intervals of the groups of a recording by the departures not excluded.
 
     Parameters
     ----------
@@ -86,8 +85,8 @@ def allowing(
     Returns
     -------
     list of ImpedanceEstimate
-        With a larger covariance, the provenance saying by how much; as they are where a group has
-        too few trials to be asked, or the perturbation is stochastic.
+        With a larger covariance; the provenance says by how much. Unchanged if a group has too few
+        trials, or the perturbation is stochastic.
     """
     if recording.perturbation != "returning":
         return list(estimates)
@@ -95,114 +94,117 @@ def allowing(
     longest = _longest(recording, groups, tuple(by) == DEFAULT_BY)
     if not longest:
         return list(estimates)
-    known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
-    limb = inner_of(known, freedom_told(recording, np.arange(recording.n_trials)))
-    squares, uneven = _squares(known, beside_inner(limb)), _uneven(known)
+    models = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
+    limb = inner_of(models, stated_freedom(recording, np.arange(recording.n_trials)))
+    squares, uneven = _squares(models, beside_inner(limb)), _uneven(models)
     gains = possible_gains(recording, [(groups[g][longest[g].usable], longest[g]) for g in longest])
-    # A model is as large as its trials' windows: of the others one at a time is kept.
+    # A model is as large as its trials' windows: of the other groups one at a time is kept.
     others = models_of(recording, [rows for g, rows in enumerate(groups) if g not in longest])
     wider: list[ImpedanceEstimate] = []
     errors: list[dict[str, FloatArray]] = []
-    for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
+    for group, (estimate, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(others)
         if model is None:
             errors.append({})
-            wider.append(one)
+            wider.append(estimate)
             continue
         errors.append(_errors(model, squares, uneven))
         if gains:
             errors[-1]["gain in the session"] = wrong_by_gains(gains, rows[model.usable], model)
-        one = _wider(one, errors[-1])
+        estimate = _wider(estimate, errors[-1])
         if model.inner is not None:
-            inner = averaged_inner(model.inner, freedom_told(recording, rows))
-            one = with_inner(one, inner, correct=one.method == BOUNDED)
-        wider.append(one)
+            inner = averaged_inner(model.inner, stated_freedom(recording, rows))
+            estimate = with_inner(estimate, inner, correct=estimate.method == BOUNDED)
+        wider.append(estimate)
     shared = in_common(errors)
     return [
-        replace(one, shared_errors={**one.shared_errors, **own})
-        for one, own in zip(wider, shared, strict=True)
+        replace(estimate, shared_errors={**estimate.shared_errors, **own})
+        for estimate, own in zip(wider, shared, strict=True)
     ]
 
 
 def _rank(group: int, model: Model) -> tuple[int, int]:
-    """Groups with more usable trials come first, then those that stand first."""
+    """Sort key: groups with more usable trials first, then in the order of `groups`."""
     return -model.equation.trials, group
 
 
 def _longest(
     recording: Recording, groups: Sequence[IntArray], by_condition: bool
 ) -> dict[int, Model]:
-    """The models of the groups with most usable trials, by their number in `groups`.
+    """Models of the groups with most usable trials, by their number in `groups`.
 
-    `by_condition`: the groups are the conditions, which the checks have fitted already.
+    `by_condition`: True if the groups are the conditions, which the checks have already fitted.
     """
-    made = largest_conditions(recording) if by_condition else ()
-    ready = {rows.tobytes(): model for rows, model in made}
+    fitted = largest_conditions(recording) if by_condition else ()
+    ready = {rows.tobytes(): model for rows, model in fitted}
     order = sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group))
     keys = [rows.tobytes() for rows in groups]
     others = models_of(recording, [groups[group] for group in order if keys[group] not in ready])
-    found: dict[int, Model] = {}
+    models: dict[int, Model] = {}
     for group in order:
         model = ready[keys[group]] if keys[group] in ready else next(others)
         if model is not None:
-            found[group] = model
-        if len(found) > MOST_CONDITIONS:
-            del found[max(found, key=lambda g: _rank(g, found[g]))]
-        # no group has more usable trials than trials
-        if len(found) == MOST_CONDITIONS and (-len(groups[group]), group) >= max(
-            _rank(g, found[g]) for g in found
+            models[group] = model
+        if len(models) > MOST_CONDITIONS:
+            del models[max(models, key=lambda g: _rank(g, models[g]))]
+        # groups are sorted by trials, and usable trials are never more: no later group can enter
+        if len(models) == MOST_CONDITIONS and (-len(groups[group]), group) >= max(
+            _rank(g, models[g]) for g in models
         ):
             break
-    return found
+    return models
 
 
 def _squares(models: Sequence[Model], beside: str | None) -> dict[str, float]:
-    """Mean square of every departure's number that matters, by its column.
+    """Mean square of the size of every departure that is not negligible, by its column.
 
-    `beside`: a column that is in the model, too.
+    `beside`: a further column in the model.
     """
-    found = [pooled(models, column, beside) for column in ALL_COLUMNS]
-    squares = mean_squares(*numbers_of(found))
-    return {name: float(each) for name, each in zip(ALL_COLUMNS, squares, strict=True) if each > 0}
+    departures = [pooled(models, column, beside) for column in ALL_COLUMNS]
+    squares = mean_squares(*numbers_of(departures))
+    return {
+        name: float(square) for name, square in zip(ALL_COLUMNS, squares, strict=True) if square > 0
+    }
 
 
 def _uneven(models: Sequence[Model]) -> float:
-    """Mean square of the gain of one axis beside the others; 0 where it can hardly be told.
+    """Mean square of the gain of one axis relative to the others; 0 if hardly detectable.
 
-    What no record shows is for a calibration, and no interval would be narrow that allowed for it.
+    A gain that no record shows is a matter of calibration: allowing for it would make every
+    interval wide.
     """
-    one = gain_of(models)
-    if one is None or one.limit > LARGEST_GAIN:
+    gain = gain_of(models)
+    if gain is None or gain.limit > LARGEST_GAIN:
         return 0.0
-    return float(mean_square_of_gain(np.array(one.size), one.error))
+    return float(mean_square_of_gain(np.array(gain.size), gain.error))
 
 
 def _errors(model: Model, squares: Mapping[str, float], uneven: float) -> dict[str, FloatArray]:
-    """What each departure makes wrong, (columns, 3 d^2), in roots of mean squares."""
-    found: dict[str, list[FloatArray]] = {}
+    """Errors by each departure, (columns, 3 d^2), as roots of mean squares."""
+    errors: dict[str, list[FloatArray]] = {}
     for column, square in squares.items():
         error = np.sqrt(square) * model.shift(column)
-        found.setdefault(family(column), []).append(error)
+        errors.setdefault(family(column), []).append(error)
     d = model.equation.axes
     for axis in range(d if uneven else 0):
         # either axis may be the wrong one
-        found[f"gain {AXES[axis]}"] = [np.sqrt(uneven / d) * rows_of(model.parameters, axis)]
-    return {name: np.array(errors) for name, errors in found.items()}
+        errors[f"gain {AXES[axis]}"] = [np.sqrt(uneven / d) * rows_of(model.parameters, axis)]
+    return {name: np.array(arrays) for name, arrays in errors.items()}
 
 
-def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> ImpedanceEstimate:
-    """One group's estimate with the mean square of what each departure makes wrong."""
-    more: FloatArray = np.zeros_like(one.covariance)
-    for each in errors.values():
-        more += each.T @ each
-    own = np.diag(one.covariance)
+def _wider(estimate: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> ImpedanceEstimate:
+    """The estimate of a group with the mean squared errors of all departures added."""
+    more: FloatArray = np.zeros_like(estimate.covariance)
+    for error in errors.values():
+        more += error.T @ error
+    own = np.diag(estimate.covariance)
     ratio = float(np.sqrt(1 + np.max(np.diag(more) / np.where(own > 0, own, np.inf))))
     note = (
         "intervals allow for delay, reflex, amplitude, friction, a voluntary answer and gains as "
         "far as the trials do not exclude them: at most "
         f"{ratio:.2f} times as wide as without"
     )
-    # no estimator knows more of the departures: the bound grows alike, the efficiency compares both
-    bound = None if one.bound is None else one.bound + more
-    wider = replace(one, covariance=one.covariance + more, bound=bound)
-    return replace(wider, provenance=(*one.provenance, note))
+    # no estimator has more information on the departures: the bound grows alike, for the efficiency
+    bound = None if estimate.bound is None else estimate.bound + more
+    wider = replace(estimate, covariance=estimate.covariance + more, bound=bound)
+    return replace(wider, provenance=(*estimate.provenance, note))

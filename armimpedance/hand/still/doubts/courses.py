@@ -1,10 +1,10 @@
-"""Courses that a change may take over a session, and by how much M, B and K change along one.
+"""Courses of a change over a session, and the change of M, B and K along each course.
 
     theta_t = theta + w_t D g
 
-`theta_t` (p,) M, B, K of trial t row by row; `w_t` the course: 0 before a change and 1 from it on,
-1 in one set alone, or rising from 0 to 1; D (p, k) the parts of theta that a change scales, so that
-g (k,) are changes as parts. All conditions share g, each has its own theta.
+`theta_t` (p,) is M, B, K of trial t row by row. `w_t` is the course: 0 before a change and 1 from
+it on, 1 in one set alone, or rising from 0 to 1. D (p, k) holds the parts of theta that a change
+scales, so that g (k,) are relative changes. All conditions share g, each has its own theta.
 """
 
 from __future__ import annotations
@@ -20,19 +20,20 @@ from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.model import Model
 
-#: Trials before and after a change that are wanted at least.
+#: Fewest trials before and after a change.
 FEWEST_BESIDE: Final = 8
-#: Part of what the trials would tell with theta known, below which they tell nothing.
+#: A course is not fitted if its information is less than this share of the information with theta
+#: known.
 LEAST_TOLD: Final = 1e-5
-#: Places of a change that are tried at most.
+#: Largest number of places of a change that are tried.
 MOST_COURSES: Final = 128
-#: Columns of the trial table that tell the order of the trials, the coarsest first.
+#: Columns of the trial table that give the order of the trials, the coarsest first.
 ORDER: Final = ("day", "set", "block")
 
 
 @dataclass(frozen=True, eq=False)
 class SessionCourse:
-    """When a change holds.
+    """Course of a change over the session.
 
     `kind`: from a trial on, in one set alone, or growing over the session.
     `first`: the trial at which it begins, counted in the session's order from 0.
@@ -48,7 +49,7 @@ class SessionCourse:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One condition: equations of its trials, and what a change adds to them.
+    """Equations of the trials of one condition, and the terms that a change adds to them.
 
     `rows` (T,): its trials in the recording. `scaled` D (p, 3 d).
     `inverse` (p, p) of ``sum_t A_t``; `residual` (T, p) ``b_t - A_t theta``.
@@ -63,7 +64,7 @@ class Part:
 
     @classmethod
     def of(cls, model: Model, rows: IntArray, theta: FloatArray | None = None) -> Part:
-        """Of the trials of a model; changes are parts of `theta`, by default of the model's."""
+        """Build the part from a model; changes are relative to `theta`, by default the model's."""
         A, b, d = model.equations.A, model.equations.b, model.equation.axes
         inverse = np.linalg.inv(A.sum(axis=0))
         # sum_t A_t (p, p) theta (p,) = sum_t b_t
@@ -72,7 +73,7 @@ class Part:
 
     @property
     def residual(self) -> FloatArray:
-        """What the trials' equations leave of the common theta, (T, p)."""
+        """Residuals (T, p) of the trials' equations at the common theta."""
         return np.asarray(self.b - self.A @ self.theta)
 
 
@@ -100,43 +101,44 @@ class CourseFit:
 
 
 def fit_course(parts: Sequence[Part], weight: FloatArray, pattern: FloatArray) -> CourseFit | None:
-    """g of one course of weight (N,), as `fit_courses`."""
+    """g of one course of weight (N,); see `fit_courses`."""
     return fit_courses(parts, weight[None], pattern)[0]
 
 
 def fit_courses(
     parts: Sequence[Part], weights: FloatArray, pattern: FloatArray
 ) -> list[CourseFit | None]:
-    """g of C courses, with every condition's theta free beside it; None where no trial tells it.
+    """Estimate g of C courses together with theta of every condition.
 
+    None for a course that the trials do not determine.
     `weights` (C, N): each course's w of every trial.
     `pattern` (3 d, k): which of the scaled rows change together.
     """
     k = pattern.shape[1]
     H, u, coupled = np.zeros((len(weights), k, k)), np.zeros((len(weights), k)), []
     along = [_Along.of(part, pattern) for part in parts]
-    for part, one in zip(parts, along, strict=True):
+    for part, products in zip(parts, along, strict=True):
         w = weights[:, part.rows]
-        R, S = np.tensordot(w, one.AD, axes=1), np.tensordot(w, one.DA, axes=1)
+        R, S = np.tensordot(w, products.AD, axes=1), np.tensordot(w, products.DA, axes=1)
         # [sum A, sum w A D; sum w D^T A, sum w^2 D^T A D] [shift; g] = [0; sum w D^T r]
-        H += np.tensordot(w**2, one.DAD, axes=1) - S @ part.inverse @ R
-        u += w @ one.Dr
+        H += np.tensordot(w**2, products.DAD, axes=1) - S @ part.inverse @ R
+        u += w @ products.Dr
         coupled.append(part.inverse @ R)
-    told = np.flatnonzero(_is_told(H, along))
-    inverse = np.linalg.inv(H[told])
-    g = inverse @ u[told, :, None]
-    shifts = [-(each[told] @ g)[..., 0] for each in coupled]
-    covariance = inverse * _excess(parts, along, weights[told], g[..., 0], shifts)
+    determined = np.flatnonzero(_determined(H, along))
+    inverse = np.linalg.inv(H[determined])
+    g = inverse @ u[determined, :, None]
+    shifts = [-(change[determined] @ g)[..., 0] for change in coupled]
+    covariance = inverse * _excess(parts, along, weights[determined], g[..., 0], shifts)
     fits: list[CourseFit | None] = [None] * len(weights)
-    for i, course in enumerate(told):
-        own = tuple(each[i] for each in shifts)
+    for i, course in enumerate(determined):
+        own = tuple(change[i] for change in shifts)
         fits[course] = CourseFit(g[i, :, 0], covariance[i], own)
     return fits
 
 
 @dataclass(frozen=True, eq=False)
 class _Along:
-    """A part's trials along the numbers of a pattern, which are the same for every course.
+    """Products of a part's trials with a pattern, the same for every course.
 
     `AD` (T, p, k) A_t D; `DA` (T, k, p); `DAD` (T, k, k); `Dr` (T, k).
     """
@@ -154,20 +156,20 @@ class _Along:
 
     @property
     def known(self) -> FloatArray:
-        """What these trials would tell of g if theta were known: the diagonal of ``D^T A D``."""
+        """Information of these trials about g with theta known: the diagonal of ``D^T A D``."""
         return np.asarray(np.einsum("tkk->k", self.DAD))
 
 
-def _is_told(H: FloatArray, along: Sequence[_Along]) -> BoolArray:
-    """Whether trials tell all numbers of C courses: H (C, k, k) beside what they would with theta.
+def _determined(H: FloatArray, along: Sequence[_Along]) -> BoolArray:
+    """True for each of C courses that the trials determine, from its information H (C, k, k).
 
-    Instruments leave H not quite symmetric; its inverse has positive variances where its symmetric
-    part is positive.
+    H is compared with the information with theta known. Instruments make H slightly asymmetric; its
+    inverse has positive variances where its symmetric part is positive.
     """
-    known = np.sum([np.abs(one.known) for one in along], axis=0)
-    if not (known > 0).all():
+    full = np.sum([np.abs(products.known) for products in along], axis=0)
+    if not (full > 0).all():
         return np.zeros(len(H), dtype=bool)
-    scaled = H / np.sqrt(np.outer(known, known))
+    scaled = H / np.sqrt(np.outer(full, full))
     return np.asarray(np.linalg.eigvalsh((scaled + scaled.mT) / 2)[:, 0] > LEAST_TOLD)
 
 
@@ -178,24 +180,26 @@ def _excess(
     g: FloatArray,
     shifts: Sequence[FloatArray],
 ) -> FloatArray:
-    """By how much trials differ more than their noise makes them, squared: (C, k, k).
+    """Squared ratio of the scatter of trials to that expected from their noise, (C, k, k).
 
-    One measure of all trials: that of the few beside a late change is rough.
-    `g` (C, k) of the courses `weights` (C, N); `shifts` (C, p) of each part.
+    One ratio from all trials: one from the few trials after a late change would be rough. `g` (C,
+    k) of the courses `weights` (C, N); `shifts` (C, p) of each part.
     """
-    found = np.zeros_like(g)
-    for part, one, shift in zip(parts, along, shifts, strict=True):
+    squares = np.zeros_like(g)
+    for part, products, shift in zip(parts, along, shifts, strict=True):
         w, T = weights[:, part.rows, None], len(part.rows)
         # D^T (r - A shift - w A D g) of each trial, (C, T, k)
-        moved = np.moveaxis(one.DA @ shift.T, -1, 0) + w * np.moveaxis(one.DAD @ g.T, -1, 0)
+        moved = np.moveaxis(products.DA @ shift.T, -1, 0) + w * np.moveaxis(
+            products.DAD @ g.T, -1, 0
+        )
         free = T / max(T - part.scaled.shape[1], 1)
-        found += free * ((one.Dr - moved) ** 2).sum(axis=1)
-    scale = np.sqrt(found / np.sum([one.known for one in along], axis=0))
+        squares += free * ((products.Dr - moved) ** 2).sum(axis=1)
+    scale = np.sqrt(squares / np.sum([products.known for products in along], axis=0))
     return np.asarray(scale[:, :, None] * scale[:, None, :])
 
 
 def in_order(recording: Recording) -> IntArray:
-    """The trials' rows in the order in which they were made, as far as the table shows it."""
+    """Rows of the trials in the order of measurement, as far as the table shows it."""
     columns = [name for name in ORDER if name in recording.trials]
     if not columns:
         return np.arange(recording.n_trials)
@@ -204,7 +208,7 @@ def in_order(recording: Recording) -> IntArray:
 
 
 def courses_of(recording: Recording) -> Iterator[SessionCourse]:
-    """Changes from each trial on, in each set alone, and one that grows."""
+    """Yield changes from each trial on, changes in each set alone, and a linear drift."""
     order, n = in_order(recording), recording.n_trials
     place = np.empty(n, dtype=int)
     place[order] = np.arange(n)
@@ -219,7 +223,7 @@ def courses_of(recording: Recording) -> Iterator[SessionCourse]:
 
 
 def _sets(labels: pd.Series, column: str, place: IntArray) -> Iterator[SessionCourse]:
-    """Sets that others come before and after."""
+    """Yield the sets that have trials of other sets before and after them."""
     for label in labels.dropna().unique():
         alone = (labels == label).to_numpy()
         inside = place[alone]
@@ -232,34 +236,34 @@ def _sets(labels: pd.Series, column: str, place: IntArray) -> Iterator[SessionCo
 
 
 def trial_name(recording: Recording, order: IntArray, place: int) -> str:
-    """The trial's number; its place in the order, too, where numbers do not rise."""
+    """Number of the trial; its place in the order is added if the numbers do not rise."""
     numbers, rising = trial_numbers(recording, order)
     return str(numbers[place]) + ("" if rising else f" (number {place + 1} of {len(order)})")
 
 
 def trial_numbers(recording: Recording, order: IntArray) -> tuple[IntArray, bool]:
-    """The trials' numbers in the order of the session, and whether they rise."""
+    """Numbers of the trials in the order of the session, and True if they rise."""
     table = recording.trials
     numbers = table["trial"].to_numpy()[order] if "trial" in table else order + 1
     return numbers, bool(np.all(np.diff(numbers) > 0))
 
 
 def together(d: int) -> FloatArray:
-    """M, B and K of all axes, each by one number, (3 d, 3)."""
+    """Pattern (3 d, 3) with one number each for M, B and K of all axes."""
     return np.kron(np.eye(3), np.ones((d, 1))).astype(float)
 
 
 def rows_of_gain(d: int, axis: int | None) -> FloatArray:
-    """The rows of M, B and K that a gain of all axes or of one scales, (3 d, 1)."""
-    some = np.ones(d) if axis is None else (np.arange(d) == axis).astype(float)
-    return np.tile(some, 3)[:, None]
+    """Pattern (3 d, 1): rows of M, B and K scaled by a gain of one axis; of all axes if None."""
+    scaled = np.ones(d) if axis is None else (np.arange(d) == axis).astype(float)
+    return np.tile(scaled, 3)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A course with the inertia of all axes in it (`axis` None), or of one.
+    """A fitted course and one inertia in it: that of all axes (`axis` None), or of one.
 
-    `number`: which of the fit's numbers is that inertia.
+    `number`: index of that inertia among the fit's numbers.
     """
 
     course: SessionCourse
@@ -268,24 +272,24 @@ class Tried:
 
     @property
     def number(self) -> int:
-        """Which of the fit's numbers is the change of that inertia."""
+        """Index of the change of that inertia among the fit's numbers."""
         return self.axis or 0
 
     @property
     def z(self) -> float:
-        """That change in standard errors."""
+        """The change of that inertia in standard errors."""
         return float(self.fit.z[self.number])
 
 
 def tried_courses(recording: Recording, parts: Sequence[Part]) -> list[Tried]:
-    """Every course that the trials can tell something of."""
+    """Fits of every course that the trials determine."""
     d, courses = parts[0].scaled.shape[1] // 3, list(courses_of(recording))
     weights = np.array([course.weight for course in courses])
     whole = fit_courses(parts, weights, together(d))
     apart = fit_courses(parts, weights, np.eye(3 * d))
-    found = []
-    for course, one, each in zip(courses, whole, apart, strict=True):
-        if one is not None and each is not None:
-            found.append(Tried(course, None, one))
-            found += [Tried(course, axis, each) for axis in range(d if d > 1 else 0)]
-    return found
+    tried = []
+    for course, pooled, by_axis in zip(courses, whole, apart, strict=True):
+        if pooled is not None and by_axis is not None:
+            tried.append(Tried(course, None, pooled))
+            tried += [Tried(course, axis, by_axis) for axis in range(d if d > 1 else 0)]
+    return tried

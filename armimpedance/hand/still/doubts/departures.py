@@ -1,7 +1,7 @@
-"""Is the limb the one that the model says? Each departure from it, and what repeats unexplained.
+"""Checks of the model: each departure of the limb from it, and unexplained repeatable response.
 
-Departures resemble each other, so the one that explains most is named, and another one beside it
-only where it is needed too.
+Departures resemble each other. The one that explains most is reported, and a second one only if the
+first does not explain it.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.inner import (
     FEWEST_AXES,
     Inner,
-    freedom_told,
     is_wrist_free,
+    stated_freedom,
 )
 from armimpedance.hand.still.doubts.labels import check_labels
 from armimpedance.hand.still.doubts.mixture import POSITIVE
@@ -40,31 +40,29 @@ from armimpedance.hand.still.estimation import DEFAULT_BY, groups_of
 from armimpedance.hand.still.modal import mean_of_others
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 
-# Does the hand move as it is disturbed? What moves it otherwise is the person's own force.
-#
-# Where the robot yields, own force moves the hand, and the measured force is the robot's answer to
-# that: least squares then finds the robot, not the limb. It shows in trials of the same
-# disturbance, whose motions are not alike.
+# Does the hand move as it is disturbed? Any other motion comes from the person's own force.
+# If the robot yields, the person's own force moves the hand, and the measured force is the robot's
+# response: least squares then estimates the robot, not the limb. The sign of it are unequal motions
+# in trials of the same disturbance.
 
-#: Part of the motion's energy that has to repeat. Of servos of 1000, 300 and 100 N/m under nominal
-#: noise .97, .8 and .6 do, and K by least squares is 4, 24 and 40 % off; of a robot that imposes a
-#: force while the person pushes by 1 N .8, and M comes out negative.
+#: Share of the motion's energy that has to repeat. With servos of 1000, 300 and 100 N/m under
+#: nominal noise .97, .8 and .6 repeat, and K by least squares is 4, 24 and 40 % wrong. With a robot
+#: that imposes a force while the person pushes by 1 N, .8 repeats, and M comes out negative.
 LEAST_REPEATED: Final = 0.9
 
 
 def check_own_motion(models: Sequence[Model]) -> tuple[Finding, ...]:
     """The finding "own motion"; empty without trials of the same disturbance.
 
-    `models`: of the conditions.
-    Returns: None or one.
+    `models`: one of each condition.
     """
-    found = [part for model in models if (part := _repeated(model)) is not None]
-    if not found:
+    shares = [share for model in models if (share := _repeated(model)) is not None]
+    if not shares:
         return ()
-    part = float(np.median(found))
-    text = f"{100 * part:.0f} % of the hand's motion is that of its disturbance"
+    share = float(np.median(shares))
+    text = f"{100 * share:.0f} % of the hand's motion is that of its disturbance"
     smallest = f"{100 * (1 - LEAST_REPEATED):.0f} % of other motion"
-    if part >= LEAST_REPEATED:
+    if share >= LEAST_REPEATED:
         return (Finding("own motion", "ok", text, smallest=smallest),)
     text += (
         ", the rest the person's own: the robot yields to it, and least squares finds the robot "
@@ -75,7 +73,7 @@ def check_own_motion(models: Sequence[Model]) -> tuple[Finding, ...]:
 
 
 def _repeated(model: Model) -> float | None:
-    """Part of the displacement's energy that other trials of the disturbance share; None: none."""
+    """Share of the displacement's energy common to trials of one disturbance, or None."""
     labels = model.equation.disturbance
     if labels is None:
         return None
@@ -93,36 +91,40 @@ def _repeated(model: Model) -> float | None:
     return float(1 - own[shared].sum() / (x[shared] ** 2).sum())
 
 
-# What repeats in each disturbance beyond the fit, beside what differs between repeats.
+# Mean residual of each disturbance, compared with the scatter between its repeats.
 
-#: Lack of fit has no size to weigh, and one recording has few: chance must do much less.
+#: Significance level. It is low because lack of fit has no size to judge by, and a recording shows
+#: few of them.
 LEVEL_OF_REPEATS: Final = 0.003
-#: What repeats unexplained is told from this part of the response on.
+#: Smallest unexplained repeatable part that is reported, a share of the response.
 LEAST_UNEXPLAINED: Final = 0.03
 
 
 def lack_of_fit(models: Sequence[Model], *, explained: str) -> tuple[Finding, ...]:
     """The finding "lack of fit", not judged where a departure explains it; empty without repeats.
 
-    `explained`: the departure that is told; "" where there is none.
+    `explained`: the departure that is reported; "" if there is none.
     """
-    found = [one for model in models if (one := _unexplained(model)) is not None]
-    if not found:
+    tests = [test for model in models if (test := _unexplained(model)) is not None]
+    if not tests:
         return ()
-    part, p_value, least = (float(np.median(column)) for column in np.transpose(found))
-    told = part > LEAST_UNEXPLAINED and p_value < LEVEL_OF_REPEATS
-    if told and explained:
+    part, p_value, least = (float(np.median(column)) for column in np.transpose(tests))
+    detected = part > LEAST_UNEXPLAINED and p_value < LEVEL_OF_REPEATS
+    if detected and explained:
         return (Finding("lack of fit", "cannot tell", f"not judged: after {explained}"),)
     text = (
         f"{100 * part:.1f} % of the response repeats in each direction and is not explained by "
-        "M, B and K" + ("; look at it (`--method all`, `reflex`)" if told else "")
+        "M, B and K" + ("; look at it (`--method all`, `reflex`)" if detected else "")
     )
     smallest = f"{100 * max(least, LEAST_UNEXPLAINED):.2g} % of the response"
-    return (Finding("lack of fit", "warning" if told else "ok", text, smallest=smallest),)
+    return (Finding("lack of fit", "warning" if detected else "ok", text, smallest=smallest),)
 
 
 def _unexplained(model: Model) -> tuple[float, float, float] | None:
-    """Repeated part of the response, p of none, and the least part seen; None without repeats."""
+    """Unexplained share of the response, its p-value and the least share that would be significant.
+
+    None without repeats.
+    """
     labels = model.equation.disturbance
     if labels is None:
         return None
@@ -140,35 +142,36 @@ def _unexplained(model: Model) -> tuple[float, float, float] | None:
     apart = (white - mean)[chosen]
     between, within = (mean[chosen] ** 2).sum(), (apart**2).sum()
     free = groups * rows - len(model.parameters), (len(apart) - groups) * rows
-    # repeats that are copies of each other have no noise to judge by, which `copies` names
+    # repeats that are copies of each other have no noise to judge by; the check `copies` reports
+    # them
     if free[0] <= 0 or within <= np.finfo(float).eps * between:
         return None
     noise = within / free[1]
-    known = _independent(apart, len(apart) - groups) / rows
+    independent = _independent(apart, len(apart) - groups) / rows
     response = float(((model.equation.force.reshape(len(white), -1) @ root)[chosen] ** 2).sum())
     part = float(np.sqrt(max(between - free[0] * noise, 0.0) / response))
     # rows that depend on each other are as good as fewer that do not (Satterthwaite)
-    p_value = float(fdtrc(known * free[0], known * free[1], between / free[0] / noise))
-    least = float(np.sqrt(3 * np.sqrt(2 * free[0] / known) * noise / response))
+    p_value = float(fdtrc(independent * free[0], independent * free[1], between / free[0] / noise))
+    least = float(np.sqrt(3 * np.sqrt(2 * free[0] / independent) * noise / response))
     return part, p_value, least
 
 
 def _independent(apart: FloatArray, free: int) -> float:
-    """How many independent rows residuals (T, n) are worth: filtered records have few.
+    """Number of independent rows that residuals (T, n) are worth: few in filtered records.
 
-    ``(tr C)^2 / tr C^2`` of their covariance C (n, n), free of what C has of chance.
+    ``(tr C)^2 / tr C^2`` of their covariance C (n, n), corrected for the sampling error of C.
     """
     n = apart.shape[1]
     C = apart.T @ apart / free
     square = float(np.trace(C)) ** 2
     # E[tr C^2] = (1 + 1/f) tr C_true^2 + (tr C_true)^2 / f
-    found = (float((C**2).sum()) - square / free) / (1 + 1 / free)
-    return float(np.clip(square / max(found, square / n), 1.0, n))
+    squared = (float((C**2).sum()) - square / free) / (1 + 1 / free)
+    return float(np.clip(square / max(squared, square / n), 1.0, n))
 
 
-#: The columns for which the smallest visible departure is said.
+#: The columns for which the detection limit of a departure is reported.
 USUAL: Final = {"reflex": "reflex 0.055", "voluntary": "voluntary 0.13"}
-#: What to do about a departure.
+#: Advice for each departure.
 ADVICE: Final = {
     "delay": "a millisecond makes B wrong by percents: put the sensors in step",
     "reflex": "`reflex` says more; disturb for a shorter time",
@@ -177,15 +180,16 @@ ADVICE: Final = {
     "seat",
     "voluntary": "tell the person not to intervene; disturb for a shorter time",
 }
-#: A second cause is told if it explains this part of the first one's standard errors beside it.
+#: A second cause is reported if, beside the first one, its t is at least this share of the first
+#: one's.
 BESIDE: Final = 1 / 3
-#: Smaller changes of K (parts of K) and smaller delays (s) matter to nobody.
+#: Changes of K (a share of K) and delays (s) too small to matter.
 LEAST_SHARE: Final = 0.01
 LEAST_DELAY_S: Final = 5e-5
-#: Part of a mode's stiffness that a short disturbance shows in K.
+#: Share of a mode's stiffness that appears in K when the disturbance is short.
 USUAL_PART: Final = 0.5
-#: With fewer trials nothing can be told; of more conditions than this those with most trials are
-#: judged, so that memory has an end.
+#: Conditions with fewer trials are not judged. Of more conditions than MOST_CONDITIONS those with
+#: most trials are judged, so that memory is bounded.
 FEWEST_TRIALS: Final = 8
 MOST_CONDITIONS: Final = 32
 
@@ -193,7 +197,7 @@ MOST_CONDITIONS: Final = 32
 def _meanings(
     recording: Recording, models: Sequence[Model], names: Mapping[str, str]
 ) -> dict[str, str]:
-    """Name of a check -> what its message says that it makes wrong."""
+    """Name of a check -> beginning of its message, which ends with the matrix that is wrong."""
     way = float(np.median([model.peaks.way for model in models]))
     size = f"{1e3 * way:.1f} {'mm' if recording.kind == 'hand' else 'mrad'}"
     return {
@@ -205,11 +209,11 @@ def _meanings(
 
 
 def check_departures(recording: Recording) -> tuple[Finding, ...]:
-    """What departs from M, B and K, and lack of fit; over all conditions together.
+    """Check departures from M, B and K, and lack of fit, over all conditions together.
 
     Returns: "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit",
-    "gain", "session" and "labels", each with the smallest violation that it would have seen; empty
-    where the perturbation is stochastic.
+    "gain", "session" and "labels", each with its detection limit; empty if the perturbation is
+    stochastic.
     """
     if recording.perturbation != "returning":
         return ()
@@ -219,13 +223,13 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         text = f"no condition of {FEWEST_TRIALS} trials to judge by"
         return tuple(Finding(name, "ok", text) for name in COLUMNS)
     own = check_own_motion(models)
-    if any(one.verdict == "warning" for one in own):
+    if any(finding.verdict == "warning" for finding in own):
         hidden = "the person's own motion hides it"
         return (*own, *(Finding(name, "cannot tell", hidden) for name in COLUMNS))
-    asked, explained = _asked(recording, models)
+    findings, explained = _departure_findings(recording, models)
     return (
         *own,
-        *asked,
+        *findings,
         *lack_of_fit(models, explained=explained),
         *check_symmetry(models),
         *check_session(recording, fitted),
@@ -234,37 +238,44 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     )
 
 
-def _asked(recording: Recording, models: Sequence[Model]) -> tuple[tuple[Finding, ...], str]:
-    """The findings of departures and of an inner mode, and the first one that is detected."""
-    limb = inner_of(models, freedom_told(recording, np.arange(recording.n_trials)))
+def _departure_findings(
+    recording: Recording, models: Sequence[Model]
+) -> tuple[tuple[Finding, ...], str]:
+    """Findings of departures and of an inner mode, and the name of the first detected one."""
+    limb = inner_of(models, stated_freedom(recording, np.arange(recording.n_trials)))
     inner = _check_inner(limb)
     beside = beside_inner(limb)
     names = {name: _best(models, columns) for name, columns in COLUMNS.items()}
     single = {name: pooled(models, column, beside) for name, column in names.items()}
-    told = _told(models, names, single)
+    detected = _detected(models, names, single)
     for name, usual in USUAL.items():
-        if name not in told:
+        if name not in detected:
             names[name], single[name] = usual, pooled(models, usual, beside)
     what = _meanings(recording, models, names)
-    found = [
-        _finding(name, one, told, what, limb is not None and limb.wrist)
-        for name, one in single.items()
+    findings = [
+        _finding(name, departure, detected, what, limb is not None and limb.wrist)
+        for name, departure in single.items()
     ]
-    told = (*told, *(one.name for one in inner if one.verdict == "warning"))
-    return (*found, *inner), told[0] if told else ""
+    detected = (
+        *detected,
+        *(departure.name for departure in inner if departure.verdict == "warning"),
+    )
+    return (*findings, *inner), detected[0] if detected else ""
 
 
 def _finding(
-    name: str, one: Departure, told: Sequence[str], what: Mapping[str, str], wrist: bool
+    name: str, departure: Departure, detected: Sequence[str], what: Mapping[str, str], wrist: bool
 ) -> Finding:
-    """What is said of one departure, where these are told."""
-    text, smallest = _delay_text(one) if name == "delay" else _share_text(what[name], one)
-    if name not in told and told and _matters(name, one):
-        # it resembles what is told, and is not needed beside it
-        return Finding(name, "cannot tell", f"not judged: after {told[0]}")
-    if name not in told:
-        if name in POSITIVE and one.size < 0:
-            text = f"none that resists the motion: {_percent_text(what[name][-1], one)}"
+    """Finding of one departure, where `told` are the detected departures."""
+    text, smallest = (
+        _delay_text(departure) if name == "delay" else _share_text(what[name], departure)
+    )
+    if name not in detected and detected and _matters(name, departure):
+        # it resembles the detected departure, which explains it
+        return Finding(name, "cannot tell", f"not judged: after {detected[0]}")
+    if name not in detected:
+        if name in POSITIVE and departure.size < 0:
+            text = f"none that resists the motion: {_percent_text(what[name][-1], departure)}"
         return Finding(name, "ok", text, smallest)
     if name == "reflex" and wrist:
         text = f"{text}, or a free wrist gives way: lock it to tell"
@@ -273,7 +284,7 @@ def _finding(
 
 
 def _check_inner(inner: Inner | None) -> tuple[Finding, ...]:
-    """The finding "inner mode" of a limb in space; none where the elbow was held as was said."""
+    """The finding "inner mode" of a limb in space; empty if the elbow was held, as stated."""
     if inner is None or (inner.elbow == "held" and not inner.contradicts):
         return ()
     if inner.seen and inner.mode.carried:
@@ -296,70 +307,75 @@ def _check_inner(inner: Inner | None) -> tuple[Finding, ...]:
 
 
 def _best(models: Sequence[Model], columns: Sequence[str]) -> str:
-    """Of one departure's columns the one that explains most."""
+    """Column that explains most, of the columns of one departure."""
     if len(columns) == 1:
         return columns[0]
     signed = columns[0].startswith(POSITIVE)
-    found = {column: pooled(models, column) for column in columns}
-    size = {column: one.z for column, one in found.items()}
+    departures = {column: pooled(models, column) for column in columns}
+    size = {column: departure.z for column, departure in departures.items()}
     return max(columns, key=lambda column: size[column] if signed else abs(size[column]))
 
 
-def _told(
+def _detected(
     models: Sequence[Model], names: Mapping[str, str], single: Mapping[str, Departure]
 ) -> tuple[str, ...]:
-    """The departure that explains most, and those that are needed beside it."""
-    seen = {name: one for name, one in single.items() if _matters(name, one)}
-    if not seen:
+    """Names of the departure that explains most and of those that it does not explain."""
+    significant = {
+        name: departure for name, departure in single.items() if _matters(name, departure)
+    }
+    if not significant:
         return ()
-    first = max(seen, key=lambda name: abs(seen[name].z))
-    told = [first]
-    for name in seen:
+    first = max(significant, key=lambda name: abs(significant[name].z))
+    detected = [first]
+    for name in significant:
         if name == first:
             continue
         beside = pooled(models, names[name], names[first])
-        needed = BESIDE * abs(seen[first].t)
+        needed = BESIDE * abs(significant[first].t)
         if _matters(name, beside) and abs(beside.t) > needed:
-            told.append(name)
-    return tuple(told)
+            detected.append(name)
+    return tuple(detected)
 
 
-def _matters(name: str, one: Departure) -> bool:
-    """Whether this is no chance, and more than a standard error of what it makes wrong."""
-    if name in POSITIVE and one.size < 0:
+def _matters(name: str, departure: Departure) -> bool:
+    """True if the departure is significant and larger than the standard error of K or B."""
+    if name in POSITIVE and departure.size < 0:
         return False
-    if abs(one.share * one.size) < one.known:
+    if abs(departure.share * departure.size) < departure.known:
         return False
-    least = LEAST_DELAY_S if name == "delay" else LEAST_SHARE / max(abs(one.share), 1e-9)
-    return abs(one.size) > max(one.limit, least)
+    least = LEAST_DELAY_S if name == "delay" else LEAST_SHARE / max(abs(departure.share), 1e-9)
+    return abs(departure.size) > max(departure.limit, least)
 
 
-def _delay_text(one: Departure) -> tuple[str, str]:
-    """What was found, and the smallest delay that would have been seen."""
-    which = "late" if one.size >= 0 else "early"
-    text = f"force {1e3 * abs(one.size):.2f} ms (sd {1e3 * one.error:.2f}) {which} on the motion"
-    return text, f"{1e3 * max(one.limit, LEAST_DELAY_S):.2f} ms"
+def _delay_text(late: Departure) -> tuple[str, str]:
+    """The estimated delay, and its detection limit."""
+    side = "late" if late.size >= 0 else "early"
+    text = f"force {1e3 * abs(late.size):.2f} ms (sd {1e3 * late.error:.2f}) {side} on the motion"
+    return text, f"{1e3 * max(late.limit, LEAST_DELAY_S):.2f} ms"
 
 
-def _share_text(what: str, one: Departure) -> tuple[str, str]:
-    """What was found in parts of K (or B), and the smallest part that would have been seen."""
-    smallest = 100 * max(abs(one.share) * one.limit, LEAST_SHARE)
-    return f"{what[:-1]}{_percent_text(what[-1], one)} wrong", f"{smallest:.2g} % of {what[-1]}"
+def _share_text(what: str, departure: Departure) -> tuple[str, str]:
+    """The estimated error of K (or B), and its detection limit, both as shares."""
+    smallest = 100 * max(abs(departure.share) * departure.limit, LEAST_SHARE)
+    return (
+        f"{what[:-1]}{_percent_text(what[-1], departure)} wrong",
+        f"{smallest:.2g} % of {what[-1]}",
+    )
 
 
-def _percent_text(symbol: str, one: Departure) -> str:
-    percent = 100 * one.share
-    return f"{symbol} {percent * one.size:+.1f} % (sd {abs(percent) * one.error:.1f})"
+def _percent_text(symbol: str, departure: Departure) -> str:
+    percent = 100 * departure.share
+    return f"{symbol} {percent * departure.size:+.1f} % (sd {abs(percent) * departure.error:.1f})"
 
 
 def _models(recording: Recording) -> list[tuple[IntArray, Model]]:
-    """The conditions that are fitted, beside each the rows of the trials that its fit has used."""
+    """Fitted conditions, each with the rows of the trials that its fit has used."""
     return [(rows[model.usable], model) for rows, model in largest_conditions(recording)]
 
 
 @once_per_record
 def largest_conditions(recording: Recording) -> tuple[tuple[IntArray, Model], ...]:
-    """The conditions with most trials, each fitted; all trials together where none can be.
+    """The conditions with most trials, each fitted; all trials together if none can be fitted.
 
     Parameters
     ----------
@@ -368,14 +384,14 @@ def largest_conditions(recording: Recording) -> tuple[tuple[IntArray, Model], ..
     Returns
     -------
     tuple of (rows, Model)
-        `rows`: of the condition's trials, whether they can be used or not.
+        `rows`: all trials of the condition, also those that cannot be used.
     """
     for by in (DEFAULT_BY, ()):
         groups = sorted((rows for _, rows in groups_of(recording, by)), key=len, reverse=True)
         groups = groups[:MOST_CONDITIONS]
         fitted = zip(groups, models_of(recording, groups), strict=True)
-        if found := tuple((rows, model) for rows, model in fitted if model is not None):
-            return found
+        if models := tuple((rows, model) for rows, model in fitted if model is not None):
+            return models
     return ()
 
 
@@ -397,9 +413,9 @@ def session_blocks(recording: Recording) -> SessionBlocks | None:
 
 
 def models_of(recording: Recording, groups: Sequence[IntArray]) -> Iterator[Model | None]:
-    """The fit of each group of trials, made as it is asked for; None where it cannot be made.
+    """Yield the fit of each group of trials, one at a time; None if a group cannot be fitted.
 
-    Raises InputError: the column `wrist` of a recording in space is not as it should be.
+    Raises InputError: the column `wrist` of a recording in space has an unknown value.
     """
     timing = disturbance_times(recording)
     in_space = recording.position.shape[1] >= FEWEST_AXES

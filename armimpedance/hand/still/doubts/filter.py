@@ -1,8 +1,8 @@
-"""Did one channel come late, or through a filter, that the other did not come through?
+"""Detection of a delay or filter in one channel that the other channel did not pass.
 
-A force that came through L is ``L f = -(M L x'' + B L x' + K L x)``: with the position through the
-same L the law holds as it is. So each L of a few families is tried on the other channel; the one
-that leaves least is what the channel came through.
+A force that passed L is ``L f = -(M L x'' + B L x' + K L x)``: with the position through the same L
+the equation of motion holds unchanged. So each L of a few families is applied to the other channel.
+The L with the smallest residual is that of the channel.
 """
 
 from __future__ import annotations
@@ -32,37 +32,40 @@ ORDERS: Final = (1, 2, 4)
 #: Delays (s) and corners (Hz) that are tried first, from the mildest to the strongest.
 DELAYS_S: Final = (5e-4, 1e-3, 2e-3, 4e-3, 8e-3, 16e-3)
 CORNERS_HZ: Final = (200.0, 120.0, 75.0, 45.0, 28.0, 18.0, 12.0, 8.0)
-#: The highest corner that is tried, a part of the sampling rate.
+#: Highest corner that is tried, as a share of the sampling rate.
 HIGHEST: Final = 0.4
-#: A filter is told where it explains so much more than none, in squared standard errors.
+#: Smallest improvement over no filter for a detection, in squared standard errors.
 LEAST_EXPLAINED: Final = 40.0
-#: The same before the noise is known.
+#: The same in the first search, before the noise with the filter has been estimated.
 AT_FIRST: Final = 20.0
-#: Other filters that explain less than the best by less than this stay possible.
+#: Other filters stay possible if their improvement is less than the best one's by at most this.
 POSSIBLE: Final = 9.0
-#: A delay is taken for it where it explains less than the best by less than this.
+#: A delay is preferred to a filter if its improvement is less by at most this.
 SIMPLER: Final = 4.0
-#: Where the search for a delay or corner ends, how far about a rough one it goes, and the step that
-#: tells its standard error: parts of it. Families that leave more than this at first are dropped.
+#: All in logarithms: tolerance of the search for a delay or corner, half-width of the second search
+#: about the first optimum, and step of the numerical curvature. NEAR: families are dropped if the
+#: first search leaves more than this multiple of the smallest residual.
 SHARP: Final = 0.004
 AROUND: Final = 0.1
 STEP: Final = 0.05
 NEAR: Final = 1.2
-#: Part of the step between two values of a grid by which a parabola through them may be wrong.
+#: Share of the step between two grid values by which a parabola through them may be wrong.
 NO_PARABOLA: Final = 0.5
-#: A delay or a low-pass resembles dry friction or a reflex: so much more than these it explains.
+#: Smallest improvement over dry friction or a reflex, which a delay or a low-pass resembles.
 BEYOND_OTHERS: Final = 20.0
-#: Of a delay of 2 ms the trials are 1.6 times as sure as of a reflex, of a reflex .7 to 1 times.
+#: Smallest ratio of the significance of a delay to that of a reflex. With a delay of 2 ms it is
+#: 1.6, with a reflex .7 to 1.
 CLEARER: Final = 1.25
-#: How well the corner of a low-pass is known that is stated: a part of it.
+#: Relative standard error of the stated corner of a low-pass.
 STATED_ERROR: Final = 0.02
-#: Conditions with most trials that are looked at, and the fewest and most trials of one.
+#: Number of conditions, those with most trials, that are searched, and the fewest and most trials
+#: of each.
 MOST_CONDITIONS: Final = 2
 FEWEST_TRIALS: Final = 8
 MOST_TRIALS: Final = 128
 
 
-#: The few filters that tell whether to look at all.
+#: Filters of the quick test that decides whether to search.
 FIRST_LOOK: Final = (
     Passed("force", "late", 0, 1e-3),
     Passed("force", "late", 0, 5e-3),
@@ -74,12 +77,12 @@ FIRST_LOOK: Final = (
 
 @dataclass(frozen=True, eq=False)
 class Filter:
-    """What was found: the likeliest, its standard error (a part of its value) and the others.
+    """Detected filter: the likeliest, the relative standard error of its value, and the others.
 
-    `possible`: others that explain nearly as much, with their probabilities beside the likeliest.
-    `explained`: how much more than none, in squared standard errors.
-    `each`: weighted square that is left of a row.
-    `stated`: what the recording says of it.
+    `possible`: others that explain nearly as much, with their probabilities.
+    `explained`: improvement over no filter, in squared standard errors.
+    `each`: mean weighted squared residual of a row.
+    `stated`: the filter stated in the recording.
     """
 
     likeliest: Passed
@@ -92,17 +95,17 @@ class Filter:
     @property
     def finding(self) -> Finding:
         """The finding "delay" or "filter"."""
-        one, other = self.likeliest, ""
+        one, note = self.likeliest, ""
         if self.stated == one:
             text = f"the {one.channel} comes {one.words}, as stated; the {one.other} is taken alike"
             return Finding("filter", "ok", text)
         if self.stated is not None:
-            other = f" (stated: {self.stated.words})"
+            note = f" (stated: {self.stated.words})"
         if one.is_nothing:
-            text = f"the {one.channel} comes through no filter{other}: nothing is taken through it"
+            text = f"the {one.channel} comes through no filter{note}: nothing is taken through it"
             return Finding("filter", "warning", text)
         name = "delay" if one.way == "late" else "filter"
-        seen = f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %){other}"
+        seen = f"the {one.channel} comes {one.words} (sd {100 * self.error:.2g} %){note}"
         if one.is_lost:
             text = (
                 f"{seen} or through a filter like it, and the {one.other} does not: too much of "
@@ -118,41 +121,45 @@ class Filter:
 
 @once_per_record
 def find_filter(recording: Recording) -> Filter | None:
-    """What one of the two channels came through; None where nothing explains much more than none.
+    """Detect the filter of one of the two channels; None if no filter is clearly better than none.
 
-    Nothing is said of a filter where another departure from the law explains nearly as much.
+    No filter is reported if another departure from the model explains nearly as much.
     """
     if recording.perturbation != "returning":
         return None
     chosen = sorted((rows for _, rows in groups_of(recording, DEFAULT_BY)), key=len, reverse=True)
-    groups = _looked_at(recording, chosen[:MOST_CONDITIONS])
-    if not groups or not _worth_looking(groups):
+    groups = _rows_to_fit(recording, chosen[:MOST_CONDITIONS])
+    if not groups or not _needs_search(groups):
         return None
-    models = [one for one in models_of(recording, chosen[:MOST_CONDITIONS]) if one is not None]
+    models = [
+        model for model in models_of(recording, chosen[:MOST_CONDITIONS]) if model is not None
+    ]
     if not models:
         return None
     late, without_phase = _show_a_delay(models), _on_grids(groups, "zero-phase")
     if not late and not _may_explain_much(groups, without_phase):
         return None
     others = [*_on_grids(groups, "late"), *_on_grids(groups, "low-pass")]
-    again, found = _likeliest(groups, [*others, *without_phase])
-    return found if _stands_out(again, found, late) else None
+    reweighted, detected = _likeliest(groups, [*others, *without_phase])
+    return detected if _is_significant(reweighted, detected, late) else None
 
 
 def _likeliest(
     groups: Sequence[FilteredRows], grids: Sequence[_Grid]
 ) -> tuple[list[FilteredRows], Filter]:
-    """The conditions weighed by the noise that the best filter leaves, and the likeliest one."""
-    rough = sorted((_searched(groups, *each) for each in grids), key=lambda one: one[0])
-    again = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
-    # the noise that the best of them leaves weighs the rows of all that come near it
-    near = [one for left, one in rough if left < NEAR * rough[0][0]]
-    tried = sorted((_searched(again, one, {}) for one in near), key=lambda one: one[0])
-    return again, _judged(again, tried)
+    """Conditions weighted by the noise with the best filter, and the likeliest filter."""
+    rough = sorted((_search_family(groups, *grid) for grid in grids), key=lambda one: one[0])
+    reweighted = [FilteredRows.of(one.window, one.kind, rough[0][1]) for one in groups]
+    # all filters near the best one are compared with the weights of the best one
+    candidates = [one for left, one in rough if left < NEAR * rough[0][0]]
+    tried = sorted(
+        (_search_family(reweighted, one, {}) for one in candidates), key=lambda one: one[0]
+    )
+    return reweighted, _filter_from(reweighted, tried)
 
 
-def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
-    """The conditions that can be fitted."""
+def _rows_to_fit(recording: Recording, chosen: Sequence[IntArray]) -> list[FilteredRows]:
+    """Rows of the conditions that can be fitted."""
     timing, groups = disturbance_times(recording), []
     for rows in chosen:
         try:
@@ -164,42 +171,48 @@ def _looked_at(recording: Recording, chosen: Sequence[IntArray]) -> list[Filtere
     return groups
 
 
-def _worth_looking(groups: Sequence[FilteredRows]) -> bool:
-    """Whether one of a few filters leaves clearly less than none."""
-    least = min(_left(groups, one) for one in _first_look())
-    return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _left(groups, None)
+def _needs_search(groups: Sequence[FilteredRows]) -> bool:
+    """True if one of a few filters leaves a clearly smaller residual than no filter."""
+    least = min(_residual_with(groups, passed) for passed in _quick_filters())
+    return least * (1 + LEAST_EXPLAINED / _rows(groups)) < _residual_with(groups, None)
 
 
-def _first_look() -> list[Passed]:
-    """A few filters of each channel."""
-    return [replace(one, channel=channel) for channel in CHANNELS for one in FIRST_LOOK]
+def _quick_filters() -> list[Passed]:
+    """The filters of the quick test, for each channel."""
+    return [replace(passed, channel=channel) for channel in CHANNELS for passed in FIRST_LOOK]
 
 
-def _judged(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]]) -> Filter:
-    """The likeliest of the filters, what they leave before them, and those that stay possible."""
+def _filter_from(groups: Sequence[FilteredRows], tried: Sequence[tuple[float, Passed]]) -> Filter:
+    """Build the result: the likeliest filter, its improvement, and the possible others."""
     least, likeliest = tried[0]
-    each = least / _rows(groups)
+    row_residual = least / _rows(groups)
     # a clock that is late is simpler than a filter that does nearly the same
-    simple = (one for left, one in tried if one.way == "late" and left < least + SIMPLER * each)
+    simple = (
+        candidate
+        for residual, candidate in tried
+        if candidate.way == "late" and residual < least + SIMPLER * row_residual
+    )
     likeliest = next(simple, likeliest)
-    odds = np.exp([(least - left) / each / 2 for left, _ in tried])
+    odds = np.exp([(least - residual) / row_residual / 2 for residual, _ in tried])
     possible = [
-        (one, float(p / odds.sum()))
-        for (left, one), p in zip(tried, odds, strict=True)
-        if one is not likeliest and left < least + POSSIBLE * each
+        (candidate, float(p / odds.sum()))
+        for (residual, candidate), p in zip(tried, odds, strict=True)
+        if candidate is not likeliest and residual < least + POSSIBLE * row_residual
     ]
-    explained = (_left(groups, None) - least) / each
-    return Filter(likeliest, _error(groups, likeliest, each), tuple(possible), explained, each)
+    explained = (_residual_with(groups, None) - least) / row_residual
+    return Filter(
+        likeliest, _error(groups, likeliest, row_residual), tuple(possible), explained, row_residual
+    )
 
 
 def _families(way: Way) -> list[Passed]:
-    """One of every family of a way that is tried."""
+    """One filter of every family that is tried, of one kind (`way`), without a value."""
     orders = (0,) if way == "late" else ORDERS
     return [Passed(channel, way, order, np.nan) for channel in CHANNELS for order in orders]
 
 
-def _left(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
-    """Weighted squares that a filter leaves of all groups; infinite where it cannot be fitted."""
+def _residual_with(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
+    """Weighted squared residuals of all groups with a filter; infinite if it cannot be fitted."""
     highest = HIGHEST * min(group.window.sample_rate_hz for group in groups)
     if passed is not None and passed.way != "late" and passed.value > highest:
         return np.inf
@@ -210,46 +223,49 @@ def _left(groups: Sequence[FilteredRows], passed: Passed | None) -> float:
 
 
 def _rows(groups: Sequence[FilteredRows]) -> int:
-    """Rows of all groups beyond their parameters."""
+    """Number of rows of all groups minus their parameters."""
     left = [group.left(None) for group in groups]
     return sum(rows - len(theta) for _, theta, rows in left)
 
 
-#: A family, and what each value of its grid leaves, by the value's logarithm.
+#: A family, and the residual for each value of its grid, by the value's logarithm.
 _Grid = tuple[Passed, dict[float, float]]
 
 
 def _on_grids(groups: Sequence[FilteredRows], way: Way) -> list[_Grid]:
-    """The families of a way."""
-    at = [float(each) for each in np.log(DELAYS_S if way == "late" else CORNERS_HZ)]
-    return [(one, {v: _left(groups, _of(one, v)) for v in at}) for one in _families(way)]
+    """The families of one kind, with their residuals on the grid."""
+    grid = [float(value) for value in np.log(DELAYS_S if way == "late" else CORNERS_HZ)]
+    return [
+        (family, {v: _residual_with(groups, _of(family, v)) for v in grid})
+        for family in _families(way)
+    ]
 
 
 def _of(family: Passed, logarithm: float) -> Passed:
-    """One of a family."""
+    """The filter of a family with this logarithm of its value."""
     return replace(family, value=float(np.exp(logarithm)))
 
 
 def _may_explain_much(groups: Sequence[FilteredRows], grids: Sequence[_Grid]) -> bool:
-    """Whether one of the filters without phase may explain much.
+    """True if one of the filters without phase may explain much.
 
-    Most limbs have a reflex, which a filter with phase resembles. Where trials show no delay such a
-    filter is rejected whatever it explains, so that a search for it would be lost.
+    Most limbs have a reflex, which a filter with phase resembles. If the trials show no delay, such
+    a filter is rejected whatever it explains, so that a search for it would be wasted.
     """
-    # the weights are those of noise without a filter, in which much of it may hide
-    most = _left(groups, None) / (1 + AT_FIRST / _rows(groups))
-    near = (one for one in grids if _can_leave(one[1]) <= most)
-    return any(_searched(groups, *one)[0] <= most for one in near)
+    # the weights are those of noise estimated without a filter, which may include its effect
+    most = _residual_with(groups, None) / (1 + AT_FIRST / _rows(groups))
+    near = (grid for grid in grids if _can_leave(grid[1]) <= most)
+    return any(_search_family(groups, *grid)[0] <= most for grid in near)
 
 
 def _can_leave(left: dict[float, float]) -> float:
-    """What a family may leave between the values of its grid, on the safe side.
+    """Lower bound of the residual of a family between the values of its grid.
 
-    The grid's best less twice what a parabola gains there, and less a part of the step to the next
-    value: a bound where the course's curvature changes by less than a half from value to value.
+    The grid's best less twice the gain of a parabola there, and less a share of the step to the
+    next value. It is a bound if the curvature changes by less than a half from value to value.
     """
     at = np.sort(list(left))
-    values = np.array([left[float(each)] for each in at])
+    values = np.array([left[float(place)] for place in at])
     best = int(np.argmin(values))
     first = int(np.clip(best - 1, 0, len(at) - 3))
     three = slice(first, first + 3)
@@ -258,23 +274,23 @@ def _can_leave(left: dict[float, float]) -> float:
     curve = np.polynomial.Polynomial.fit(at[three], values[three], 2)
     ends = at[max(best - 1, 0)], at[min(best + 1, len(at) - 1)]
     inside = [root for root in curve.deriv().roots().real if ends[0] < root < ends[1]]
-    gain = max(values[best] - curve(each) for each in (*inside, at[best]))
+    gain = max(values[best] - curve(place) for place in (*inside, at[best]))
     step = np.sort(values[three])[1] - values[best]
     return float(values[best] - 2 * gain - NO_PARABOLA * step)
 
 
-def _searched(
+def _search_family(
     groups: Sequence[FilteredRows], family: Passed, left: dict[float, float]
 ) -> tuple[float, Passed]:
-    """The delay or corner of a family that leaves least: from the best of its grid, Brent's search.
+    """Smallest residual of a family and its filter: Brent's search from the best grid value.
 
-    `left`: of its grid; empty: near the family's own value instead.
+    `left`: residuals on its grid; if empty, the search is near the family's own value.
     """
     left = dict(left)
 
     def left_by(value: float) -> float:
         if value not in left:
-            left[value] = _left(groups, _of(family, value))
+            left[value] = _residual_with(groups, _of(family, value))
         return left[value]
 
     if not left:
@@ -285,61 +301,68 @@ def _searched(
         low, high = max(best - step, min(grid)), min(best + step, max(grid))
         inside = best + SHARP * ((best == low) - (best == high))
         if inside != best and left_by(best) < left_by(inside):
-            # the mildest or the strongest of all leaves least
+            # the minimum is at the end of the grid
             return left[best], _of(family, best)
-    # beyond what can be fitted infinitely much is left, and the next step is a golden section
+    # the residual is infinite where no fit is possible; the next step is then a golden section
     with np.errstate(invalid="ignore"):
         minimize_scalar(left_by, bounds=(low, high), method="bounded", options={"xatol": SHARP})
     best = min(left, key=left_by)
     return left[best], _of(family, best)
 
 
-def _error(groups: Sequence[FilteredRows], passed: Passed, each: float) -> float:
-    """Standard error of the logarithm of its value, from the curvature of what it leaves.
+def _error(groups: Sequence[FilteredRows], passed: Passed, row_residual: float) -> float:
+    """Standard error of the logarithm of its value, from the curvature of the residual.
 
-    `each`: what is left of a row.
+    `each`: mean weighted squared residual of a row.
     """
-    around = [_left(groups, replace(passed, value=passed.value * np.exp(s))) for s in (-STEP, STEP)]
+    around = [
+        _residual_with(groups, replace(passed, value=passed.value * np.exp(s)))
+        for s in (-STEP, STEP)
+    ]
     # left(v + s) = left(v) + each s^2 / sd^2
-    curved = (sum(around) - 2 * _left(groups, passed)) / (2 * each)
+    curved = (sum(around) - 2 * _residual_with(groups, passed)) / (2 * row_residual)
     return float(STEP / np.sqrt(curved)) if curved > 0 else 1.0
 
 
-def _stands_out(groups: Sequence[FilteredRows], found: Filter, late: bool) -> bool:
-    """Whether a filter explains more than chance and other departures do.
+def _is_significant(groups: Sequence[FilteredRows], detected: Filter, late: bool) -> bool:
+    """True if a filter explains more than chance and other departures do.
 
-    `late`: what shifts the force shows as a delay between trials as well, whatever their noise is.
+    `late`: the trials show a delay by their scatter, whatever their noise; any filter that shifts
+    the force must show one.
     """
-    if found.explained < LEAST_EXPLAINED or not (late or found.likeliest.way == "zero-phase"):
+    if detected.explained < LEAST_EXPLAINED or not (late or detected.likeliest.way == "zero-phase"):
         return False
-    return _left(groups, found.likeliest) + BEYOND_OTHERS * found.each <= _left_by_others(groups)
+    return _residual_with(
+        groups, detected.likeliest
+    ) + BEYOND_OTHERS * detected.each <= _residual_by_others(groups)
 
 
 def _show_a_delay(models: Sequence[Model]) -> bool:
-    """Whether trials, by what they differ, show a delay that is no reflex."""
+    """True if the scatter between trials makes a delay significant that is not a reflex."""
     delay = pooled(models, "delay")
-    return abs(delay.size) > delay.limit and not _is_rather_a_reflex(models, delay)
+    return abs(delay.size) > delay.limit and not _resembles_reflex(models, delay)
 
 
-def _is_rather_a_reflex(models: Sequence[Model], delay: Departure) -> bool:
-    """Whether trials, by what they differ, speak for a reflex about as clearly as for a delay.
+def _resembles_reflex(models: Sequence[Model], delay: Departure) -> bool:
+    """True if the trials support a reflex about as clearly as a delay.
 
-    What a filter leaves of single trials falls with their noise as well, and cannot tell the two.
+    The significance is that between trials: the residual with a filter falls with the noise of
+    single trials as well, and cannot separate the two.
     """
     columns = [name for name in models[0].columns if name.startswith("reflex")]
-    answers = [one.size / one.error for one in (pooled(models, name) for name in columns)]
+    answers = [reflex.size / reflex.error for reflex in (pooled(models, name) for name in columns)]
     return abs(delay.size / delay.error) < CLEARER * max(answers, default=0.0)
 
 
-def _left_by_others(groups: Sequence[FilteredRows]) -> float:
-    """Weighted squares that the best of the other departures leaves, by the same weights."""
+def _residual_by_others(groups: Sequence[FilteredRows]) -> float:
+    """Smallest weighted residual with one of the other departures, by the same weights."""
     models = [Model.weighted(group.window, group.kind, group.weight) for group in groups]
     others = (column for column in models[0].columns if column != "delay")
     return min(sum(model.left(column) for model in models) for column in others)
 
 
 def in_step(recording: Recording) -> tuple[Recording, Filter | None]:
-    """The recording with both channels through the same, and what one had come through alone.
+    """Filter the other channel alike if one channel was filtered alone.
 
     Parameters
     ----------
@@ -348,24 +371,24 @@ def in_step(recording: Recording) -> tuple[Recording, Filter | None]:
     Returns
     -------
     recording : Recording
-        As it is where nothing was found.
+        Unchanged if no filter was detected.
     found : Filter or None
     """
     stated = recording.force_lowpass_hz is not None and recording.perturbation == "returning"
-    found = _as_stated(recording) if stated else find_filter(recording)
-    return (recording if found is None else found.likeliest.alike(recording)), found
+    detected = _as_stated(recording) if stated else find_filter(recording)
+    return (recording if detected is None else detected.likeliest.alike(recording)), detected
 
 
 def _as_stated(recording: Recording) -> Filter:
-    """The stated low-pass where the data do not contradict it, else what they show."""
+    """The stated low-pass if the data do not contradict it, else the detected filter."""
     hz, order = recording.force_lowpass_hz, recording.force_lowpass_order
     stated = Passed("force", "low-pass", order, float(hz or 0.0))
     if find_filter(stated.alike(recording)) is None:
         return Filter(stated, STATED_ERROR, (), np.inf, np.nan, stated)
-    found = find_filter(recording)
-    if found is None:
+    detected = find_filter(recording)
+    if detected is None:
         return Filter(Passed("force", "late", 0, 0.0), 0.0, (), 0.0, np.nan, stated)
-    return replace(found, stated=stated)
+    return replace(detected, stated=stated)
 
 
 def widened_by_filter(
@@ -374,7 +397,7 @@ def widened_by_filter(
     by: Sequence[str],
     found: Filter,
 ) -> list[ImpedanceEstimate]:
-    """The estimates with what is not known of the filter in their intervals.
+    """Widen the intervals of the estimates by the uncertainty of the filter.
 
     `recording`: as it was measured.
     """
@@ -383,29 +406,31 @@ def widened_by_filter(
         return list(estimates)
     note = f"the {found.likeliest.other} was taken {found.likeliest.words}, as the other was"
     wider = []
-    for one, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):
-        one = replace(one, provenance=(*one.provenance, note))
+    for estimate, (_, rows) in zip(estimates, groups_of(recording, by), strict=True):
+        estimate = replace(estimate, provenance=(*estimate.provenance, note))
         try:
             errors = _errors(cut_windows(recording, rows, timing), recording.kind, found)
         except (ArmImpedanceError, np.linalg.LinAlgError):
-            # too few trials to be asked, as of the other doubts
-            wider.append(one)
+            # too few trials; the other doubts leave such groups unchanged, too
+            wider.append(estimate)
             continue
         more = errors.T @ errors
-        bound = None if one.bound is None else one.bound + more
-        shared = {**one.shared_errors, "filter": errors[0]}
+        bound = None if estimate.bound is None else estimate.bound + more
+        shared = {**estimate.shared_errors, "filter": errors[0]}
         wider.append(
-            replace(one, covariance=one.covariance + more, bound=bound, shared_errors=shared)
+            replace(
+                estimate, covariance=estimate.covariance + more, bound=bound, shared_errors=shared
+            )
         )
     return wider
 
 
-def _errors(window: Window, kind: Kind, found: Filter) -> FloatArray:
-    """What is not known of the filter makes wrong, (1 + others, 3 d^2): its value, then others."""
-    likeliest = found.likeliest
+def _errors(window: Window, kind: Kind, detected: Filter) -> FloatArray:
+    """Errors by the uncertainty of the filter, (1 + others, 3 d^2): its value, then the others."""
+    likeliest = detected.likeliest
     group = FilteredRows.of(window, kind, likeliest)
-    here = group.left(likeliest)[1]
+    theta = group.left(likeliest)[1]
     moved = group.left(replace(likeliest, value=likeliest.value * np.exp(STEP)))[1]
-    errors = [(moved - here) / STEP * found.error]
-    errors += [np.sqrt(p) * (group.left(one)[1] - here) for one, p in found.possible]
+    errors = [(moved - theta) / STEP * detected.error]
+    errors += [np.sqrt(p) * (group.left(passed)[1] - theta) for passed, p in detected.possible]
     return np.array(errors)

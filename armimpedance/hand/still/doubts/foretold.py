@@ -1,8 +1,8 @@
-"""How wide the intervals of an estimate will be, before its trials are recorded.
+"""Predicted width of the intervals of an estimate, before its trials are recorded.
 
-The covariance of noise falls with the number of trials; what `allowance` adds falls as the trials
-exclude departures. Which numbers the departures will seem to have is chance: they are drawn from
-their joint distribution, and the draw in the middle is foretold.
+The covariance of noise falls with the number of trials. The terms that `allowance` adds fall as the
+trials exclude departures. The estimated sizes of the departures are random: they are drawn from
+their joint distribution, and the median draw is the prediction.
 """
 
 from __future__ import annotations
@@ -29,32 +29,32 @@ from armimpedance.hand.still.doubts.symmetry import (
 )
 from armimpedance.numerics.regression import t_factor
 
-#: Sessions that are drawn, always the same.
+#: Simulated sessions, with a fixed seed.
 _DRAWS: Final = 200
-#: So many of them where many candidates are compared.
+#: Simulated sessions if many candidates are compared.
 _FEW: Final = 48
 
 
 def foretold_allowance(
     known: Sequence[Knowledge], parameters: Sequence[FloatArray]
 ) -> list[FloatArray]:
-    """What `estimate` will allow for beside noise, (p, p) of each condition of a session.
+    """Covariance (p, p) that `estimate` will add to that of noise, for each condition of a session.
 
     Parameters
     ----------
     known : sequence of Knowledge
-        What the trials of each condition will tell, recorded and planned ones together.
+        Information of the trials of each condition, recorded and planned ones together.
     parameters : sequence of (p,)
-        M (with the handle), B and K of each condition that are expected, row by row.
+        Expected M (with the handle), B and K of each condition, row by row.
 
     Returns
     -------
     list of (p, p) arrays
         To be added to the covariance of noise: the median by K of the first condition.
     """
-    weight = np.stack([one.expected**-2 for one in known])
+    weight = np.stack([knowledge.expected**-2 for knowledge in known])
     expected = weight.sum(axis=0) ** -0.5
-    dof = sum(one.trials for one in known) - len(known)
+    dof = sum(knowledge.trials for knowledge in known) - len(known)
     z = _normal(len(ALL_COLUMNS)) @ _root_of_correlation(known).T
     k = expected * z
     squares = mean_squares(k, expected * t_factor(max(dof, 1.0)) / t_factor(np.inf))
@@ -68,14 +68,21 @@ def foretold_allowance(
     )[diagonal]
     middle = int(np.argsort(grows.max(axis=1))[_DRAWS // 2])
     return [
-        (one.shifts.T * squares[middle]) @ one.shifts + gain[middle] * _of_gains(theta, d)
-        for one, theta in zip(known, parameters, strict=True)
+        (knowledge.shifts.T * squares[middle]) @ knowledge.shifts
+        + gain[middle] * _of_gains(theta, d)
+        for knowledge, theta in zip(known, parameters, strict=True)
     ]
 
 
-def _root_of_correlation(known: Sequence[Knowledge]) -> FloatArray:
-    """Root (c, c) of the correlation of the departures' numbers, mean over conditions."""
-    total = np.mean([one.own * np.outer(one.expected, one.expected) for one in known], axis=0)
+def _root_of_correlation(conditions: Sequence[Knowledge]) -> FloatArray:
+    """Root (c, c) of the correlation of the sizes of the departures, mean over conditions."""
+    total = np.mean(
+        [
+            knowledge.own * np.outer(knowledge.expected, knowledge.expected)
+            for knowledge in conditions
+        ],
+        axis=0,
+    )
     values, vectors = np.linalg.eigh(total)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
@@ -85,20 +92,22 @@ def _normal(count: int) -> FloatArray:
     return frozen(np.random.default_rng(43).standard_normal((_DRAWS, count)))
 
 
-def _gains(known: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> FloatArray:
-    """Mean square of one axis' gain in each draw; 0 where it can hardly be told."""
-    d = round((known[0].parameters / 3) ** 0.5)
+def _gains(conditions: Sequence[Knowledge], parameters: Sequence[FloatArray]) -> FloatArray:
+    """Mean square of one axis' gain in each draw; 0 if the gain is hardly detectable."""
+    d = round((conditions[0].parameters / 3) ** 0.5)
     if d == 1:
         return np.zeros(_DRAWS)
-    each = [gain_in(theta, one.covariance, 0) for one, theta in zip(known, parameters, strict=True)]
-    error = float(sum(one[1] ** -2 for one in each) ** -0.5)
-    if limit_of_gain(error, min(one.trials for one in known) - 1) > LARGEST_GAIN:
+    gains_and_errors = [
+        gain_in(theta, one.covariance, 0) for one, theta in zip(conditions, parameters, strict=True)
+    ]
+    error = float(sum(one[1] ** -2 for one in gains_and_errors) ** -0.5)
+    if limit_of_gain(error, min(one.trials for one in conditions) - 1) > LARGEST_GAIN:
         return np.zeros(_DRAWS)
     return mean_square_of_gain(error * _normal(len(ALL_COLUMNS) + 1)[:, -1], error)
 
 
 def _of_gains(theta: FloatArray, d: int) -> FloatArray:
-    """What a gain of one of the axes, it is not known which, makes wrong, (p, p) for a unit."""
+    """Mean outer product (p, p) of the errors by a unit gain of an unknown axis."""
     rows = [rows_of(theta, axis) for axis in range(d)]
     return np.asarray(np.mean([np.outer(row, row) for row in rows], axis=0))
 
@@ -106,24 +115,24 @@ def _of_gains(theta: FloatArray, d: int) -> FloatArray:
 def expected_mean_squares(
     own: Sequence[FloatArray], dof: float, seen: tuple[FloatArray, FloatArray] | None = None
 ) -> FloatArray:
-    """Mean square (..., c) that is expected of each departure's number in the mixture.
+    """Expected mean square (..., c) of the size of each departure in the mixture.
 
     Parameters
     ----------
     own : sequence of (..., c, c)
-        Information of each condition about the departures' numbers that M, B and K do not take.
+        Information of each condition about the sizes of the departures, with M, B and K unknown.
     dof : float
         Degrees of freedom of the session.
     seen : ((c,), (c,)), optional
-        Numbers that the departures seem to have by now, and their standard errors; of a likely
-        departure more trials are to show it. Default: none.
+        Sizes of the departures estimated so far, and their standard errors: more trials are
+        expected to confirm a likely departure. Default: none.
 
     Returns
     -------
     (..., c) array
-        The mean over sessions in which the numbers differ by chance.
+        The mean over sessions in which the sizes differ by chance.
     """
-    total = np.sum([np.diagonal(one, axis1=-2, axis2=-1) for one in own], axis=0)
+    total = np.sum([np.diagonal(information, axis1=-2, axis2=-1) for information in own], axis=0)
     expected = np.maximum(total, 1e-300) ** -0.5
     few = _normal(total.shape[-1])[:_FEW]
     error = expected * t_factor(max(dof, 1.0)) / t_factor(np.inf)

@@ -1,11 +1,11 @@
-"""What a mode inside the limb makes of an estimate, as the swivel of a free elbow.
+"""Effect of a mode inside the limb on an estimate, such as the swivel of a free elbow.
 
 A hand in space that hangs on more joints than it has directions is more than second order
 (`inner_modes`). A short disturbance shows a sum, and the misfit stays below a hundredth of the
-force. Direction, frequency and damping of the mode are not known, so that the estimate is the mean
-over many of them, weighted by what the trials say (Bayesian model averaging; see J. A. Hoeting and
-colleagues, Statistical Science 14 (1999) 382), and its covariance has their spread. Numbers below 0
-are excluded: an inner mode never makes the answer softer at once.
+force. Direction, frequency and damping of the mode are unknown. So the estimate is the mean over
+many modes, weighted by their likelihood (Bayesian model averaging; see J. A. Hoeting and
+colleagues, Statistical Science 14 (1999) 382), and its covariance includes their spread. Sizes
+below 0 are excluded: an inner mode never makes the instantaneous response softer.
 """
 
 from __future__ import annotations
@@ -25,40 +25,42 @@ from armimpedance.hand.still.doubts.inner_modes import InnerMode
 from armimpedance.limb.arm import FREE_WRIST
 from armimpedance.numerics.regression import t_factor
 
-#: Column of the trial table: whether the upper arm was kept from turning about its axis.
+#: Column of the trial table: "held" if the upper arm was kept from turning about its axis, else
+#: "free".
 ELBOW: Final = "elbow"
 Elbow = Literal["held", "free"]
-#: And whether forearm and hand could turn: "locked" or "free".
+#: Column of the trial table: "locked" or "free", for forearm and hand.
 WRIST: Final = "wrist"
-#: Size of S beforehand, parts of K's mean diagonal, and the probability of a mode at all.
+#: Prior standard deviation of S, as a share of K's mean diagonal, and the prior probability of a
+#: mode.
 USUAL: Final = 0.3
 BEFOREHAND: Final = {"free": 0.99, None: 0.9, "held": 0.01}
-#: What such a mode leaves of an error that it explains, as a part: a real limb has more than one,
-#: and not just those that are tried. Of 40 arms with quiet sensors it left .3 to .5.
+#: Share of an error that remains after a mode has explained it: a real limb has more than one mode,
+#: and other ones than those that are tried. With 40 arms and quiet sensors .3 to .5 remained.
 OF_MODEL: Final = 0.5
-#: Error of a size by a column that is not quite the limb's own, as a part of it: without it the
-#: trials would choose among columns all of which are a little wrong.
+#: Relative error of a size because its column is not exactly the limb's. Without it the trials
+#: would choose sharply among columns all of which are slightly wrong.
 OF_COLUMN: Final = 0.1
-#: Trials that make a mode so many times as likely as none name it.
+#: A mode is reported if the trials make it so many times as likely as no mode.
 NAMED: Final = 300.0
-#: What is less of the softest stiffness is not told.
+#: Smaller shares of the softest stiffness are not reported.
 LEAST_TOLD: Final = 0.05
-#: Axes from which on a limb has joints that the hand does not show.
+#: Number of axes from which on a limb has joints that the hand does not show.
 FEWEST_AXES: Final = 3
 
 
 @dataclass(frozen=True)
 class Inner:
-    """What an inner mode makes of M, B and K (3 d^2,), row by row.
+    """Effect of an inner mode on M, B and K (3 d^2,), row by row.
 
-    `probability`: of a mode at all, by the trials.
-    `wrong` (3 d^2,): by how much the second-order fit is wrong, the mean.
+    `probability`: posterior probability of a mode.
+    `wrong` (3 d^2,): error of the second-order fit, the mean over modes.
     `spread` (3 d^2, 3 d^2): covariance about that mean.
-    `ratio`: how many times as likely the trials make a mode as none.
-    `size`: of S, the mean.
-    `mode`: that which is likeliest.
-    `wrist`: whether a free wrist was allowed for, too.
-    `elbow`: what was said.
+    `ratio`: Bayes factor of a mode against none.
+    `size`: S, the mean over modes.
+    `mode`: the likeliest one.
+    `wrist`: True if the modes of a free wrist were included.
+    `elbow`: stated by the user.
     """
 
     probability: float
@@ -72,23 +74,23 @@ class Inner:
 
     @property
     def seen(self) -> bool:
-        """Whether the trials show it."""
+        """True if the trials show a mode."""
         return self.ratio > NAMED
 
     @property
     def contradicts(self) -> bool:
-        """Whether the elbow was said to be held and was not."""
+        """True if the elbow was stated to be held, but the trials show a mode."""
         return self.elbow == "held" and self.seen
 
 
-def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
-    """Whether joints beyond the hand's axes were held or free in these trials; None: nobody said.
+def stated_freedom(recording: Recording, rows: IntArray) -> Elbow | None:
+    """Stated freedom of joints beyond the hand's axes in these trials; None if not stated.
 
-    A wrist that is free counts as much as an elbow.
+    A free wrist counts as much as a free elbow.
 
     `rows` (R,) int: trials.
-    Returns: "free" where the elbow or the wrist was; None in the plane, where nothing hides.
-    Raises InputError: a column says something else.
+    Returns: "free" if the elbow or the wrist was free; None in the plane, where no joint is hidden.
+    Raises InputError: a column has an unknown value.
     """
     if recording.position.shape[1] < FEWEST_AXES:
         return None
@@ -96,7 +98,7 @@ def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
 
 
 def is_wrist_free(recording: Recording, rows: IntArray) -> bool:
-    """Whether forearm and hand could turn in these trials.
+    """True if forearm and hand could turn in these trials.
 
     Parameters
     ----------
@@ -107,21 +109,21 @@ def is_wrist_free(recording: Recording, rows: IntArray) -> bool:
     Returns
     -------
     bool
-        What the column `wrist` says, else whether seven angles were recorded.
+        From the column `wrist`; without it True if seven angles were recorded.
 
     Raises
     ------
     InputError
-        The column says something else than locked or free.
+        The column holds another value than locked or free.
     """
-    said = _said(recording, rows, WRIST, "locked")
+    values = _stated(recording, rows, WRIST, "locked")
     angles = recording.joint_angles
     seven = angles is not None and angles.shape[1] == FREE_WRIST
-    return "free" in said if said else seven
+    return "free" in values if values else seven
 
 
 def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
-    """Whether the elbow was held or free in these trials; None where it is not stated.
+    """Stated freedom of the elbow in these trials; None if not stated.
 
     Parameters
     ----------
@@ -132,39 +134,39 @@ def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
     Returns
     -------
     {"held", "free"} or None
-        "free" where one of them was.
+        "free" if it was free in one of the trials.
 
     Raises
     ------
     InputError
-        The column says something else.
+        The column holds another value.
     """
-    said = _said(recording, rows, ELBOW, "held")
-    if not said:
+    values = _stated(recording, rows, ELBOW, "held")
+    if not values:
         return None
-    return "free" if "free" in said else "held"
+    return "free" if "free" in values else "held"
 
 
-def _said(recording: Recording, rows: IntArray, column: str, kept: str) -> set[str]:
-    """The words of a column of these trials, of `kept` and "free"; none without the column."""
+def _stated(recording: Recording, rows: IntArray, column: str, constrained: str) -> set[str]:
+    """Values of a column in these trials, each `kept` or "free"; empty without the column."""
     if column not in recording.trials:
         return set()
-    said = {str(v) for v in recording.trials[column].iloc[rows].dropna()} - {""}
-    if unknown := sorted(said - {kept, "free"}):
-        problem, expected = f"{column} {unknown[0]!r}", f"{kept} or free"
+    values = {str(v) for v in recording.trials[column].iloc[rows].dropna()} - {""}
+    if unknown := sorted(values - {constrained, "free"}):
+        problem, expected = f"{column} {unknown[0]!r}", f"{constrained} or free"
         raise InputError(problem, column=column, expected=expected)
-    return said
+    return values
 
 
 def averaged_inner(fits: InnerFits, elbow: Elbow | None) -> Inner:
-    """Mean over the modes and none.
+    """Average over all modes and over no mode, weighted by their probabilities.
 
     Parameters
     ----------
     fits : InnerFits
-        With errors as they are, not as the noise's covariance has them.
+        With errors measured between trials, not those of the noise's covariance.
     elbow : {"free", "held", None}
-        What was said of it.
+        Stated by the user.
 
     Returns
     -------
@@ -180,12 +182,12 @@ def averaged_inner(fits: InnerFits, elbow: Elbow | None) -> Inner:
     among = weight / weight.sum()
     probability = ratio * prior / (ratio * prior + 1 - prior)
     p = probability * among
-    # E[S g] and E[(S g)(S g)^T] over modes and directions, less that of the mean
+    # E[S g], and the covariance E[(S g)(S g)^T] - E[S g] E[S g]^T, over modes and directions
     G = fits.shift.reshape(factor.size, -1)
     wrong = (p * mean).ravel() @ G
     spread = (G.T * (p * square).ravel()) @ G - np.outer(wrong, wrong)
-    left = OF_MODEL**2 * (wrong.reshape(3, -1) ** 2).mean(axis=1)
-    spread = spread + np.diag(np.repeat(left, len(wrong) // 3))
+    residual = OF_MODEL**2 * (wrong.reshape(3, -1) ** 2).mean(axis=1)
+    spread = spread + np.diag(np.repeat(residual, len(wrong) // 3))
     likeliest = fits.modes[int(np.argmax((p * mean).sum(axis=1)))]
     size = float((among * mean).sum())
     wrist = any(mode.carried for mode in fits.modes)
@@ -193,7 +195,7 @@ def averaged_inner(fits: InnerFits, elbow: Elbow | None) -> Inner:
 
 
 def _half_normal(size: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Log Bayes factors against none, means and mean squares of numbers never negative."""
+    """Log Bayes factors against none, means and mean squares of numbers that are never negative."""
     part = USUAL**2 / (error**2 + USUAL**2)
     mean, sd = part * size, np.sqrt(part) * error
     z = mean / sd
@@ -206,14 +208,14 @@ def _half_normal(size: FloatArray, error: FloatArray) -> tuple[FloatArray, Float
 
 
 def with_inner(one: ImpedanceEstimate, inner: Inner, *, correct: bool) -> ImpedanceEstimate:
-    """The estimate with an inner mode allowed for, and a warning where that matters.
+    """The estimate with an inner mode allowed for, and a warning if that matters.
 
     Parameters
     ----------
     one : ImpedanceEstimate
     inner : Inner
     correct : bool
-        Take off what is likely wrong; else the intervals hold it.
+        Subtract the mean error from M, B and K; else only the intervals include it.
 
     Returns
     -------
@@ -240,15 +242,15 @@ def with_inner(one: ImpedanceEstimate, inner: Inner, *, correct: bool) -> Impeda
         shared_errors={**one.shared_errors, "inner mode": _main(spread, wrong)},
         provenance=(*one.provenance, _note(inner, correct)),
     )
-    told = _told(plain, one, inner)
-    return one if told is None else replace(one, warnings=(*one.warnings, told))
+    warning = _warning(plain, one, inner)
+    return one if warning is None else replace(one, warnings=(*one.warnings, warning))
 
 
 def _main(spread: FloatArray, wrong: FloatArray) -> FloatArray:
-    """The largest axis (3 d^2,) of a covariance, on the side of what is wrong.
+    """Largest principal axis (3 d^2,) of a covariance, with the sign of the mean error.
 
-    One prior says in all conditions how large a mode is: where it says too little of one, it does
-    of the others.
+    One prior holds for the size of a mode in all conditions: if it is too small in one, it is too
+    small in the others.
     """
     values, vectors = np.linalg.eigh(spread)
     main = np.sqrt(max(values[-1], 0.0)) * vectors[:, -1]
@@ -268,15 +270,15 @@ def _note(inner: Inner, correct: bool) -> str:
     )
 
 
-def _told(plain: ImpedanceEstimate, one: ImpedanceEstimate, inner: Inner) -> str | None:
-    """What a reader must know of the softest stiffness."""
-    q = one.k**2
+def _warning(plain: ImpedanceEstimate, corrected: ImpedanceEstimate, inner: Inner) -> str | None:
+    """Warning about the softest stiffness; None if the mode hardly changes it."""
+    q = corrected.k**2
     symmetric = (plain.stiffness + plain.stiffness.T) / 2
     n = np.linalg.eigh(symmetric)[1][:, 0]
     w = np.kron(n, n)
-    before, after = (float(n @ e.stiffness @ n) for e in (plain, one))
-    block = one.covariance[2 * q :, 2 * q :]
-    half = t_factor(one.dof) * float(np.sqrt(max(float(w @ block @ w), 0.0)))
+    before, after = (float(n @ e.stiffness @ n) for e in (plain, corrected))
+    block = corrected.covariance[2 * q :, 2 * q :]
+    half = t_factor(corrected.dof) * float(np.sqrt(max(float(w @ block @ w), 0.0)))
     could = abs(float(w @ inner.wrong[2 * q :])) + float(
         np.sqrt(max(float(w @ inner.spread[2 * q :, 2 * q :] @ w), 0.0))
     )
@@ -290,9 +292,9 @@ def _told(plain: ImpedanceEstimate, one: ImpedanceEstimate, inner: Inner) -> str
             "that allowed for; take no M and B from a short disturbance; lock the wrist, or stay "
             "out for a second"
         )
-    said = "the elbow was said to be held, and " if inner.contradicts else ""
+    statement = "the elbow was said to be held, and " if inner.contradicts else ""
     return (
-        f"inner mode: {said}an elbow that swivels ({hz}) hides stiffness from a short "
+        f"inner mode: {statement}an elbow that swivels ({hz}) hides stiffness from a short "
         f"disturbance: {axis}{half:.2g} with the swivel allowed for; hold the elbow, or stay out "
         "for 0.3 s and longer"
     )

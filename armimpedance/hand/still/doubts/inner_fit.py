@@ -1,8 +1,8 @@
-"""The size of every inner mode along every direction, beside M, B and K of a weighted fit.
+"""Size of every inner mode along every direction, estimated together with M, B and K.
 
-A mode's column is bilinear in its direction n, so that nine sums a mode are enough for all of them.
-The motion in it is the one that is expected from the other trials: a column with its own noise in
-it would take the noise that M x'' has for a mode.
+The column of a mode is bilinear in its direction n, so that nine sums for each mode are enough for
+all directions. The columns use the motion expected from the other trials: with its own noise in the
+column, the noise of M x'' would be taken for a mode.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from armimpedance.numerics.regression import TrialEquations
 
 @dataclass(frozen=True, eq=False)
 class InnerFits:
-    """Sizes S of g modes along c directions, parts of K's (or M's) mean diagonal.
+    """Sizes S of g modes along c directions, as shares of K's (or M's) mean diagonal.
 
-    `size`, `error` (g, c): the error by the noise's covariance.
-    `shift` (g, c, 3 d^2): by how much M, B and K are wrong for one unit of S.
+    `size`, `error` (g, c): the error is that of the noise's covariance.
+    `shift` (g, c, 3 d^2): error of M, B and K for one unit of S.
     """
 
     modes: tuple[InnerMode, ...]
@@ -40,27 +40,27 @@ class InnerFits:
 
     @cached_property
     def best(self) -> tuple[int, int]:
-        """Mode and direction whose size is largest beside its error."""
+        """Mode and direction with the largest ratio of size to standard error."""
         at = np.unravel_index(int(np.argmax(self.size / self.error)), self.size.shape)
         return int(at[0]), int(at[1])
 
     def wider(self, factor: float) -> InnerFits:
-        """The same with errors that are larger by a factor."""
+        """Copy with errors multiplied by a factor."""
         return InnerFits(self.modes, self.size, factor * self.error, self.shift)
 
 
 def together(fits: Sequence[InnerFits]) -> InnerFits:
-    """The mean over conditions, weighted by what each knows of a size."""
-    weight = np.array([one.error**-2.0 for one in fits])
+    """Mean over conditions, weighted by the precision of the sizes in each."""
+    weight = np.array([fit.error**-2.0 for fit in fits])
     total = weight.sum(axis=0)
-    size = (weight * [one.size for one in fits]).sum(axis=0) / total
-    shift = np.mean([one.shift for one in fits], axis=0)
+    size = (weight * [fit.size for fit in fits]).sum(axis=0) / total
+    shift = np.mean([fit.shift for fit in fits], axis=0)
     return InnerFits(fits[0].modes, size, total**-0.5, shift)
 
 
 @dataclass(frozen=True, eq=False)
 class InnerSetting:
-    """A weighted fit, of which inner modes are asked.
+    """A weighted fit to which inner modes are added.
 
     `weight` (d n, d n): V. `instruments` (T, 3 d, n) or None: Z, None where it is W itself.
     `plain`: sums of ``Z^T V W`` and ``Z^T V y``. `theta` (3 d^2,): M, B, K.
@@ -101,13 +101,13 @@ class InnerSetting:
         return self._unit(mode) * mode.columns(self._displacement, smooth, rate)
 
     def _unit(self, mode: InnerMode) -> float:
-        """What a size of one is: the mean of M's or K's diagonal."""
+        """Value of a size of one: the mean of M's or K's diagonal."""
         d = self.equation.axes
         mass, _, stiffness = (float(np.trace(part)) / d for part in self.theta.reshape(3, d, d))
         return mass if mode.carried else stiffness
 
     def fits(self, free_wrist: bool) -> InnerFits:
-        """The sizes of all modes along all directions.
+        """Sizes of all modes along all directions.
 
         M and B are those of a sudden motion; with a free wrist, which always gives way, those of a
         slow one.
@@ -116,8 +116,8 @@ class InnerSetting:
         pairs = (n[:, :, None] * n[:, None]).reshape(len(n), -1)
         modes = modes_of(free_wrist)
         shared = None if self.instruments is None else SharedCourse.of(self.equation)
-        made = [self._sized(self.column(mode), shared, pairs) for mode in modes]
-        size, error, shift = (np.array(part) for part in zip(*made, strict=True))
+        sized = [self._sized(self.column(mode), shared, pairs) for mode in modes]
+        size, error, shift = (np.array(part) for part in zip(*sized, strict=True))
         if free_wrist:
             slow = np.array([[curve, slope, 0.0] for slope, curve in (m.slow for m in modes)])
             unit = np.array([self._unit(mode) for mode in modes])
@@ -128,7 +128,7 @@ class InnerSetting:
     def _sized(
         self, z: FloatArray, shared: SharedCourse | None, pairs: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """S (c,) of one mode, its error, and shifts (c, 3 d^2) along ``n n^T`` (c, d^2)."""
+        """S (c,) of one mode along ``n n^T`` (c, d^2), its error, and shifts (c, 3 d^2)."""
         expected = z if shared is None else shared.expected(z[:, None])[:, 0]
         W = self.equation.regressors
         Z = W if self.instruments is None else self.instruments
@@ -141,20 +141,20 @@ class InnerSetting:
         target = np.einsum("tbn,tan->ab", expected, self._force).ravel()
         # (C^T V C - C^T V W P^-1 Z^T V C) along n n^T
         solved = inverse @ right.T
-        known = np.einsum("ci,ij,cj->c", pairs, own - left @ solved, pairs)
-        known = np.maximum(known, 1e-300)
-        size = pairs @ (target - left @ inverse @ b) / known
-        return size, known**-0.5, pairs @ solved.T
+        precision = np.einsum("ci,ij,cj->c", pairs, own - left @ solved, pairs)
+        precision = np.maximum(precision, 1e-300)
+        size = pairs @ (target - left @ inverse @ b) / precision
+        return size, precision**-0.5, pairs @ solved.T
 
 
-def _summed(one: FloatArray, other: FloatArray) -> FloatArray:
-    """``sum_t one_t (b, n) other_t (r, k)``, (b, n, r, k)."""
-    T = len(one)
-    flat = one.reshape(T, -1).T @ other.reshape(T, -1)
-    return flat.reshape(*one.shape[1:], *other.shape[1:])
+def _summed(first: FloatArray, second: FloatArray) -> FloatArray:
+    """``sum_t first_t (b, n) second_t (r, k)``, (b, n, r, k)."""
+    T = len(first)
+    flat = first.reshape(T, -1).T @ second.reshape(T, -1)
+    return flat.reshape(*first.shape[1:], *second.shape[1:])
 
 
 def _against(V: FloatArray, sums: FloatArray, d: int) -> FloatArray:
     """C^T V W (d^2, 3 d^2): columns e_a z_b^T against those of M, B, K, row by row."""
-    found = np.einsum("anik,bnrk->abri", V, sums, optimize=True)
-    return found.reshape(d, d, -1, d, d).transpose(0, 1, 2, 4, 3).reshape(d * d, -1)
+    products = np.einsum("anik,bnrk->abri", V, sums, optimize=True)
+    return products.reshape(d, d, -1, d, d).transpose(0, 1, 2, 4, 3).reshape(d * d, -1)

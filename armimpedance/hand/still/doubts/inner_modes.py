@@ -1,17 +1,18 @@
-"""Modes inside a limb: how a hand answers while a joint that it does not show gives way.
+"""Modes inside a limb: the impedance of a hand while a joint that it does not show gives way.
 
 With one inner coordinate s, its natural frequency w and damping ratio z, the hand's impedance is
 
     Z(p) = M p^2 + B p + K_h - (b p + k)(b p + k)^T / m (p^2 + 2 z w p + w^2),   p = i omega,
 
-k and b what a displacement and a velocity of s do to the hand (taken so that no inertia couples
-them), and at rest ``K = K_h - k k^T / (m w^2)``, which is asked for. Beside M, B and K stands
+k and b are the effects of a displacement and a velocity of s on the hand (s is chosen such that no
+inertia couples them). At rest ``K = K_h - k k^T / (m w^2)``, which is the stiffness to be
+estimated. The term in addition to M, B and K is
 
     S n n^T g(p),   g = 1 - (1 + r p)^2 / (1 + t p + p^2 / w^2),   t = 2 z / w,
 
-n along k, b = r k. Where damping of a joint is in proportion to its stiffness, as muscles' is, r =
-t; where nothing damps between s and the hand, r = 0. A free wrist carries a mass m along while the
-hand is slow, ``m n n^T p^2 / (1 + t p + p^2 / w^2)``: forearm and hand turn about a handle on a
+n along k, b = r k. If the damping of a joint is in proportion to its stiffness, as that of muscles
+is, r = t; if nothing damps between s and the hand, r = 0. A free wrist carries a mass m along while
+the hand is slow, ``m n n^T p^2 / (1 + t p + p^2 / w^2)``: forearm and hand turn about a handle on a
 ball joint with a few Hz. M and B of such a limb are those of slow motion.
 """
 
@@ -30,14 +31,18 @@ INNER_HZ: Final = (1.5, 2.1, 3.0, 4.2, 6.0)
 INNER_DAMPING: Final = (0.2, 0.4, 0.8, 1.6)
 COUPLED: Final = (0.0, 1.0)
 INNER_DIRECTIONS: Final = 64
-#: Those of a mass that a free wrist carries along while it is slow.
+#: Natural frequencies (Hz) and damping ratio of the mass that a free wrist carries along in slow
+#: motion.
 WRIST_HZ: Final = (3.0, 5.0, 8.0)
 WRIST_DAMPING: Final = 0.5
 
 
 @dataclass(frozen=True)
 class InnerMode:
-    """One of them; `coupled`: r / t; `carried`: a free wrist's mass in place of a stiffness."""
+    """An inner mode: natural frequency and damping ratio.
+
+    `coupled`: r / t. `carried`: True if a free wrist carries a mass, False for a stiffness.
+    """
 
     hz: float
     damping: float
@@ -58,7 +63,7 @@ class InnerMode:
 
     @property
     def slow(self) -> tuple[float, float]:
-        """Slope (s) and curvature (s^2) of g at p = 0: what of it M and B of slow motion hold."""
+        """Slope (s) and curvature (s^2) of g at p = 0: the part of g in B and M of slow motion."""
         if self.carried:
             return 0.0, 1.0
         w = 2 * np.pi * self.hz
@@ -74,21 +79,21 @@ class InnerMode:
         return np.asarray(direct + (place + velocity * p) * slow)
 
     def columns(self, x: FloatArray, smooth: FloatArray, rate_hz: float) -> FloatArray:
-        """g x of displacements x (T, S, d) that begin at rest, against modes (n, S): (T, d, n)."""
+        """g x of displacements x (T, S, d) that begin at rest, in modes (n, S): (T, d, n)."""
         S = x.shape[1]
         direct, place, velocity = self._parts
         kernel = self._steps(S, rate_hz) @ np.array([place, velocity])
-        middle = np.zeros_like(x)
-        middle[:, 1:] = (x[:, 1:] + x[:, :-1]) / 2
+        midpoints = np.zeros_like(x)
+        midpoints[:, 1:] = (x[:, 1:] + x[:, :-1]) / 2
         # sum_t f(t) sum_u h(u) x(t - u) = sum_v x(v) sum_u h(u) f(v + u)
         size = 1 << int(np.ceil(np.log2(2 * S)))
-        ahead = np.fft.rfft(smooth[:, ::-1], size, axis=1) * np.fft.rfft(kernel, size)
-        late = np.fft.irfft(ahead, size, axis=1)[:, :S][:, ::-1]
+        spectrum = np.fft.rfft(smooth[:, ::-1], size, axis=1) * np.fft.rfft(kernel, size)
+        delayed = np.fft.irfft(spectrum, size, axis=1)[:, :S][:, ::-1]
         own = np.tensordot(x, smooth, axes=(1, 1))
-        return np.asarray(direct * own + np.tensordot(middle, late, axes=(1, 1)))
+        return np.asarray(direct * own + np.tensordot(midpoints, delayed, axes=(1, 1)))
 
     def _steps(self, count: int, rate_hz: float) -> FloatArray:
-        """x_slow and its velocity (count, 2) after an x of one that lasts a sample."""
+        """x_slow and its velocity (count, 2) after an x of 1 that lasts one sample."""
         from scipy.linalg import expm
 
         w = 2 * np.pi * self.hz
@@ -112,7 +117,7 @@ WRIST_MODES: Final = tuple(InnerMode(hz, WRIST_DAMPING, carried=True) for hz in 
 
 
 def modes_of(free_wrist: bool) -> tuple[InnerMode, ...]:
-    """The modes that are tried."""
+    """The inner modes that are tried."""
     return (*INNER_MODES, *(WRIST_MODES if free_wrist else ()))
 
 

@@ -1,7 +1,7 @@
-"""What trials tell of M, B and K and of the departures' numbers: it adds up over trials.
+"""Information of trials about M, B, K and the sizes of the departures: it adds up over trials.
 
-With theta = M, B, K row by row (p,) and k the departures' numbers (c,), the information of a trial
-is
+With theta = M, B, K row by row (p,) and k the sizes of the departures (c,), the information of a
+trial is
 
     N_t = [[W^T V W, W^T V z], [z^T V W, z^T V z]]   (p + c, p + c),
 
@@ -25,14 +25,14 @@ from armimpedance.hand.still.modal import ModalEquation
 
 @dataclass(frozen=True)
 class Peaks:
-    """What a departure's number is a part of: median peaks of displacement (m, rad) and force."""
+    """Units of the departures' sizes: median peaks of displacement (m, rad) and force."""
 
     way: float
     force: float
 
     @classmethod
     def of(cls, window: Window) -> Peaks:
-        """Those of a window's usable trials."""
+        """Compute the peaks from a window's usable trials."""
         used = window.usable
         x = window.position[used] - window.position_at_onset[used][:, None]
         pushes = window.force[used] - window.force_at_onset[used][:, None]
@@ -44,7 +44,7 @@ class Peaks:
 
 @dataclass(frozen=True, eq=False)
 class DepartureProducts:
-    """Products of c columns z over the weight V, of every trial.
+    """Products of c columns z with the weight V, for every trial.
 
     `zVW`, `ZVz` (T, c, p): with the regressors W and with the instruments Z. `zVz` (T, c, c), `zVy`
     (T, c).
@@ -63,49 +63,49 @@ def products_of(
     instruments: FloatArray | None,
     columns: Mapping[str, FloatArray],
 ) -> DepartureProducts:
-    """Those of all columns z (T, d, n) at once; `weight` (d n, d n) is V."""
+    """Products of all columns z (T, d, n) at once; `weight` (d n, d n) is V."""
     T, d, n = equation.force.shape
-    z = np.stack([each.reshape(T, d * n) for each in columns.values()], axis=1)
+    z = np.stack([column.reshape(T, d * n) for column in columns.values()], axis=1)
     Vz = z @ weight
-    own = _against(equation.regressors, Vz, d)
+    products = _against(equation.regressors, Vz, d)
     return DepartureProducts(
         names=tuple(columns),
-        zVW=own,
-        ZVz=own if instruments is None else _against(instruments, Vz, d),
+        zVW=products,
+        ZVz=products if instruments is None else _against(instruments, Vz, d),
         zVz=Vz @ z.mT,
         zVy=(Vz @ equation.force.reshape(T, -1, 1))[..., 0],
     )
 
 
 def _against(motion: FloatArray, Vz: FloatArray, d: int) -> FloatArray:
-    """``W_t^T V z_t`` (T, c, p) of the regressors (T, r d, n) that motion makes W of."""
+    """``W_t^T V z_t`` (T, c, p), W_t made from motion (T, r d, n)."""
     T, c, _ = Vz.shape
     rd, n = motion.shape[1:]
     # [t, (m k), (c i)] = sum_n motion[t, (m k), n] Vz[t, (c i), n]; parameters are (m, i, k)
-    made = (motion @ Vz.reshape(T, c * d, n).mT).reshape(T, rd // d, d, c, d)
-    return made.transpose(0, 3, 1, 4, 2).reshape(T, c, rd * d)
+    products = (motion @ Vz.reshape(T, c * d, n).mT).reshape(T, rd // d, d, c, d)
+    return products.transpose(0, 3, 1, 4, 2).reshape(T, c, rd * d)
 
 
-def information_by_trial(A: FloatArray, made: DepartureProducts) -> FloatArray:
+def information_by_trial(A: FloatArray, products: DepartureProducts) -> FloatArray:
     """N_t of every trial, (T, p + c, p + c); `A` (T, p, p) is ``W_t^T V W_t``, symmetric."""
     T, p, _ = A.shape
-    q = p + len(made.names)
+    q = p + len(products.names)
     total = np.empty((T, q, q))
     total[:, :p, :p] = A
-    total[:, p:, :p] = made.zVW
+    total[:, p:, :p] = products.zVW
     total[:, :p, p:] = total[:, p:, :p].mT
-    total[:, p:, p:] = made.zVz
+    total[:, p:, p:] = products.zVz
     return total
 
 
 @dataclass(frozen=True, eq=False)
 class Knowledge(FrozenRecord):
-    """Information of trials about M, B, K and the departures' numbers.
+    """Information of trials about M, B, K and the sizes of the departures.
 
     `information` (p + c, p + c): sum over trials of N_t.
-    `names`: those of the c columns.
-    `trials`: how many; need not be whole in a plan.
-    `peaks`: of what the departures' numbers are parts.
+    `names`: names of the c columns.
+    `trials`: number of trials; need not be whole in a plan.
+    `peaks`: units of the departures' sizes.
     """
 
     information: Annotated[FloatArray, "q q"]
@@ -114,7 +114,7 @@ class Knowledge(FrozenRecord):
     peaks: Peaks
 
     def __add__(self, other: Knowledge) -> Knowledge:
-        """What both tell together."""
+        """Information of both together."""
         return replace(
             self,
             information=self.information + other.information,
@@ -122,13 +122,13 @@ class Knowledge(FrozenRecord):
         )
 
     def ordered(self, names: tuple[str, ...]) -> Knowledge:
-        """Of these columns only, in this order."""
+        """Restrict to these columns, in this order."""
         p = self.parameters
         at = [*range(p), *(p + self.names.index(name) for name in names)]
         return replace(self, information=self.information[np.ix_(at, at)], names=names)
 
     def times(self, factor: float) -> Knowledge:
-        """What so many times the trials tell."""
+        """Information of a multiple of the trials."""
         return replace(self, information=factor * self.information, trials=factor * self.trials)
 
     @property
@@ -144,19 +144,19 @@ class Knowledge(FrozenRecord):
 
     @cached_property
     def shifts(self) -> FloatArray:
-        """By how much M, B and K are wrong for one unit of each departure, (c, p)."""
+        """Error of M, B and K for one unit of each departure, (c, p)."""
         p = self.parameters
         # A (p, p) theta_plain = b = A theta + W^T V z k
         return np.asarray(self.information[p:, :p] @ self.covariance)
 
     @cached_property
     def own(self) -> FloatArray:
-        """Information (c, c) of the departures' numbers that M, B and K do not take."""
+        """Information (c, c) about the sizes of the departures, with M, B and K unknown."""
         p = self.parameters
         left = self.information[p:, p:] - self.shifts @ self.information[:p, p:]
         return np.asarray((left + left.T) / 2)
 
     @property
     def expected(self) -> FloatArray:
-        """Standard error (c,) of each departure's number beside M, B and K."""
+        """Standard error (c,) of the size of each departure, with M, B and K estimated too."""
         return np.asarray(1 / np.sqrt(np.maximum(np.diag(self.own), 1e-300)))

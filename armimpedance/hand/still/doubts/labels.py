@@ -1,8 +1,8 @@
-"""Do the trials of a set belong to the conditions that their labels name?
+"""Check of labels: do the trials of a set belong to the conditions that their labels name?
 
-A set is held against the others: with theta_a and theta_b, M, B and K of two conditions by the
+A set is compared with the others. With theta_a and theta_b, M, B and K of two conditions from the
 trials of all other sets, its trials labelled a have ``theta_a + g (theta_b - theta_a)``, and those
-labelled b the same with a and b exchanged. g is 0 where the labels are right and 1 where they are
+labelled b the same with a and b exchanged. g is 0 if the labels are right and 1 if they are
 exchanged.
 """
 
@@ -21,18 +21,18 @@ from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.courses import ORDER
 from armimpedance.hand.still.doubts.model import Model
 
-#: Exchanged is what lies nearer to 1 than to 0 and this many standard errors from 0.
+#: Labels are exchanged if g is nearer to 1 than to 0 and this many standard errors from 0.
 SIGNIFICANT: Final = 4.0
 HALF: Final = 0.5
-#: Conditions that differ less than what tells g to this part say nothing.
+#: A pair of conditions is not judged if the standard error of g is larger.
 LEAST_KNOWN: Final = 0.2
-#: Of more conditions only the first are held against each other.
+#: Of more conditions only the first are compared with each other.
 MOST_CONDITIONS: Final = 8
 
 
 @dataclass(frozen=True)
 class Exchanged:
-    """Two conditions in one set: g, its standard error and where it is."""
+    """g of two conditions in one set, its standard error, and the set."""
 
     size: float
     error: float
@@ -42,7 +42,7 @@ class Exchanged:
 
     @property
     def seen(self) -> bool:
-        """Whether the labels are exchanged."""
+        """True if the labels are exchanged."""
         return self.size > HALF and self.size > SIGNIFICANT * self.error
 
 
@@ -53,10 +53,10 @@ def check_labels(
 
     `models`: each condition's trials, as rows of the recording, and its fit.
     """
-    known = [one for one in exchanges(recording, models) if one.error < LEAST_KNOWN]
-    if not known:
+    determined = [pair for pair in exchanges(recording, models) if pair.error < LEAST_KNOWN]
+    if not determined:
         return ()
-    worst = max(known, key=lambda one: one.size)
+    worst = max(determined, key=lambda pair: pair.size)
     if not worst.seen:
         text = "each set's trials are like those of their conditions in the other sets"
         return (Finding("labels", "ok", text),)
@@ -71,7 +71,7 @@ def check_labels(
 def exchanges(
     recording: Recording, models: Sequence[tuple[IntArray, Model]]
 ) -> Iterator[Exchanged]:
-    """Every pair of conditions in every set that holds both while others do, too."""
+    """Yield every pair of conditions in every set that has both; other sets must have both, too."""
     named = [
         (str(recording.trials["condition"].iloc[rows[0]]), rows, model)
         for rows, model in models[:MOST_CONDITIONS]
@@ -83,17 +83,18 @@ def exchanges(
         for label in recording.trials[column].dropna().unique():
             apart = {name: _Apart.of(m, labels[rows] == label) for name, rows, m in named}
             for pair in combinations(apart, 2):
-                one, other = (apart[name] for name in pair)
-                if one is not None and other is not None:
-                    size, error = _exchange(one, other)
+                first, second = (apart[name] for name in pair)
+                if first is not None and second is not None:
+                    size, error = _exchange(first, second)
                     yield Exchanged(size, error, column, label, pair)
 
 
 @dataclass(frozen=True, eq=False)
 class _Apart:
-    """One condition: its trials in the set (A (p, p), b (p,) summed), and theta of the others.
+    """One condition: its trials in the set (A (p, p), b (p,) summed), and theta of the other
+    trials.
 
-    `covariance` (p, p): of theta. `scale`: trials differ so many times more than their noise.
+    `covariance` (p, p): of theta. `scale`: ratio of the scatter of trials to their noise.
     """
 
     A: FloatArray
@@ -104,7 +105,7 @@ class _Apart:
 
     @classmethod
     def of(cls, model: Model, inside: BoolArray) -> _Apart | None:
-        """None where the set holds none of its trials, or more than the others tell M, B and K."""
+        """Split a model's trials; None if the set has none of them, or too many."""
         A, b = model.equations.A, model.equations.b
         if not inside.any() or inside.mean() > HALF:
             return None
@@ -114,23 +115,25 @@ class _Apart:
             return None
         # sum_others A_t (p, p) theta (p,) = sum_others b_t
         theta = inverse @ b[~inside].sum(axis=0)
-        left = b[~inside] - A[~inside] @ theta
+        residual = b[~inside] - A[~inside] @ theta
         # scores (T, p) have the covariance scale^2 A_t
-        spread = np.einsum("tp,pq,tq->", left, inverse, left) / len(theta)
+        spread = np.einsum("tp,pq,tq->", residual, inverse, residual) / len(theta)
         scale = float(np.sqrt(max(spread, 1e-300)))
         return cls(A[inside].sum(axis=0), b[inside].sum(axis=0), theta, inverse * scale**2, scale)
 
 
-def _exchange(one: _Apart, other: _Apart) -> tuple[float, float]:
+def _exchange(first: _Apart, second: _Apart) -> tuple[float, float]:
     """g and its standard error."""
-    step = other.theta - one.theta
-    known = float(step @ (one.A + other.A) @ step)
-    score = float(step @ (one.b - one.A @ one.theta) - step @ (other.b - other.A @ other.theta))
-    variance = sum(
-        each.scale**2 * float(step @ each.A @ step)
-        + float(step @ each.A @ each.covariance @ each.A.T @ step)
-        for each in (one, other)
+    step = second.theta - first.theta
+    precision = float(step @ (first.A + second.A) @ step)
+    score = float(
+        step @ (first.b - first.A @ first.theta) - step @ (second.b - second.A @ second.theta)
     )
-    if known <= 0 or variance <= 0:
+    variance = sum(
+        condition.scale**2 * float(step @ condition.A @ step)
+        + float(step @ condition.A @ condition.covariance @ condition.A.T @ step)
+        for condition in (first, second)
+    )
+    if precision <= 0 or variance <= 0:
         return 0.0, np.inf
-    return score / known, float(np.sqrt(variance)) / known
+    return score / precision, float(np.sqrt(variance)) / precision

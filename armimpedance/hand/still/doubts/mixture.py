@@ -1,6 +1,6 @@
-"""How probable each departure is, given its number and its standard error.
+"""Probability of each departure, given its size and its standard error.
 
-The limb has none of the departures or one; see `odds` for the equations.
+The limb has one of the departures or none; see `odds` for the equations.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.hand.still.doubts.model import ALL_COLUMNS, COLUMNS, family
 from armimpedance.hand.still.doubts.odds import odds_of, tails
 
-#: Probability of each departure beforehand, and the size that it usually has (its column's unit).
+#: Prior probability of each departure, and its usual size (in the unit of its column).
 BEFOREHAND: Final = {
     "delay": (0.1, 1e-3),
     "reflex": (0.3, 0.3),
@@ -21,10 +21,10 @@ BEFOREHAND: Final = {
     "friction": (0.05, 0.1),
     "voluntary": (0.1, 0.3),
 }
-#: The same of a gain of one axis of the force beside the others.
+#: The same for a gain of one axis of the force relative to the others.
 GAIN_BEFOREHAND: Final = 0.05
 USUAL_GAIN: Final = 0.1
-#: Departures that have one sign only: a negative one is another departure.
+#: Departures with a positive sign only: a negative one is another departure.
 POSITIVE: Final = ("reflex", "friction")
 #: Departures less likely than this are left out.
 UNLIKELY: Final = 1e-4
@@ -40,7 +40,7 @@ _ALIKE: Final = np.array([[float(a == b) for b in _FAMILIES] for a in _FAMILIES]
 
 
 def _probabilities(k: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Probability (..., c) of each departure, and its number's mean square if it is there."""
+    """Probability (..., c) of each departure, and the mean square of its size if it exists."""
     factor, square = odds_of(k, error**2, _USUAL**2)
     odds = factor + np.log(_PRIOR / _NONE)
     top = np.maximum(odds.max(axis=-1, keepdims=True), 0.0)
@@ -49,23 +49,24 @@ def _probabilities(k: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def mean_squares(k: FloatArray, error: FloatArray) -> FloatArray:
-    """Mean square (..., c) of each departure's number in the mixture, for the tails of it.
+    """Mean square (..., c) of the size of each departure in the mixture, scaled for its tails.
 
-    `k`, `error` (..., c): numbers and standard errors, in the order of `ALL_COLUMNS`.
+    `k`, `error` (..., c): sizes and standard errors, in the order of `ALL_COLUMNS`.
     """
     p, square = _probabilities(np.where(_POSITIVE, np.maximum(k, 0.0), k), error)
     return np.asarray(np.where(p > UNLIKELY, p * tails(p @ _ALIKE) * square, 0.0))
 
 
 def expected_numbers(k: FloatArray, error: FloatArray) -> FloatArray:
-    """Numbers of departures that more trials are to show: those of a likely one, else 0.
+    """Sizes of departures that more trials are expected to show: 0 for an unlikely one.
 
-    A mean over having and not having it would be neither: more trials would make it significant.
+    A mean over having the departure and not having it would fit neither case: more trials would
+    make it significant.
 
     Parameters
     ----------
     k, error : (..., c) arrays
-        Numbers and standard errors, in the order of `ALL_COLUMNS`.
+        Sizes and standard errors, in the order of `ALL_COLUMNS`.
 
     Returns
     -------
@@ -77,7 +78,7 @@ def expected_numbers(k: FloatArray, error: FloatArray) -> FloatArray:
 
 
 def mean_square_of_gain(k: FloatArray, error: float) -> FloatArray:
-    """The same of one axis' gain beside the others less 1."""
+    """Mean square, in the mixture, of the gain of one axis relative to the others, less 1."""
     factor, square = odds_of(k, error**2, USUAL_GAIN**2)
     odds = np.exp(np.minimum(factor, 50.0)) * GAIN_BEFOREHAND / (1 - GAIN_BEFOREHAND)
     p = odds / (1 + odds)

@@ -1,7 +1,7 @@
-"""The weighted fit of a condition, and the number of one departure more in it.
+"""The weighted fit of a condition, and the size of a further departure in it.
 
-y and K in a departure's column are those that the plain fit finds; the rows are weighted by its
-noise, and the number k has a standard error clustered by trial.
+The column of a departure is computed with y and K of the plain fit. The rows are weighted by the
+noise of the condition, and the size k of the departure has a standard error clustered by trial.
 """
 
 from __future__ import annotations
@@ -46,17 +46,18 @@ from armimpedance.numerics.signals import delayed
 # - reflex: an answer to the displacement of d seconds before, ``z = K x(t - d)``;
 # - amplitude: a stiffness that changes with the deflection, ``z = K x |x|^2 / A^2``;
 # - friction: a force that has the sign of the velocity, ``z = F v / |v|``;
-# - voluntary: somebody pushes along the disturbance from d seconds on, ``z = F u s(t - d)``, s a
-#   ramp from 0 to 1 and u the direction.
+# - voluntary: the person pushes along the disturbance from d seconds on, ``z = F u s(t - d)``, s a
+# ramp from 0 to 1 and u the direction.
 #
-# F is the response's median peak, so that k is a part of it.
+# F is the median peak of the response, so that k is a share of it.
 
 #: Delays of a reflex that are tried (s).
 REFLEX_S: Final = (0.035, 0.045, 0.055, 0.065, 0.080, 0.100)
-#: Nobody pushes back on purpose earlier; who does is there after RISES_S (s).
+#: Onsets of a voluntary push that are tried (s): no person reacts earlier. The push is complete
+#: RISES_S (s) after its onset.
 VOLUNTARY_S: Final = (0.10, 0.13, 0.16)
 RISES_S: Final = 0.15
-#: Names of the columns of one departure, the same with different delays.
+#: Departure -> names of its columns, which differ in their delay only.
 COLUMNS: Final = {
     "delay": ("delay",),
     "reflex": tuple(f"reflex {late}" for late in REFLEX_S),
@@ -64,20 +65,21 @@ COLUMNS: Final = {
     "friction": ("friction",),
     "voluntary": tuple(f"voluntary {late}" for late in VOLUNTARY_S),
 }
-#: All of them, in this order.
+#: The columns of all departures, in this order.
 ALL_COLUMNS: Final = tuple(column for names in COLUMNS.values() for column in names)
-#: Span over which the speed is taken (s), and the part of its peak below which nothing slides.
+#: Span of samples from which the velocity is computed (s), and the share of the peak speed below
+#: which dry friction is taken as not sliding.
 _SPAN_S: Final = 0.021
 _SLOW: Final = 0.05
 
 
 def family(column: str) -> str:
-    """The departure that a column belongs to."""
+    """Name of the departure that a column belongs to."""
     return column.split()[0]
 
 
 def late_s(column: str) -> float:
-    """The delay in a column's name, s."""
+    """Delay in the name of a column, s."""
     return float(column.split()[1])
 
 
@@ -88,7 +90,7 @@ def columns_of(
     theta: FloatArray,
     peaks: Peaks,
 ) -> dict[str, FloatArray]:
-    """The columns z (T, d, n) of all departures.
+    """Columns z (T, d, n) of all departures, by name.
 
     `equation`: the window's, T usable trials of d axes in n modes.
     `Z` (T, 3 d, n) or None: motion free of its noise.
@@ -111,7 +113,7 @@ def columns_of(
     for name, late in zip(COLUMNS["reflex"], REFLEX_S, strict=True):
         before = delayed(x.transpose(0, 2, 1), late * window.sample_rate_hz)
         columns[name] = bears(before.transpose(0, 2, 1))
-    # [M B K] (d, 3 d) times the motion (3 d, n), free of its own noise where Z is
+    # [M B K] (d, 3 d) times the motion (3 d, n), which is free of its own noise if Z exists
     force = M_B_K.transpose(1, 0, 2).reshape(d, 3 * d) @ (equation.regressors if Z is None else Z)
     columns["delay"] = -force @ (equation.modes.first @ smooth.T).T
     columns["friction"] = in_modes(peaks.force * _sliding(x, window.sample_rate_hz))
@@ -125,7 +127,7 @@ def columns_of(
 
 
 def _sliding(x: FloatArray, rate_hz: float) -> FloatArray:
-    """Direction of the velocity of a displacement (T, S, d); small where it is slow."""
+    """Direction of the velocity of a displacement (T, S, d); its length is below 1 at low speed."""
     span = min(2 * round(_SPAN_S * rate_hz / 2) + 1, x.shape[1] - (x.shape[1] + 1) % 2)
     v = _slopes(x, max(span, 3) // 2)
     speed = np.linalg.norm(v, axis=2, keepdims=True)
@@ -134,9 +136,9 @@ def _sliding(x: FloatArray, rate_hz: float) -> FloatArray:
 
 
 def _slopes(x: FloatArray, half: int) -> FloatArray:
-    """Slopes of (T, S, d) a sample, by parabolas over 2 `half` + 1 samples; those at the ends too.
+    """Slopes of (T, S, d) per sample, by parabolas over 2 `half` + 1 samples, also at the ends.
 
-    What Savitzky and Golay do; SciPy's takes most of a second to import.
+    Equal to a Savitzky-Golay filter; SciPy's takes most of a second to import.
     """
     at = np.arange(-half, half + 1)
     near = np.lib.stride_tricks.sliding_window_view(x, len(at), axis=1)
@@ -151,8 +153,8 @@ def _slopes(x: FloatArray, half: int) -> FloatArray:
     return slopes
 
 
-#: A departure is told where chance alone does as much less often than this; of the best of several
-#: delays chance makes more.
+#: Significance level of each departure. It is lower where the best of several delays is chosen,
+#: because chance has more ways to produce a large size.
 LEVEL: Final = {
     "delay": 0.007,
     "reflex": 0.006,
@@ -164,16 +166,15 @@ LEVEL: Final = {
 
 @dataclass(frozen=True)
 class Departure:
-    """The number of one departure.
+    """Size of one departure.
 
     `size`, `error`: k and its standard error.
-    `expected`: the standard error that the estimated noise leads to expect: rougher than `error`,
-    but of one measure for all columns, which `error` (of few trials) is not.
-    `share`: by how much of K (of B, for delay and friction) the plain fit is wrong for each unit of
-    k.
-    `known`: standard error of that matrix along itself, as a part of it: what is less does not
+    `expected`: the standard error expected from the estimated noise. It is a rougher measure than
+    `error`, but the same for all columns, which `error` (from few trials) is not.
+    `share`: relative error of K (of B, for delay and friction) in the plain fit for each unit of k.
+    `known`: relative standard error of that matrix along itself; a smaller error of K or B does not
     matter.
-    `level`: how often chance alone may reach `limit`.
+    `level`: probability that chance alone exceeds `limit`.
     """
 
     size: float
@@ -186,21 +187,21 @@ class Departure:
 
     @property
     def t(self) -> float:
-        """Size in standard errors; those of a normal distribution, whatever the dof."""
+        """Size in standard errors. They are those of a normal distribution, whatever the dof."""
         return self.size / self.error
 
     @property
     def z(self) -> float:
-        """Size in expected standard errors: how much it explains beside another departure."""
+        """Size in expected standard errors: compares how much different departures explain."""
         return self.size / self.expected
 
     @property
     def limit(self) -> float:
-        """What chance alone does not reach, of size."""
+        """Detection limit: the size that chance alone exceeds with probability `level` only."""
         return float(stdtrit(self.dof, 1 - self.level / 2)) * self.error
 
 
-#: Parameters and k, covariance, dof and normal matrix.
+#: Parameters and k, their covariance, dof and normal matrix.
 _Solved = tuple[FloatArray, FloatArray, float, FloatArray]
 
 
@@ -212,11 +213,12 @@ class Model:
     n).
     `weight` (d n, d n): V, the inverse of the noise's covariance.
     `equations`: the plain fit's, W against Z.
-    `parameters` (3 d^2,): theirs.
-    `peaks`: of what the departures' numbers are parts.
+    `parameters` (3 d^2,): M, B and K of the plain fit.
+    `peaks`: the peaks that the sizes of the departures are shares of.
     `usable` (window's trials,): which of the window's trials are the T of the fit.
-    `inner`: sizes of inner modes, of a hand in space; the column "inner" is the likeliest.
-    `noise`: what was found in the window; None: the weight came from elsewhere.
+    `inner`: sizes of inner modes, for a hand in space; the column "inner" is that of the likeliest
+    mode.
+    `noise`: the noise estimated from the window; None if the weight came from elsewhere.
     """
 
     equation: ModalEquation
@@ -233,18 +235,18 @@ class Model:
 
     @classmethod
     def of(cls, window: Window, kind: Kind, free_wrist: bool = False) -> Model:
-        """Fit the window without departures, and make their columns."""
-        found = weighted_fit(window, kind)
-        V = np.linalg.inv(found.noise.covariance(found.parameters))
+        """Fit the window without departures, and compute the columns of the departures."""
+        fit = weighted_fit(window, kind)
+        V = np.linalg.inv(fit.noise.covariance(fit.parameters))
         V = (V + V.T) / 2
-        Z = expected_motion(found.equation)
-        plain = compensated_equations(found.equation, found.noise, V, Z, kind)
-        made = replace(cls._of(window, found.equation, V, Z, plain), noise=found.noise)
-        return made if found.equation.axes < FEWEST_AXES else made._with_inner(window, free_wrist)
+        Z = expected_motion(fit.equation)
+        plain = compensated_equations(fit.equation, fit.noise, V, Z, kind)
+        model = replace(cls._of(window, fit.equation, V, Z, plain), noise=fit.noise)
+        return model if fit.equation.axes < FEWEST_AXES else model._with_inner(window, free_wrist)
 
     @classmethod
     def weighted(cls, window: Window, kind: Kind, V: FloatArray) -> Model:
-        """The same with the weight V (d n, d n) of the rows instead of the window's own."""
+        """Fit the window with a given weight V (d n, d n) of the rows."""
         equation = modal_equation(window)
         Z = expected_motion(equation)
         plain = weighted_equations(equation, V, kind, instruments=Z)
@@ -267,7 +269,7 @@ class Model:
         return cls(equation, V, Z, plain, theta, covariance, columns, peaks, used)
 
     def _with_inner(self, window: Window, free_wrist: bool) -> Model:
-        """The same with the inner modes of a hand in space, and the likeliest as a column."""
+        """Add the fits of inner modes of a hand in space, and the likeliest mode as a column."""
         setting = InnerSetting(
             window,
             self.equation,
@@ -281,16 +283,17 @@ class Model:
         n = half_sphere(INNER_DIRECTIONS)[direction]
         along = np.tensordot(setting.column(fits.modes[mode]), n, axes=(1, 0))
         columns = {**self.columns, "inner": n[None, :, None] * along[:, None]}
-        # errors of the noise's covariance against those by trials: one measure for all
+        # errors by trials relative to those by the noise's covariance: one ratio for all modes
         expected = np.diag(np.linalg.inv(self.equations.A.sum(axis=0)))
         measured = float(np.sqrt(np.median(np.diag(self.covariance) / np.abs(expected))))
         wider = measured * t_factor(self.equation.trials - 1) / t_factor(np.inf)
         return replace(self, columns=columns, inner=fits.wider(wider))
 
     def left(self, column: str | None = None) -> float:
-        """Weighted squares that the fit leaves, with the number of one departure in it or without.
+        """Weighted sum of squared residuals, with one departure in the fit or without any.
 
-        Of the motion that is expected where it is: its own noise is no matter of a departure's.
+        The expected motion is used if there is one: the noise of the measured motion must not count
+        for or against a departure.
         """
         theta = self.parameters if column is None else self._solved(column)[0]
         p, Z = len(self.parameters), self.instruments
@@ -301,35 +304,35 @@ class Model:
         return float(((r @ self.weight) * r).sum())
 
     def departure(self, column: str, beside: str | None = None) -> Departure:
-        """The number k of one departure, with another one in the model beside it or without."""
+        """Size k of one departure, with or without a second departure (`beside`) in the model."""
         parameters, covariance, dof, total = self._solved(column, beside)
         p = len(self.parameters)
         k, error = float(parameters[p]), max(float(np.sqrt(covariance[p, p])), 1e-300)
         expected = float(np.sqrt(abs(np.linalg.inv(total)[p, p])))
         of_B = family(column) in ("delay", "friction")
-        which = slice(p // 3, 2 * p // 3) if of_B else slice(2 * p // 3, p)
-        # without this departure, the one beside it in the model all the same
+        rows = slice(p // 3, 2 * p // 3) if of_B else slice(2 * p // 3, p)
+        # the fit without this departure, but with the second one if there is one
         plain = self.parameters if beside is None else self._solved(beside)[0]
-        own, apart = plain[which], parameters[which]
-        share = float((own - apart) @ own / (own @ own)) / k if k else 0.0
-        known = float(np.sqrt(own @ self.covariance[which, which] @ own)) / float(own @ own)
-        return Departure(k, error, expected, share, known, dof, LEVEL[family(column)])
+        own, estimate = plain[rows], parameters[rows]
+        share = float((own - estimate) @ own / (own @ own)) / k if k else 0.0
+        precision = float(np.sqrt(own @ self.covariance[rows, rows] @ own)) / float(own @ own)
+        return Departure(k, error, expected, share, precision, dof, LEVEL[family(column)])
 
     def shift(self, column: str) -> FloatArray:
-        """By how much M, B and K (3 d^2,) are wrong for one unit of a departure."""
+        """Error of M, B and K (3 d^2,) for one unit of a departure."""
         parameters = self._solved(column)[0]
         k = float(parameters[-1])
         return (self.parameters - parameters[:-1]) / k if k else np.zeros(len(self.parameters))
 
     def _solved(self, column: str, beside: str | None = None) -> _Solved:
-        """M, B, K and k (and that of the one beside), covariance, dof, and the normal matrix."""
+        """M, B, K and k (and the size of `beside`), covariance, dof and normal matrix, cached."""
         if (column, beside) not in self._solutions:
             self._solutions[column, beside] = self._solve(column, beside)
         return self._solutions[column, beside]
 
     @cached_property
     def _solutions(self) -> dict[tuple[str, str | None], _Solved]:
-        """What has been solved: checks and intervals ask for the same."""
+        """Cache of the solutions: checks and intervals need the same ones."""
         return {}
 
     def _solve(self, column: str, beside: str | None) -> _Solved:
@@ -349,16 +352,16 @@ class Model:
 
     @cached_property
     def _products(self) -> DepartureProducts:
-        """Those of all columns at once."""
+        """Products of all columns with the weight."""
         return products_of(self.equation, self.weight, self.instruments, self.columns)
 
     def numbers(self) -> tuple[FloatArray, FloatArray]:
-        """Numbers that all departures seem to have, and their standard errors, (c,) each."""
+        """Estimated sizes of all departures and their standard errors, (c,) each."""
         return numbers_of([self.departure(name) for name in ALL_COLUMNS])
 
     @property
     def found_noise(self) -> NoiseModel:
-        """The noise that was found in the window.
+        """The noise that was estimated from the window.
 
         Raises EstimationError: the weight came from elsewhere.
         """
@@ -367,63 +370,65 @@ class Model:
         return self.noise
 
     def knowledge(self) -> Knowledge:
-        """What its trials tell, by the noise that was found in them.
+        """Information of the trials, by the noise estimated from them.
 
-        Of the motion that is expected where it is: a trial's own noise tells nothing.
+        The expected motion is used if there is one: a trial's own noise is no information.
         """
         equation, Z = self.equation, self.instruments
         if Z is not None:
             equation = replace(equation, motion=Z.reshape(equation.motion.shape))
-        each = _knowledge(equation, self.weight, self.columns, self.peaks)
-        return reduce(add, each)
+        by_trial = _knowledge(equation, self.weight, self.columns, self.peaks)
+        return reduce(add, by_trial)
 
 
-def numbers_of(found: Sequence[Departure]) -> tuple[FloatArray, FloatArray]:
-    """Numbers and standard errors (c,) of departures: one measure of noise for all of them.
+def numbers_of(departures: Sequence[Departure]) -> tuple[FloatArray, FloatArray]:
+    """Sizes and standard errors (c,) of departures, with one common measure of the noise.
 
-    That of a single column is known from few trials only; the tails are those of t.
+    The measure of a single column comes from few trials only; the tails are those of t.
     """
-    measured = float(np.median([one.error / one.expected for one in found]))
-    rough = np.array([t_factor(one.dof) for one in found]) / t_factor(np.inf)
-    error = measured * rough * np.array([one.expected for one in found])
-    return np.array([one.size for one in found]), error
+    measured = float(np.median([departure.error / departure.expected for departure in departures]))
+    rough = np.array([t_factor(departure.dof) for departure in departures]) / t_factor(np.inf)
+    error = measured * rough * np.array([departure.expected for departure in departures])
+    return np.array([departure.size for departure in departures]), error
 
 
 def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> Departure:
-    """One departure over all conditions, weighted by what each is expected to know of it.
+    """One departure over all conditions, weighted by its expected precision in each.
 
-    Errors of few trials are rough. Weights of them would make the mean look more certain than it
-    is; their mean is less rough. Its degrees of freedom are Satterthwaite's.
+    Standard errors from few trials are rough: as weights they would make the mean look more certain
+    than it is, and so would a single one of them as its error. The degrees of freedom are
+    Satterthwaite's.
     """
-    found = [model.departure(column, beside) for model in models]
-    weight = np.array([one.expected**-2 for one in found])
+    departures = [model.departure(column, beside) for model in models]
+    weight = np.array([departure.expected**-2 for departure in departures])
     weight /= weight.sum()
     # var(sum_i w_i k_i) = sum_i w_i^2 error_i^2
-    parts = (weight * [one.error for one in found]) ** 2
+    parts = (weight * [departure.error for departure in departures]) ** 2
     return Departure(
-        size=float(weight @ [one.size for one in found]),
+        size=float(weight @ [departure.size for departure in departures]),
         error=float(np.sqrt(parts.sum())),
-        expected=float(np.sum([one.expected**-2 for one in found])) ** -0.5,
-        share=float(weight @ [one.share for one in found]),
-        known=float(np.median([one.known for one in found])),
-        dof=float(parts.sum() ** 2 / (parts**2 @ [1 / one.dof for one in found])),
+        expected=float(np.sum([departure.expected**-2 for departure in departures])) ** -0.5,
+        share=float(weight @ [departure.share for departure in departures]),
+        known=float(np.median([departure.known for departure in departures])),
+        dof=float(parts.sum() ** 2 / (parts**2 @ [1 / departure.dof for departure in departures])),
         level=LEVEL[family(column)],
     )
 
 
 def inner_of(models: Sequence[Model], elbow: Elbow | None) -> Inner | None:
-    """What the conditions together say of an inner mode; None in fewer than three axes.
+    """Inner mode estimated from all conditions together; None with fewer than three axes.
 
-    `elbow`: what was said of it.
+    `elbow`: stated by the user.
     """
     fits = [model.inner for model in models if model.inner is not None]
     return averaged_inner(together(fits), elbow) if fits else None
 
 
 def beside_inner(limb: Inner | None) -> str | None:
-    """The column beside which departures are asked: what an inner mode explains is none.
+    """Column that is kept in the model while departures are tested, or None.
 
-    `limb`: with a mode that is more likely than not, by the trials and by what was said.
+    The column is that of an inner mode: what the mode explains is no departure.
+    `limb`: its mode counts if its posterior probability is above a half.
     """
     return "inner" if limb is not None and limb.probability > 0.5 else None
 
@@ -431,7 +436,7 @@ def beside_inner(limb: Inner | None) -> str | None:
 def knowledge_by_trial(
     window: Window, weight: FloatArray, theta: FloatArray, peaks: Peaks | None = None
 ) -> list[Knowledge]:
-    """What each of some trials that are only planned will tell of M, B, K and the departures.
+    """Information of each planned trial about M, B, K and the departures.
 
     Parameters
     ----------
@@ -442,7 +447,8 @@ def knowledge_by_trial(
     theta : (3 d^2,)
         M (with the handle), B and K that are expected, row by row.
     peaks : Peaks, optional
-        Of what the departures' numbers are parts; those of other trials, to add theirs.
+        Peaks that the sizes of the departures are shares of; those of other trials, to add their
+        information.
 
     Returns
     -------
@@ -457,10 +463,10 @@ def knowledge_by_trial(
 def _knowledge(
     equation: ModalEquation, weight: FloatArray, columns: Mapping[str, FloatArray], peaks: Peaks
 ) -> list[Knowledge]:
-    """What each trial tells of M, B, K and the departures' columns (T, d, n)."""
+    """Information of each trial about M, B, K and the departures' columns (T, d, n)."""
     products = products_of(equation, weight, None, columns)
     A = weighted_equations(equation, weight, "hand").A
     return [
-        Knowledge(one, products.names, 1.0, peaks).ordered(ALL_COLUMNS)
-        for one in information_by_trial(A, products)
+        Knowledge(information, products.names, 1.0, peaks).ordered(ALL_COLUMNS)
+        for information in information_by_trial(A, products)
     ]

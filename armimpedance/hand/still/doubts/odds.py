@@ -1,4 +1,4 @@
-"""Odds of a departure against none, and the tails of a mixture with none.
+"""Odds of a departure against none, and the tails of a mixture with no departure.
 
 H. Jeffreys, *Theory of Probability* (Oxford, 1961), chapter 5: the Bayes factor of a normal mean.
 """
@@ -13,9 +13,9 @@ from armimpedance.core.arrays import FloatArray
 
 
 def tails(probability: ArrayLike) -> FloatArray:
-    """By how much normal variances must be larger to hold 95 % of a mixture with zero.
+    """Factor for normal variances, so that their 95 % interval holds 95 % of a mixture with zero.
 
-    A number that is zero with probability 1 - p and else normal lies beyond x with probability
+    A number that is zero with probability 1 - p and otherwise normal lies beyond x with probability
     ``2 p (1 - Phi(x))``, x in its standard deviations.
     """
     p = np.asarray(probability, dtype=float)
@@ -27,7 +27,7 @@ def tails(probability: ArrayLike) -> FloatArray:
 def odds_of(
     k: ArrayLike, error2: ArrayLike, usual2: FloatArray | float
 ) -> tuple[FloatArray, FloatArray]:
-    """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
+    """Log Bayes factor of a departure against none, and the mean square of k if there is one."""
     k, error2 = np.asarray(k, dtype=float), np.asarray(error2, dtype=float)
     part = usual2 / (error2 + usual2)
     factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)

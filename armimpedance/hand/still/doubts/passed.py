@@ -1,4 +1,4 @@
-"""What one channel came through and the other did not: a delay, or a low-pass."""
+"""Delay or low-pass that one channel passed and the other did not."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from armimpedance.numerics.signals import delayed
 Channel = Literal["force", "position"]
 Way = Literal["late", "low-pass", "zero-phase"]
 CHANNELS: Final[tuple[Channel, ...]] = ("force", "position")
-#: A position that came through more than this cannot be helped (s, Hz): the motion is lost that
-#: would tell what it was. Measured: 15 Hz without phase is taken off, 12 Hz is not; a low-pass with
-#: phase at 50 Hz is, at 20 Hz it looks like a delay of 9 ms.
+#: Position signals filtered more than this cannot be corrected (s, Hz), because the motion that
+#: identifies the filter is lost. Measured: a filter of 15 Hz without phase is corrected, one of 12
+#: Hz is not; a low-pass with phase of 50 Hz is corrected, one of 20 Hz looks like a delay of 9 ms.
 LOST: Final = {"late": 6e-3, "low-pass": 40.0, "zero-phase": 14.0}
 
 
 @dataclass(frozen=True)
 class Passed:
-    """What one channel came through and the other did not.
+    """Delay or low-pass that one channel passed and the other did not.
 
-    `value`: the delay (s) of "late", else the corner (Hz). `order`: of the low-pass; 0 of a delay.
+    `value`: the delay (s) of "late", else the corner (Hz). `order`: of the low-pass; 0 for a delay.
     """
 
     channel: Channel
@@ -34,11 +34,11 @@ class Passed:
     value: float
 
     def of(self, signal: FloatArray, rate_hz: float) -> FloatArray:
-        """A signal (..., S, d) that begins at rest, through the same."""
+        """Filter a signal (..., S, d) that begins at rest."""
         return np.moveaxis(self.of_rows(np.moveaxis(signal, -1, -2), rate_hz), -1, -2)
 
     def of_rows(self, signal: FloatArray, rate_hz: float) -> FloatArray:
-        """The same of a signal (..., S) whose last axis is time."""
+        """Filter a signal (..., S) whose last axis is time."""
         if self.is_nothing:
             return signal
         if self.way == "late":
@@ -52,14 +52,14 @@ class Passed:
         return np.asarray(sosfilt(sos, signal, zi=state * signal[..., :1])[0])
 
     def through(self, window: Window) -> Window:
-        """A window with its other channel through the same."""
+        """Filter the other channel of a window."""
         values = self.of(getattr(window, self.other), window.sample_rate_hz)
         if self.other == "position":
             return replace(window, position=values)
         return replace(window, force=values)
 
     def alike(self, recording: Recording) -> Recording:
-        """The recording with its other channel through the same, trial by trial."""
+        """Filter the other channel of a recording, trial by trial."""
         values = np.array(getattr(recording, self.other))
         for row in range(recording.n_trials):
             at = recording.samples_of(row)
@@ -69,23 +69,23 @@ class Passed:
 
     @property
     def other(self) -> Channel:
-        """The channel that did not come through it."""
+        """The channel that is not filtered."""
         return "position" if self.channel == "force" else "force"
 
     @property
     def is_lost(self) -> bool:
-        """Whether too little of the motion is left to take it off."""
+        """True if too little of the motion remains to correct the filter."""
         beyond = LOST[self.way] < self.value if self.way == "late" else self.value < LOST[self.way]
         return self.channel == "position" and beyond
 
     @property
     def is_nothing(self) -> bool:
-        """Whether it leaves a signal as it is."""
+        """True if it leaves a signal unchanged."""
         return self.way == "late" and self.value == 0
 
     @property
     def words(self) -> str:
-        """What it is."""
+        """Description for messages."""
         if self.way == "late":
             return f"{1e3 * self.value:.3g} ms late"
         phase = " without phase" if self.way == "zero-phase" else ""

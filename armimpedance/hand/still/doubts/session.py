@@ -1,8 +1,8 @@
-"""Is it one limb and one rig from the first trial to the last? The session is its own witness.
+"""Check of the session: one limb and one rig from the first trial to the last.
 
 The inertia of a limb at one place does not change while a person is measured; stiffness does, with
-fatigue and attention. So the trials are asked whether M changes in their course (`courses`); B and
-K have numbers of their own in it, and their change is no alarm.
+fatigue and attention. So the trials are tested for a change of M over the session (`courses`). B
+and K have numbers of their own in the test, and their change is not reported as an error.
 """
 
 from __future__ import annotations
@@ -36,17 +36,18 @@ from armimpedance.hand.still.doubts.courses import (
 )
 from armimpedance.hand.still.doubts.model import Model
 
-#: A change is named where chance alone makes as much of one course less often than this: some
-#: hundred courses that resemble each other are tried (`benchmarks/broken_assumptions.py`).
+#: Significance level of a change for one course. It is low because some hundred courses that
+#: resemble each other are tried (`benchmarks/broken_assumptions.py`).
 LEVEL_OF_CHANGE: Final = 5e-5
-#: Times that a change is told in parts of what was before it.
+#: Iterations that refer a change to the matrices before it.
 STEPS: Final = 3
-#: Conditions nearer to each other than this have one inertia (m, rad); smaller parts of it between
-#: them are not named, and of more conditions only those with most trials are held against others.
+#: Conditions nearer to each other than this have one inertia (m, rad). Smaller relative differences
+#: than LEAST_UNLIKE are not reported, and of more conditions only those with most trials are
+#: compared.
 SAME_PLACE: Final = {"hand": 0.01, "joint": 0.05}
 LEAST_UNLIKE: Final = 0.03
 MOST_CONDITIONS: Final = 8
-#: Explanations that chance would make worse than this less often are dropped.
+#: Explanations are rejected if chance alone exceeds their misfit with a probability below this.
 UNLIKE: Final = 0.001
 #: Drop of the squared statistic that bounds the place of a change (95 %, one number).
 _DROP: Final = 3.84
@@ -54,15 +55,15 @@ _DROP: Final = 3.84
 
 @dataclass(frozen=True, eq=False)
 class SessionChange:
-    """The change that explains most.
+    """The change of a session that explains most.
 
     `sizes` (3 d,): parts by which M, then B, then K of each axis of force change.
     `covariance` (3 d, 3 d): of these.
     `z`: the largest statistic, of M of all axes or of one.
-    `limit`: what chance alone does not reach.
-    `least`: the smallest change in the middle of the session that would have been named.
-    `fading`: statistic of K of all axes, the largest over the courses, and its part.
-    `between`: trials, counted from 0, between which a change that holds on began.
+    `limit`: critical value of the statistic.
+    `least`: detection limit of a change in the middle of the session.
+    `fading`: statistic of K of all axes, the largest over the courses, and the relative change.
+    `between`: first and last trial, counted from 0, at which a lasting change may have begun.
     """
 
     course: SessionCourse
@@ -76,14 +77,14 @@ class SessionChange:
 
     @property
     def seen(self) -> bool:
-        """Whether it is more than chance."""
+        """True if the change is significant."""
         return abs(self.z) > self.limit
 
 
 def change_of(
     recording: Recording, models: Sequence[tuple[IntArray, Model]]
 ) -> SessionChange | None:
-    """The change that explains most of a session; None where no course can be asked.
+    """The change that explains most of a session; None if no course can be fitted.
 
     `models`: each condition's trials, as rows of the recording, and its fit.
     """
@@ -96,13 +97,15 @@ def change_of(
     tried = tried_courses(recording, parts)
     if not tried:
         return None
-    best = max(tried, key=lambda one: abs(one.z))
-    whole = [one for one in tried if one.axis is None]
+    best = max(tried, key=lambda candidate: abs(candidate.z))
+    whole = [candidate for candidate in tried if candidate.axis is None]
     middle = recording.n_trials / 2
     usual = min(whole, key=lambda o: (o.course.kind != "from", abs(o.course.first - middle)))
-    fading = max(whole, key=lambda one: abs(one.fit.z[2])).fit
+    fading = max(whole, key=lambda candidate: abs(candidate.fit.z[2])).fit
     pattern = _pattern(_refined(models, best.course))
-    course, between = _placed(parts, [one.course for one in whole], best.course, pattern)
+    course, between = _placed(
+        parts, [candidate.course for candidate in whole], best.course, pattern
+    )
     exact = _refined(models, course)
     return SessionChange(
         course=course,
@@ -117,29 +120,29 @@ def change_of(
 
 
 def _refined(models: Sequence[tuple[IntArray, Model]], course: SessionCourse) -> CourseFit:
-    """The change in parts of M, B and K before it, not of their mean."""
+    """Fit the change relative to M, B and K before it instead of their mean."""
     single = np.eye(3 * models[0][1].equation.axes)
     parts = [Part.of(model, rows) for rows, model in models]
-    best = fit_course(parts, course.weight, single)
-    found = best
+    last = fit_course(parts, course.weight, single)
+    fit = last
     for _ in range(STEPS):
-        if found is None:
+        if fit is None:
             break
-        best = found
-        before = [part.theta + shift for part, shift in zip(parts, best.shifts, strict=True)]
+        last = fit
+        before = [part.theta + shift for part, shift in zip(parts, last.shifts, strict=True)]
         parts = [
             Part.of(model, rows, theta) for (rows, model), theta in zip(models, before, strict=True)
         ]
-        found = fit_course(parts, course.weight, single)
-    if best is None:
+        fit = fit_course(parts, course.weight, single)
+    if last is None:
         raise EstimationError("a course that was fitted cannot be fitted again")
-    return best
+    return last
 
 
-def _pattern(found: CourseFit) -> FloatArray:
-    """The rows (3 d, k) that the likeliest cause changes; M, B and K apart for another limb."""
-    cause, axis, _, _ = cause_of(found)
-    d = len(found.sizes) // 3
+def _pattern(fit: CourseFit) -> FloatArray:
+    """Rows (3 d, k) that the likeliest cause changes; M, B and K separately for another limb."""
+    cause, axis, _, _ = cause_of(fit)
+    d = len(fit.sizes) // 3
     if cause == "limb":
         return together(d)
     return rows_of_gain(d, axis)
@@ -151,39 +154,39 @@ def _placed(
     best: SessionCourse,
     pattern: FloatArray,
 ) -> tuple[SessionCourse, tuple[int, int]]:
-    """Where a change begins that has this pattern, and between which trials (95 %)."""
+    """Course with this pattern that explains most, and the range of its first trial (95 %)."""
     if best.kind != "from":
         return best, (best.first, best.first)
-    begun = [one for one in courses if one.kind == "from"]
-    fits = fit_courses(parts, np.array([one.weight for one in begun]), pattern)
+    begun = [candidate for candidate in courses if candidate.kind == "from"]
+    fits = fit_courses(parts, np.array([candidate.weight for candidate in begun]), pattern)
     explained = [
         (float(fit.sizes @ np.linalg.inv(fit.covariance) @ fit.sizes), course)
         for fit, course in zip(fits, begun, strict=True)
         if fit is not None
     ]
-    most, course = max(explained, key=lambda one: one[0])
-    near = [one.first for size, one in explained if size >= most - _DROP]
+    most, course = max(explained, key=lambda candidate: candidate[0])
+    near = [candidate.first for size, candidate in explained if size >= most - _DROP]
     return course, (min(near), max(near))
 
 
-# What a change is: its pattern over M, B and K and over the axes of force.
+# Cause of a change: its pattern over M, B and K and over the axes of force.
 
 Cause = Literal["gain", "channel", "sign", "limb"]
 
 
 def cause_of(change: SessionChange | CourseFit) -> tuple[Cause, int | None, float, float]:
-    """The simplest explanation that the numbers allow; its axis, its part and standard error.
+    """Simplest explanation compatible with the data; its axis, relative change and standard error.
 
-    A gain of the force scales M, B and K alike, one of a channel those of its axis; a limb is
-    another one where they go different ways.
+    A gain of the force scales M, B and K alike, that of a channel the rows of its axis. It is
+    another limb if they change differently.
     """
     d = len(change.sizes) // 3
-    explained: list[tuple[int | None, FloatArray]] = [(None, np.ones(3 * d))]
-    explained += [
+    patterns: list[tuple[int | None, FloatArray]] = [(None, np.ones(3 * d))]
+    patterns += [
         (axis, np.tile(np.arange(d) == axis, 3) * 1.0) for axis in range(d if d > 1 else 0)
     ]
-    found = [(_explained(change, pattern), axis) for axis, pattern in explained]
-    (misfit, part, error), axis = min(found, key=lambda one: one[0][0])
+    misfits = [(_explained(change, pattern), axis) for axis, pattern in patterns]
+    (misfit, part, error), axis = min(misfits, key=lambda one: one[0][0])
     if misfit > chi2.isf(UNLIKE, 3 * d - 1):
         inertia = np.repeat([1.0, 0.0, 0.0], d)
         _, part, error = _explained(change, inertia, of_inertia=True)
@@ -197,22 +200,22 @@ def _explained(
     change: SessionChange | CourseFit, pattern: FloatArray, *, of_inertia: bool = False
 ) -> tuple[float, float, float]:
     """Misfit of ``g = part * pattern``, the part and its standard error."""
-    some: BoolArray = pattern > 0 if of_inertia else np.ones(len(pattern), dtype=bool)
-    weight = np.linalg.inv(change.covariance[np.ix_(some, some)])
-    g, x = change.sizes[some], pattern[some]
-    known = float(x @ weight @ x)
-    part = float(x @ weight @ g) / known
-    left = g - part * x
-    return float(left @ weight @ left), part, known**-0.5
+    scaled: BoolArray = pattern > 0 if of_inertia else np.ones(len(pattern), dtype=bool)
+    weight = np.linalg.inv(change.covariance[np.ix_(scaled, scaled)])
+    g, x = change.sizes[scaled], pattern[scaled]
+    precision = float(x @ weight @ x)
+    part = float(x @ weight @ g) / precision
+    residual = g - part * x
+    return float(residual @ weight @ residual), part, precision**-0.5
 
 
 def check_session(
     recording: Recording, models: Sequence[tuple[IntArray, Model]]
 ) -> tuple[Finding, ...]:
-    """The finding "session": whether M stays from the first trial to the last.
+    """The finding "session": does M stay the same from the first trial to the last?
 
     `models`: each condition's trials, as rows of the recording, and its fit.
-    Returns: one; "cannot tell" where no condition has trials before and after a change.
+    Returns: one; "cannot tell" if no condition has trials before and after a change.
     """
     change = change_of(recording, models)
     if change is None and (unlike := _unlike_conditions(recording, models)) is not None:
@@ -234,22 +237,25 @@ def check_session(
 def _unlike_conditions(
     recording: Recording, models: Sequence[tuple[IntArray, Model]]
 ) -> str | None:
-    """Two conditions at one place whose inertia differs; None where all are alike."""
-    limit, found = stdtrit(np.inf, 1 - LEVEL_OF_CHANGE / 2), []
-    for (rows, one), (others, other) in combinations(models[:MOST_CONDITIONS], 2):
+    """Message on two conditions at one place whose inertia differs; None if all are alike."""
+    limit, differences = stdtrit(np.inf, 1 - LEVEL_OF_CHANGE / 2), []
+    for (rows, first_model), (others, second_model) in combinations(models[:MOST_CONDITIONS], 2):
         if _distance(recording, rows, others) > SAME_PLACE[recording.kind]:
             continue
-        q = one.equation.axes**2
-        M, change = one.parameters[:q], other.parameters[:q] - one.parameters[:q]
-        weight = np.linalg.inv(one.covariance[:q, :q] + other.covariance[:q, :q])
+        q = first_model.equation.axes**2
+        M, change = (
+            first_model.parameters[:q],
+            second_model.parameters[:q] - first_model.parameters[:q],
+        )
+        weight = np.linalg.inv(first_model.covariance[:q, :q] + second_model.covariance[:q, :q])
         # M_other - M_one (q,) = g M_one (q,), weighted by its covariance
-        known = float(M @ weight @ M)
-        g, error = float(M @ weight @ change) / known, known**-0.5
+        precision = float(M @ weight @ M)
+        g, error = float(M @ weight @ change) / precision, precision**-0.5
         if abs(g) > max(limit * error, LEAST_UNLIKE):
-            found.append((abs(g) / error, g, error, rows, others))
-    if not found:
+            differences.append((abs(g) / error, g, error, rows, others))
+    if not differences:
         return None
-    _, g, error, rows, others = max(found, key=lambda one: one[0])
+    _, g, error, rows, others = max(differences, key=lambda first_model: first_model[0])
     first, second = (recording.trials["condition"].iloc[each[0]] for each in (rows, others))
     return (
         f"inertia of {second} is {100 * g:+.0f} % (sd {100 * error:.0f}) beside that of {first} at "
@@ -258,16 +264,16 @@ def _unlike_conditions(
 
 
 def _distance(recording: Recording, rows: IntArray, others: IntArray) -> float:
-    """How far apart the limb was in two groups of trials, m or rad."""
+    """Distance between the limb's places in two groups of trials, m or rad."""
     first, second = (
-        np.median([recording.position[recording.offsets[row]] for row in each], axis=0)
-        for each in (rows, others)
+        np.median([recording.position[recording.offsets[row]] for row in group], axis=0)
+        for group in (rows, others)
     )
     return float(np.linalg.norm(second - first))
 
 
 def _steady(change: SessionChange) -> str:
-    """M stays; what K does."""
+    """Message that M stays, with the change of K."""
     z, part = change.fading
     if abs(z) <= change.limit:
         return "inertia is the same from the first trial to the last"
@@ -279,7 +285,7 @@ def _steady(change: SessionChange) -> str:
 
 
 def _changed(recording: Recording, change: SessionChange) -> str:
-    """What changed, by how much, where, and what to do."""
+    """Message on the cause of the change, its size and place, and what to do."""
     cause, axis, part, error = cause_of(change)
     how = f"by {100 * part:+.0f} % (sd {100 * error:.0f})"
     where = change.course.where
@@ -305,9 +311,9 @@ def _changed(recording: Recording, change: SessionChange) -> str:
     )
 
 
-# How M, B and K go over the session, to be drawn.
+# Course of M, B and K over the session, for plots.
 
-#: A block holds so many trials at least, and there are so many blocks at most.
+#: Fewest trials in a block, and largest number of blocks.
 FEWEST_IN_BLOCK: Final = 6
 MOST_BLOCKS: Final = 12
 
@@ -328,17 +334,17 @@ class SessionBlocks:
 
 
 def blocks_of(recording: Recording, models: Sequence[tuple[IntArray, Model]]) -> SessionBlocks:
-    """The blocks of a session; `models`: each condition's trials as rows, and its fit."""
+    """M, B and K in blocks of a session; `models`: each condition's trials as rows, and its fit."""
     order, parts = in_order(recording), [Part.of(model, rows) for rows, model in models]
     count = int(np.clip(len(order) // FEWEST_IN_BLOCK, 1, MOST_BLOCKS))
     places = np.array_split(np.arange(1, len(order) + 1), count)
-    found = np.array([_sizes(parts, order[block - 1]) for block in places])
+    sizes = np.array([_sizes(parts, order[block - 1]) for block in places])
     first, last = (np.array([block[i] for block in places]) for i in (0, -1))
-    return SessionBlocks(first, last, found[..., 0], found[..., 1] * _scatter(parts))
+    return SessionBlocks(first, last, sizes[..., 0], sizes[..., 1] * _scatter(parts))
 
 
 def _sizes(parts: Sequence[Part], rows: IntArray) -> FloatArray:
-    """M, B and K of some trials as parts of their conditions', and standard errors, (3, 2)."""
+    """M, B and K of some trials relative to their conditions', and standard errors, (3, 2)."""
     H, u = np.zeros((3, 3)), np.zeros(3)
     for part in parts:
         inside, D = np.isin(part.rows, rows), part.scaled @ together(part.scaled.shape[1] // 3)
@@ -352,12 +358,12 @@ def _sizes(parts: Sequence[Part], rows: IntArray) -> FloatArray:
 
 
 def _scatter(parts: Sequence[Part]) -> float:
-    """By how much trials differ more than their noise makes them: at least 1."""
-    left = free = 0.0
+    """Ratio of the scatter of trials to that expected from their noise: at least 1."""
+    squares = free = 0.0
     for part in parts:
         T, d = len(part.rows), part.scaled.shape[1] // 3
         D = part.scaled @ together(d)
         expected = np.einsum("pk,tpq,qk->k", D, part.A, D)
-        left += float((((part.residual @ D) ** 2).sum(axis=0) / expected).sum())
+        squares += float((((part.residual @ D) ** 2).sum(axis=0) / expected).sum())
         free += 3 * max(T - 3 * d, 1) / T
-    return float(np.sqrt(max(left / free, 1.0)))
+    return float(np.sqrt(max(squares / free, 1.0)))

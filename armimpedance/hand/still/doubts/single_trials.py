@@ -1,12 +1,12 @@
-"""Single trials that answer otherwise than the others of their condition.
+"""Single trials whose response differs from the others of their condition.
 
-Trial t answers by ``1 + g_t`` of what M, B and K of the others make of its motion, one number of
-all axes of the force (k = 1) or one of each (k = d):
+Trial t responds by ``1 + g_t`` times the force that M, B and K of the others predict from its
+motion, with one number for all axes of the force (k = 1) or one for each (k = d):
 
     D^T A_t D g_t = D^T r_t,    r_t = b_t - A_t theta
 
-with theta (p,) the condition's, and D (p, k) the rows of theta that gains scale. What the trials of
-a session scatter by, robustly, is the measure of one.
+with theta (p,) the condition's, and D (p, k) the rows of theta that gains scale. Each trial is
+judged by the robust standard deviation of g over the session's trials.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from armimpedance.core.records import Recording
 from armimpedance.hand.still.doubts.courses import Part, rows_of_gain
 from armimpedance.hand.still.doubts.model import Model
 
-#: A trial is named from this many of the session's robust standard deviations on, and where it is
-#: off by this part at least.
+#: A trial is reported if it deviates by this many of the session's robust standard deviations, and
+#: by at least this share.
 SIGNIFICANT: Final = 7.0
 LEAST: Final = 0.25
-#: Fewer trials say nothing of how trials scatter.
+#: Fewer trials give no measure of their scatter.
 FEWEST: Final = 16
-#: One axis is named where its number is so many times further off than that of all.
+#: One axis is reported if its number deviates so many times more than that of all axes.
 CLEARLY: Final = 1.3
 #: Trials that a message lists.
 MOST_LISTED: Final = 6
@@ -40,9 +40,9 @@ _NORMAL_MEDIAN: Final = 0.6745
 
 @dataclass(frozen=True, eq=False)
 class TrialGains:
-    """g of n trials along all axes and along each, and how many deviations they are off.
+    """g of n trials along all axes and along each, and the same in robust standard deviations.
 
-    `rows` (n,): of the recording.
+    `rows` (n,): rows of the trials in the recording.
     `sizes`, `z` (n, 1 + d).
     """
 
@@ -52,30 +52,30 @@ class TrialGains:
 
     @property
     def off(self) -> IntArray:
-        """Which trials are named, the worst first."""
+        """Indices of the trials that are reported, the worst first."""
         worst = np.where(np.abs(self.sizes) > LEAST, np.abs(self.z), 0.0).max(axis=1)
         order = np.argsort(-worst, kind="stable")
         return order[worst[order] > SIGNIFICANT]
 
 
 def trial_gains(models: Sequence[tuple[IntArray, Model]]) -> TrialGains:
-    """How each trial answers beside the others of its condition."""
+    """Gain of each trial relative to the others of its condition."""
     sizes, z = [], []
     for trials, model in models:
         part, d = Part.of(model, trials), model.equation.axes
         patterns = [rows_of_gain(d, None)]
         if d > 1:
             patterns.append(np.hstack([rows_of_gain(d, axis) for axis in range(d)]))
-        found = [_gains(part, part.scaled @ pattern) for pattern in patterns]
-        sizes.append(np.hstack([g for g, _ in found]))
-        z.append(np.hstack([deviations for _, deviations in found]))
+        gains = [_gains(part, part.scaled @ pattern) for pattern in patterns]
+        sizes.append(np.hstack([g for g, _ in gains]))
+        z.append(np.hstack([deviations for _, deviations in gains]))
     rows = np.concatenate([trials for trials, _ in models])
     return TrialGains(rows, np.concatenate(sizes), np.concatenate(z))
 
 
 def _gains(part: Part, D: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """g (T, k) of each trial, and how many robust deviations of the trials it is off."""
-    # H_t (T, k, k) g_t = D^T r_t; a trial without force along an axis tells nothing of it
+    """g (T, k) of each trial, and g in robust standard deviations of the trials."""
+    # H_t (T, k, k) g_t = D^T r_t; a trial without force along an axis has no information on it
     inverse = np.linalg.pinv(D.T @ part.A @ D)
     g = (inverse @ (part.residual @ D)[..., None])[..., 0]
     spread = g / np.sqrt(np.maximum(np.einsum("tkk->tk", inverse), 1e-300))
@@ -86,7 +86,7 @@ def _gains(part: Part, D: FloatArray) -> tuple[FloatArray, FloatArray]:
 def check_single_trials(
     recording: Recording, models: Sequence[tuple[IntArray, Model]]
 ) -> tuple[Finding, ...]:
-    """The finding "single trials"; empty where there are few trials.
+    """The finding "single trials"; empty if there are few trials.
 
     `models`: each condition's trials, as rows of the recording, and its fit.
     """
@@ -108,7 +108,7 @@ def check_single_trials(
 
 
 def _words(recording: Recording, gains: TrialGains, i: int) -> str:
-    """A trial, and how it answers: of all axes where these are not clearly unlike."""
+    """A trial and its response, along one axis only if that differs clearly from all axes."""
     z = np.abs(gains.z[i])
     column = int(np.argmax(z)) if z.max() > CLEARLY * z[0] else 0
     along = "" if column == 0 else f" along {axis_name(recording.kind, column - 1)}"

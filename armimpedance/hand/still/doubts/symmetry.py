@@ -1,4 +1,4 @@
-"""Is the inertia symmetric? A gain of one axis of the force beside the others makes it not so."""
+"""Symmetry of the inertia: a gain of one axis of the force relative to the others breaks it."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from armimpedance.core.conventions import AXES
 from armimpedance.core.findings import Finding
 from armimpedance.hand.still.doubts.model import Model
 
-# Is the inertia symmetric? It is by physics, whatever the person does.
+# The inertia is symmetric by physics, whatever the person does.
 #
 # A gain ``1 + k`` of the force's axis i beside the others makes ``M_ij = (1 + k) M_ji``; axes that
-# are turned do much the same. One record does not tell which axis is right.
+# are turned do much the same. One record does not show which axis is right.
 
-#: A gain is told where chance alone makes as much less often than this, and from this part on.
+#: Significance level of a gain, and the smallest gain that is reported.
 LEVEL_OF_SYMMETRY: Final = 0.0015
 LEAST_GAIN: Final = 0.02
-#: What would not be seen below this gain is not asked.
+#: The gain is not judged if only one larger than this could have been detected.
 LARGEST_GAIN: Final = 0.5
 
 
 @dataclass(frozen=True)
 class Gain:
-    """Gain of an axis beside the others less 1, k, with its standard error."""
+    """Gain of an axis relative to the others, less 1: k, with its standard error."""
 
     axis: int
     size: float
@@ -37,28 +37,28 @@ class Gain:
 
     @property
     def limit(self) -> float:
-        """What chance alone does not reach."""
+        """Detection limit of k."""
         return limit_of_gain(self.error, self.dof)
 
 
 def limit_of_gain(error: float, dof: float) -> float:
-    """What chance alone does not reach, of a gain less 1 with this standard error."""
+    """Detection limit of a gain less 1, given its standard error."""
     return float(stdtrit(dof, 1 - LEVEL_OF_SYMMETRY / 2)) * error
 
 
 def gain_of(models: Sequence[Model]) -> Gain | None:
-    """The axis whose gain is least like the others', over all conditions; None with one axis."""
+    """Gain of the axis that differs most from the others, over all conditions, or None."""
     d = models[0].equation.axes
     if d == 1:
         return None
-    found = []
+    gains = []
     for axis in range(d):
-        each = np.array([_gain(model, axis) for model in models])
-        weight = each[:, 1] ** -2
-        size, error = float(weight @ each[:, 0] / weight.sum()), float(weight.sum() ** -0.5)
-        # weights of few trials are rough: no more certain than one condition's
-        found.append(Gain(axis, size, error, float(each[:, 2].min())))
-    return max(found, key=lambda one: abs(one.size) / one.error)
+        by_condition = np.array([_gain(model, axis) for model in models])
+        weight = by_condition[:, 1] ** -2
+        size, error = float(weight @ by_condition[:, 0] / weight.sum()), float(weight.sum() ** -0.5)
+        # weights from few trials are rough: the dof are no more than those of one condition
+        gains.append(Gain(axis, size, error, float(by_condition[:, 2].min())))
+    return max(gains, key=lambda gain: abs(gain.size) / gain.error)
 
 
 def _gain(model: Model, axis: int) -> tuple[float, float, float]:
@@ -78,30 +78,30 @@ def gain_in(parameters: FloatArray, covariance: FloatArray, axis: int) -> tuple[
     s = np.array([(M[axis, j] + M[j, axis]) / 2 for j in others])
     # M_ij - M_ji = k M_ij: (d - 1,) = (d - 1,) k, weighted by its covariance
     weight = np.linalg.inv(pick @ covariance[: d * d, : d * d] @ pick.T)
-    known = max(float(s @ weight @ s), 1e-300)
-    return float(s @ weight @ pick @ M.ravel()) / known, known**-0.5
+    precision = max(float(s @ weight @ s), 1e-300)
+    return float(s @ weight @ pick @ M.ravel()) / precision, precision**-0.5
 
 
 def check_symmetry(models: Sequence[Model]) -> tuple[Finding, ...]:
     """The finding "gain"; empty with one axis."""
-    one = gain_of(models)
-    if one is None:
+    gain = gain_of(models)
+    if gain is None:
         return ()
-    if one.limit > LARGEST_GAIN:
+    if gain.limit > LARGEST_GAIN:
         text = "coupling between the axes is too small to hold their gains against each other"
         return (Finding("gain", "ok", text),)
-    smallest = f"{100 * max(one.limit, LEAST_GAIN):.2g} %"
-    if abs(one.size) <= max(one.limit, LEAST_GAIN):
+    smallest = f"{100 * max(gain.limit, LEAST_GAIN):.2g} %"
+    if abs(gain.size) <= max(gain.limit, LEAST_GAIN):
         return (Finding("gain", "ok", "inertia is symmetric: all axes have one gain", smallest),)
     text = (
-        f"inertia is not symmetric: the force along {AXES[one.axis]} is {100 * one.size:+.0f} % "
-        f"(sd {100 * one.error:.0f}) beside the other axes', or its axes are turned; hang a known "
+        f"inertia is not symmetric: the force along {AXES[gain.axis]} is {100 * gain.size:+.0f} % "
+        f"(sd {100 * gain.error:.0f}) beside the other axes', or its axes are turned; hang a known "
         "weight along each axis"
     )
     return (Finding("gain", "warning", text, smallest),)
 
 
 def rows_of(parameters: FloatArray, axis: int) -> FloatArray:
-    """What a gain that is one too large along an axis adds to M, B and K, (3 d^2,)."""
+    """Change of M, B and K (3 d^2,) for a gain that is too large by one along an axis."""
     d = round((len(parameters) / 3) ** 0.5)
     return np.asarray(parameters.reshape(3, d, d) * (np.arange(d) == axis)[:, None]).ravel()

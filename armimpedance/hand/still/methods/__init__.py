@@ -1,4 +1,4 @@
-"""The table of estimators for returning disturbances: one file each in `methods`."""
+"""Table of estimators for returning disturbances: one file each in `methods`."""
 
 from __future__ import annotations
 

@@ -1,18 +1,18 @@
 """Method `definite`: symmetric and positive semidefinite M, B and K.
 
-Among all symmetric matrices without negative eigenvalues those nearest to the solution theta_hat of
-another method, in the metric of its own information:
+The symmetric matrices without negative eigenvalues that are nearest to the solution theta_hat of
+another method, in the metric of its information:
 
     minimise (theta - theta_hat)^T H (theta - theta_hat),   H = sum_t A_t,   M, B, K >= 0
 
-With weighted equations H is the inverse covariance of theta_hat as its noise model has it. (The
-clustered covariance would not do: with fewer trials than parameters it is singular.) Two axes are
-solved in closed form (`hand.still.cones`); three get the symmetric fit, which is refused if it is
-not positive semidefinite. M is the inertia as measured, with the mass of the handle.
+With weighted equations H is the inverse covariance of theta_hat by its noise model. (The clustered
+covariance would not do: with fewer trials than parameters it is singular.) Two axes are solved in
+closed form (`hand.still.cones`); three get the symmetric fit, which is refused if it is not
+positive semidefinite. M is the inertia as measured, with the mass of the handle.
 
 Standard errors are those of the free coordinates at the solution: a matrix inside its cone has all
 its symmetric elements, one on the surface, K = k v v^T, keeps k and the direction of v, and its
-smallest eigenvalue is held at 0. The antisymmetric part is zero with a standard error of zero.
+smallest eigenvalue is fixed at 0. The antisymmetric part is zero with a standard error of zero.
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ _ROUNDING = 1e-12
 
 
 def within(free: Callable[[Window, Kind], Prepared]) -> Callable[[Window, Kind], Prepared]:
-    """The `prepare` of this method on the equations of another."""
+    """Build `prepare` of this method from that of another method."""
 
     def prepare(window: Window, kind: Kind) -> Prepared:
         """Equations of one group, and the coordinates that the constraint leaves free."""
-        made = free(window, kind)
-        return constrained(made, made.trial_equations(kind), window.axes)
+        prepared = free(window, kind)
+        return constrained(prepared, prepared.trial_equations(kind), window.axes)
 
     return prepare
 
 
-def constrained(made: Prepared, equations: TrialEquations, axes: int) -> Prepared:
-    """The same with M, B, K symmetric and positive semidefinite.
+def constrained(prepared: Prepared, equations: TrialEquations, axes: int) -> Prepared:
+    """Constrain M, B, K to be symmetric and positive semidefinite.
 
-    Raises EstimationError: three axes whose symmetric fit is not positive semidefinite, or nothing
-    but zero is left.
+    Raises EstimationError: three axes whose symmetric fit is not positive semidefinite, or only
+    zero satisfies the constraint.
     """
     centred = _symmetric_information(equations)
     H, theta = centred.A.sum(axis=0), solve_total(centred)
@@ -66,19 +66,21 @@ def constrained(made: Prepared, equations: TrialEquations, axes: int) -> Prepare
     if not T.shape[1]:
         raise EstimationError("no positive semidefinite M, B and K but zero fits the force")
     names = list(MATRICES)
-    held = [name for name, place in zip(names, nearest.places, strict=True) if place != "inside"]
-    warnings = tuple(f"{name} held positive semidefinite: an eigenvalue is 0" for name in held)
+    singular = [
+        name for name, place in zip(names, nearest.places, strict=True) if place != "inside"
+    ]
+    warnings = tuple(f"{name} held positive semidefinite: an eigenvalue is 0" for name in singular)
     bound = None
-    if made.bound is not None:
+    if prepared.bound is not None:
         # T (T^T J T)^-1 T^T, J the information without the constraint
-        bound = T @ np.linalg.solve(T.T @ np.linalg.solve(made.bound, T), T.T)
+        bound = T @ np.linalg.solve(T.T @ np.linalg.solve(prepared.bound, T), T.T)
     return replace(
-        made,
+        prepared,
         equations=centred,
         # the solution itself lies in the tangent plane, which passes through zero
         chart=Chart(np.zeros(len(theta)), T),
-        notes=(*made.notes, "M, B, K symmetric and positive semidefinite"),
-        warnings=(*made.warnings, *warnings),
+        notes=(*prepared.notes, "M, B, K symmetric and positive semidefinite"),
+        warnings=(*prepared.warnings, *warnings),
         bound=bound,
     )
 
@@ -97,9 +99,9 @@ def symmetric_basis(d: int) -> FloatArray:
     columns = []
     for i in range(d):
         for j in range(i, d):
-            one = np.zeros((d, d))
-            one[i, j] = one[j, i] = 1.0
-            columns.append(one.ravel())
+            element = np.zeros((d, d))
+            element[i, j] = element[j, i] = 1.0
+            columns.append(element.ravel())
     return np.column_stack(columns)
 
 
@@ -114,7 +116,7 @@ def _require_semidefinite(matrices: np.ndarray) -> None:
 
 
 def _tangent(nearest: NearestMatrices, d: int) -> FloatArray:
-    """Basis (3 d^2, r) of what may still vary at the solution."""
+    """Basis (3 d^2, r) of the changes that the constraint allows at the solution."""
     s = d * (d + 1) // 2
     columns: list[FloatArray] = []
     for i, place in enumerate(nearest.places):

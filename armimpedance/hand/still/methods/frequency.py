@@ -5,14 +5,14 @@ zero over the rest on either side, makes of the impedance equation
 
     M sum (v e)'' x - B sum (v e)' x + K sum v e x = - sum v e f,    e = exp(-i w t)
 
-which for a hand that is still wherever v falls is the familiar (-w^2 M + i w B + K) X = -F; with
-the derivatives on the taper it holds for any motion, so that nothing leaks in from a window that
-the hand does not leave as it entered. An offset and a ramp per trial are free.
+which for a hand that is still wherever v falls is the familiar (-w^2 M + i w B + K) X = -F. With
+the derivatives on the taper it holds for any motion, so that there is no leakage if the hand ends
+elsewhere than it began. An offset and a ramp per trial are free.
 
-Noise is what trials of one direction do not share. Its covariance over the axes at each line,
-from the scatter about the mean of the direction, weights the lines: tremor costs the lines at
-its frequency, slow force the lowest. Noise of the position shrinks nothing: the mean motion of the
-other replicates is the instrument of each trial.
+Noise is the difference between trials of one direction. Its covariance over the axes at each line,
+from the scatter about the mean of the direction, gives the weights: tremor reduces those at its
+frequency, slow force those of the lowest lines. Noise of the position causes no bias: the mean
+motion of the other replicates is the instrument of each trial.
 
 The multiple-input multiple-output estimate of the frequency response literature, e.g. E. J.
 Perreault, R. F. Kirsch and A. M. Acosta, Biological Cybernetics 80 (1999), 327-337, with M, B and K
@@ -44,16 +44,16 @@ from armimpedance.numerics.signals import Modes
 
 HIGHEST_HZ = 15.0
 #: The taper rises and falls over the rest, within these limits (s). It may reach into the
-#: disturbance where there is less rest: the equation holds all the same.
+#: disturbance if there is less rest: the equation still holds.
 SHORTEST_TAPER_S, LONGEST_TAPER_S = 0.08, 0.16
-#: Lines lie this much closer than one over the taper's length: what falls between lines of a plain
-#: Fourier series is not lost (K's RMSE falls by 0.1-0.4 points of percent).
+#: Lines are this much closer than one over the taper's length, so that nothing between the lines of
+#: a plain Fourier series is lost (K's RMSE falls by 0.1-0.4 points of percent).
 OVERSAMPLING = 1.5
 #: Replicates beyond one per direction, per axis: with fewer there is no covariance of the noise...
 FEWEST_REPLICATES = 2
 #: ... and below this many neighbouring lines are averaged.
 REPLICATES_FOR_ONE_LINE = 8
-#: Noise counts as at least this part of the force's power: without any, nothing is weighted.
+#: Noise is at least this share of the force's power: without noise there would be no weights.
 LEAST_NOISE = 1e-10
 
 _STEP = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
@@ -61,7 +61,7 @@ _STEP = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
 
 @dataclass(frozen=True, eq=False)
 class FrequencyLines:
-    """Real and imaginary parts of the tapered lines as modes, and to which line each belongs.
+    """Real and imaginary parts of the tapered lines as modes, and the line of each.
 
     `line` (n,) int.
     `modes`: n rows of unit length.
@@ -113,9 +113,9 @@ def _replicates(window: Window) -> IntArray:
 
 
 def _shared_motion(equation: ModalEquation, labels: IntArray) -> FloatArray:
-    """Regressors of every trial as the other replicates have them: free of its position noise.
+    """Regressors of every trial from the other replicates, free of its position noise.
 
-    A trial that is alone in its direction keeps its own.
+    A trial that is alone in its direction keeps its own regressors.
     """
     own = equation.regressors
     alone = np.bincount(labels)[labels] == 1
@@ -184,11 +184,11 @@ def _unweighted(lines: FrequencyLines, d: int) -> FloatArray:
 def replicate_noise(
     equation: ModalEquation, lines: FrequencyLines, labels: IntArray, parameters: FloatArray
 ) -> FloatArray:
-    """Covariance (lines, d, d) of what trials of the same direction do not share.
+    """Covariance (lines, d, d) of the differences between trials of the same direction.
 
-    `labels` (T,) int: direction of every trial, from 0, none left out.
-    `parameters` (3 d^2,): parameters of a first fit; they take out what differs in the motion
-    between replicates.
+    `labels` (T,) int: direction of every trial, consecutive numbers from 0.
+    `parameters` (3 d^2,): parameters of a first fit; they remove the effect of differences in
+    motion between replicates.
     """
     d, n = equation.axes, equation.modes.count
     residual = equation.residual(parameters).reshape(-1, d, n) @ _free_of_drift(lines)
@@ -197,9 +197,9 @@ def replicate_noise(
     np.add.at(sums, labels, residual)
     scatter = residual - (sums / count[:, None, None])[labels]
     spare = len(labels) - len(count)
-    each = np.einsum("tin,tjn->nij", scatter, scatter) / spare
+    by_mode = np.einsum("tin,tjn->nij", scatter, scatter) / spare
     L = int(lines.line.max()) + 1
-    noise = np.stack([each[lines.line == line].mean(axis=0) for line in range(L)])
+    noise = np.stack([by_mode[lines.line == line].mean(axis=0) for line in range(L)])
     if spare < REPLICATES_FOR_ONE_LINE * d:
         near = np.maximum(1 - np.abs(np.subtract.outer(np.arange(L), np.arange(L))) / 2, 0)
         noise = np.tensordot(near / near.sum(axis=1, keepdims=True), noise, axes=1)
@@ -208,7 +208,7 @@ def replicate_noise(
 
 
 def line_weight(noise: FloatArray, lines: FrequencyLines) -> FloatArray:
-    """V (d n, d n): inverse noise of every line, blind to an offset and a ramp of each axis."""
+    """V (d n, d n): inverse noise of every line, without an offset and a ramp of each axis."""
     d, n = noise.shape[1], len(lines.line)
     inverse = np.linalg.inv(noise)[lines.line]
     blocks = np.zeros((d, n, d, n))

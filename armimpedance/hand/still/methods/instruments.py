@@ -1,14 +1,14 @@
-"""Method `instruments`: the motion that was meant stands in for the noisy one that was measured.
+"""Method `instruments`: the intended motion as an instrument for the noisy measured one.
 
-Noise of the position makes the regressors larger than the motion, and least squares smaller than
-the truth: with narrow kernels the acceleration is mostly encoder steps. Instruments Z follow the
-motion but not its noise, so that
+Noise of the position makes the regressors larger than the motion, and the least-squares estimate
+smaller than the truth: with narrow kernels the acceleration is mostly encoder steps. Instruments Z
+follow the motion but not its noise, so that
 
     theta = (sum_t Z_t^T W_t)^-1 sum_t Z_t^T y_t                                          (3 d, d)
 
 is right in the limit of many trials, whatever the noise of W. They come from the commanded motion
-where it was recorded, otherwise from the mean of the other trials with the same disturbance. W, y
-and Z pass through the smoothing and the drift removal of method `exact`.
+if it was recorded, otherwise from the mean of the other trials with the same disturbance. W, y and
+Z pass through the smoothing and the drift removal of method `exact`.
 
 See T. Soederstroem and P. Stoica, *Instrumental Variable Methods for System Identification*
 (Springer, 1983).
@@ -49,7 +49,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 
 
 def instrumented(window: Window, kind: Kind, **kernel: float) -> Prepared:
-    """The same with a given kernel (options of `numerics.signals.choose_span`).
+    """Equations of one group with given options of the kernel (`numerics.signals.choose_span`).
 
     Raises InputError: the same cases as in `prepare`.
     """
@@ -60,7 +60,7 @@ def instrumented(window: Window, kind: Kind, **kernel: float) -> Prepared:
     Z, note = _instruments(window, response, smooth)
     W, y = stack_columns(response)[used], -response.force[used]
     if len(W) == 1:
-        Z, W, y = (in_blocks(each) for each in (Z, W, y))
+        Z, W, y = (in_blocks(rows) for rows in (Z, W, y))
     return Prepared(
         impedance_factors(response, kind),
         instrument_equations(Z, W, y, kind),
@@ -90,11 +90,11 @@ def instrument_equations(Z: FloatArray, W: FloatArray, y: FloatArray, kind: Kind
 def _instruments(
     window: Window, response: Response, smooth: Callable[[Window], Response]
 ) -> tuple[FloatArray, str]:
-    """Z (T, S, 3 d) of the usable trials, and what it is made of."""
+    """Z (T, S, 3 d) of the usable trials, and a note on their source."""
     used = window.usable
     if window.commanded is not None and _moves(window.commanded[used]):
-        told = smooth(replace(window, position=window.commanded))
-        return stack_columns(told)[used], "instruments: the commanded motion"
+        commanded = smooth(replace(window, position=window.commanded))
+        return stack_columns(commanded)[used], "instruments: the commanded motion"
     if window.disturbance is None:
         reason = "nor the direction of every trial"
     else:
@@ -113,7 +113,7 @@ def _instruments(
 
 
 def _moves(commanded: FloatArray) -> bool:
-    """Whether the commanded motion is one: a column of a constant is no instrument."""
+    """True if the commanded motion is not constant: a constant column is no instrument."""
     return bool((np.ptp(commanded, axis=1) > 0).any())
 
 

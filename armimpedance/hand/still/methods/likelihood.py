@@ -1,7 +1,7 @@
 """Method `likelihood`: maximum likelihood with force and motion both noisy.
 
-The motion of every trial is unknown; measured are motion + n and force + e, both Gaussian. With the
-unknown motion maximised out, what is left of the likelihood of theta = (M, B, K) is
+The motion of every trial is unknown; measured are motion + n and force + e, both Gaussian.
+Maximised over the unknown motion, the likelihood of theta = (M, B, K) is
 
     -2 log L = sum_t r_t^T Sigma(theta)^-1 r_t,   Sigma = Sigma_e + A Sigma_n A^T,
 
@@ -13,7 +13,7 @@ chapter on maximum likelihood). Its gradient vanishes where
 
 x^ being the most likely motion: instruments that depend on theta. Starting from `weighted`, a few
 rounds of linear equations find the maximum. Sigma_n is the scatter of the trials' motions about
-the course they share: of a robot that is much stiffer than the limb's unsteadiness, sensor noise.
+the course they share. With a robot much stiffer than the limb it is sensor noise.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ from armimpedance.hand.still.weighing import (
 )
 from armimpedance.numerics.regression import TrialEquations, solve_total
 
-#: Rounds of noise and parameters; further ones move nothing by a hundredth of a standard error.
+#: Rounds of noise and parameters; further ones change the result by less than a hundredth of a
+#: standard error.
 ROUNDS = 5
 NOISE_STEPS = 6
 
@@ -82,7 +83,7 @@ def score_equations(
 
 
 def motion_scatter(equation: ModalEquation) -> FloatArray | None:
-    """Covariance (d, 3 n, 3 n) of the motions about what the other trials lead to expect."""
+    """Covariance (d, 3 n, 3 n) of the motions about those expected from the other trials."""
     expected = expected_motion(equation)
     if expected is None:
         return None

@@ -23,7 +23,7 @@ CUTOFF_HZ = 15.0
 def prepare(window: Window, kind: Kind) -> Prepared:
     """Factors of (28) for one group of trials."""
     note = f"drift correction (29) on the force alone; Butterworth {CUTOFF_HZ:g} Hz on both sides"
-    # An offset per trial is fixed by the sample at t0, a ramp by the one at tf.
+    # An offset per trial is fixed by the sample at t0, a ramp by the sample at tf.
     return Prepared(impedance_factors(source_response(window), kind), notes=(note,))
 
 

@@ -1,4 +1,4 @@
-"""Method `weak_form`: the impedance equation against test functions that cannot see a drift.
+"""Method `weak_form`: the impedance equation multiplied by test functions free of drift.
 
 With phi a B-spline of degree 7 inside the window, psi = phi'' is smooth, vanishes with its first
 four derivatives at the ends of its support and is orthogonal to 1 and t. Integrated by parts,
@@ -6,15 +6,15 @@ four derivatives at the ends of its support and is orthogonal to 1 and t. Integr
     M sum psi'' x - B sum psi' x + K sum psi x = - sum psi f        for every test function psi,
 
 holds for any motion, and an offset and a ramp of the force (a virtual position at constant
-velocity) drop out exactly and one by one: no signal is differentiated, none is corrected.
+velocity) drop out of every row exactly: no signal is differentiated or corrected.
 
-Method `exact` is a close relative that gets there another way: it convolves the signals with a
-spline at many places and then projects an offset and a ramp out of each trial's smoothed rows,
-which ties all rows of a trial to each other. Here each row is free of the drift by itself, there
-are as many as the window has knots, and none is left to project. The psi overlap; combined so that
-their B-spline coefficients are orthonormal, they weigh the signal evenly over the window. (Taken as
-they are, or made orthonormal as functions, they weigh high frequencies where encoder steps are
-all there is: K comes out tens of percent low with narrow supports.)
+Method `exact` is closely related. It convolves the signals with a spline at many places and then
+projects an offset and a ramp out of each trial's smoothed rows, which makes all rows of a trial
+depend on each other. Here each row is free of the drift, there are as many rows as the window has
+knots, and no projection is needed. The psi overlap; combined so that their B-spline coefficients
+are orthonormal, they weight the signal evenly over the window. (Without that, or orthonormal as
+functions, they emphasise high frequencies, where the signal is mostly encoder steps: K comes out
+tens of percent low with narrow supports.)
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ from armimpedance.hand.still.prepared import NO_LINEAR_LIMB, Method, Prepared, i
 #: steps bias it), 0.08 s 1.6/3.0/8.2 and .12/.11/.30, 0.16 s 1.5/2.9/7.7 and .09/.11/.25.
 SUPPORT_S = 0.16
 DEGREE = 5
-#: Fewer test functions than this per trial cannot hold M, B and K apart.
+#: Fewer test functions than this per trial cannot separate M, B and K.
 FEWEST = 8
 
 
 @dataclass(frozen=True, eq=False)
 class TestFunctions(FrozenRecord):
-    """Sums of a signal x against the rows give what psi makes of x, x' and x''.
+    """Products of the rows with a signal x are the projections of x, x' and x'' on psi.
 
     `smooth`, `first`, `second` (n, S): psi, -psi', psi'' on the samples.
     """
@@ -64,7 +64,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 
 
 def weak_rows(window: Window, kind: Kind, support_s: float) -> Prepared:
-    """The same with a given support.
+    """Factors of the weak form with a given support.
 
     Raises InputError: the same cases as in `prepare`.
     """
@@ -81,7 +81,7 @@ def weak_rows(window: Window, kind: Kind, support_s: float) -> Prepared:
 
 
 def _spacing(samples: int, rate: float, support_s: float) -> int:
-    """Samples between knots: as wanted, narrower where the window is short."""
+    """Samples between knots: as requested, but narrower if the window is short."""
     widest = (samples - 1) // (FEWEST + DEGREE + 2)
     if widest < 2:
         raise InputError(
@@ -114,11 +114,11 @@ def drift_free_splines(samples: int, sample_rate_hz: float, spacing: int) -> Tes
     for k in range(count):
         D[k, k : k + 3] = 1.0, -2.0, 1.0
     L = np.linalg.cholesky(D @ D.T)
-    return TestFunctions(*(solve_triangular(L, each, lower=True) for each in rows))
+    return TestFunctions(*(solve_triangular(L, row, lower=True) for row in rows))
 
 
 def against(tests: TestFunctions, window: Window, spacing: int) -> Response:
-    """What the test functions make of both sides, one row each."""
+    """Products of the test functions with both sides of the equation, one row each."""
     samples, d = len(window.lag_s), window.axes
 
     def sums(rows: FloatArray, signal: FloatArray) -> FloatArray:
@@ -126,12 +126,12 @@ def against(tests: TestFunctions, window: Window, spacing: int) -> Response:
         flat = rows @ signal.transpose(1, 0, 2).reshape(samples, -1)
         return np.asarray(flat.reshape(len(rows), -1, d).transpose(1, 0, 2))
 
-    # the sums lose no digits to the distance from the shoulder
+    # subtract the first position, so that the sums lose no digits
     position = window.position - window.position[:, :1]
-    middle = np.arange(len(tests.smooth), dtype=np.float64) * (spacing / window.sample_rate_hz)
+    centre = np.arange(len(tests.smooth), dtype=np.float64) * (spacing / window.sample_rate_hz)
     return Response(
         sample_rate_hz=window.sample_rate_hz / spacing,
-        lag_s=np.asarray(middle, np.float64),
+        lag_s=np.asarray(centre, np.float64),
         displacement=sums(tests.smooth, position),
         velocity=sums(tests.first, position),
         acceleration=sums(tests.second, position),

@@ -1,15 +1,15 @@
 """Method `weighted`: feasible generalised least squares, free of the position's noise.
 
-Rows are modes of the window (`weighing.modal`); their covariance is estimated from the residuals of
-a first fit (`weighing.noise`), so that tremor, slow force and drift weigh what they weigh in this
-very recording:
+Rows are modes of the window (`weighing.modal`). Their covariance is estimated from the residuals of
+a first fit (`weighing.noise`), so that tremor, slow force and drift are weighted as they occur in
+this recording:
 
     sum_t Z_t^T V W_t theta = sum_t Z_t^T V y_t,   V = (Sigma_e + A Sigma_n A^T)^-1
 
-Noise of the position in W on both sides would shrink the estimate as any noisy regressor does; in
-Z stands the motion that the other trials lead to expect (`expected_motion`) instead. Where they do
-not tell, the expectation of the noise is taken off the normal equations, see W. A. Fuller,
-*Measurement Error Models* (Wiley, 1987), section 3.1.
+Noise of the position in W on both sides would bias the estimate towards zero, as any noisy
+regressor does. So Z is the motion expected from the other trials (`expected_motion`). If there is
+no such expectation, the expected contribution of the noise is subtracted from the normal equations,
+see W. A. Fuller, *Measurement Error Models* (Wiley, 1987), section 3.1.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ def prepare(window: Window, kind: Kind) -> Prepared:
     if is_silent(window):
         note = "no noise at rest to weigh by: unweighted, as method exact"
         return Prepared(plain.factors, notes=(*plain.notes, note))
-    found = weighted_fit(window, kind)
-    note = f"weighted by the noise of {trials} trials in {found.equation.modes.count} modes"
-    return Prepared(plain.factors, found.equations, notes=(note,), bound=bound_of(found.equations))
+    fit = weighted_fit(window, kind)
+    note = f"weighted by the noise of {trials} trials in {fit.equation.modes.count} modes"
+    return Prepared(plain.factors, fit.equations, notes=(note,), bound=bound_of(fit.equations))
 
 
 METHOD = Method(

@@ -1,4 +1,4 @@
-"""All forms of the hand that holds a posture: verb, command, text, table, plot, page."""
+"""Presentation of the hand that holds a posture: verb, command, text, table, plot, page."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Trials laid over one another at their onsets, and those that are unlike the others."""
+"""Trials aligned at their onsets, and detection of trials that are unlike the others."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from armimpedance.numerics.signals import (
 
 #: The state before the onset is a mean over this long (s), as in the estimate.
 REST_S = 0.1
-#: Random courses are drawn for this long (s): a longer one is a block of ink.
+#: Random courses are drawn for this long (s): a longer course would be a black area.
 SHOWN_S = 1.0
-#: More points of one trial than this are not told apart in print.
+#: More points of one trial than this cannot be distinguished in print.
 MOST_POINTS = 240
 
 
 @dataclass(frozen=True)
 class Aligned(FrozenRecord):
-    """Trials around their onsets, less the mean of the rest before.
+    """Trials around their onsets, minus the mean of the rest before.
 
-    `lag_s` (S,): time from the onset; of a stochastic perturbation from the trial's start.
-    `moved`, `pushed` (T, S, d): displacement (m or rad) and force by the limb (N or N m), less
+    `lag_s` (S,): time from the onset; for a stochastic perturbation from the trial's start.
+    `moved`, `pushed` (T, S, d): displacement (m or rad) and force by the limb (N or N m), minus
     their mean at rest.
     `trial` (T,) int: numbers of the trials.
-    `used` (T,) bool: False where an estimate leaves the trial out.
-    `duration_s` (T,): from the onset to the disturbance's end; the trial's length of a stochastic
+    `used` (T,) bool: False if an estimate leaves the trial out.
+    `duration_s` (T,): from the onset to the disturbance's end; the trial's length for a stochastic
     one.
-    `direction` (T,) int or None: trials of the same number saw the same disturbance.
+    `direction` (T,) int or None: trials of the same number have the same disturbance.
     `direction_names`: their names, such as ``45°``.
     """
 
@@ -56,43 +56,43 @@ class Aligned(FrozenRecord):
 
     @property
     def rest(self) -> BoolArray:
-        """Samples before the onset; none of a stochastic perturbation."""
+        """True for samples before the onset; all False for a stochastic perturbation."""
         return self.lag_s <= 0 if self.lag_s[0] < 0 else np.zeros(len(self.lag_s), dtype=bool)
 
     def thin(self) -> slice:
-        """Samples that are enough to draw: random courses all, for their first second."""
+        """Samples to draw: random courses in full for their first second, others thinned out."""
         if not self.rest.any():
             return slice(int(np.searchsorted(self.lag_s, SHOWN_S)))
         return slice(None, None, max(1, len(self.lag_s) // MOST_POINTS))
 
 
 def rows_of(recording: Recording, keys: Mapping[str, Any]) -> IntArray:
-    """Rows of the trial table that a group's columns name; keys that are no column are passed over.
+    """Rows of the trial table that a group's keys select; keys that are no columns are ignored.
 
     Raises InputError: no trial is of that group.
     """
     columns = [name for name in keys if name in recording.trials]
     wanted = [str(keys[name]) for name in columns]
-    for found, rows in groups_of(recording, columns):
-        if [str(found[name]) for name in columns] == wanted:
+    for group_keys, rows in groups_of(recording, columns):
+        if [str(group_keys[name]) for name in columns] == wanted:
             return np.asarray(rows, dtype=np.int64)
     named = ", ".join(f"{name} {keys[name]}" for name in columns)
     raise InputError(f"no trial of {named}", expected="a group of this recording")
 
 
 def aligned_group(recording: Recording, keys: Mapping[str, Any]) -> Aligned:
-    """All trials of one group, those that an estimate leaves out too.
+    """Align all trials of one group, also those that an estimate leaves out.
 
-    `keys`: the group's columns of the trial table, as an estimate holds them.
-    Raises InputError: no trial is of that group, or no onset is stated or seen.
+    `keys`: the group's columns of the trial table, as in an estimate.
+    Raises InputError: no trial is of that group, or no onset is stated or detected.
     """
     return align(recording, rows_of(recording, keys))
 
 
 def align(recording: Recording, rows: IntArray | None = None) -> Aligned:
-    """All trials of these rows, those that an estimate leaves out too.
+    """Align all trials of these rows, also those that an estimate leaves out.
 
-    Raises InputError: no onset is stated or seen.
+    Raises InputError: no onset is stated or detected.
     """
     rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
     if recording.perturbation == "stochastic":
@@ -104,7 +104,7 @@ def align(recording: Recording, rows: IntArray | None = None) -> Aligned:
         (timing.onset_s[rows] - recording.time_s[start]) * recording.sample_rate_hz
     ).astype(np.int64)
     lag = np.round(window.lag_s * recording.sample_rate_hz).astype(np.int64)
-    # A trial that is too short holds its first or last sample where it has none.
+    # A trial that is too short is continued by its first or last sample.
     index = np.clip(first[:, None] + lag, start[:, None], recording.offsets[rows + 1][:, None] - 1)
     rest = (lag <= 0) & (lag >= -REST_S * recording.sample_rate_hz)
     moved, pushed = (_less_rest(s[index], rest) for s in (recording.position, recording.force))
@@ -121,7 +121,7 @@ def align(recording: Recording, rows: IntArray | None = None) -> Aligned:
 
 
 def _from_start(recording: Recording, rows: IntArray) -> Aligned:
-    """Trials of a stochastic perturbation, as long as the shortest, less their means."""
+    """Trials of a stochastic perturbation, cut to the shortest, minus their means."""
     length = int(np.diff(recording.offsets)[rows].min())
     index = recording.offsets[rows][:, None] + np.arange(length)
     everywhere = np.ones(length, dtype=bool)
@@ -140,9 +140,9 @@ def _less_rest(signal: FloatArray, rest: BoolArray) -> FloatArray:
 
 
 def _direction_names(recording: Recording, rows: IntArray) -> tuple[str, ...]:
-    """Names in the order of the window's numbers: directions that rise from 0°.
+    """Names in the order of the window's numbers: by rising angle from 0°.
 
-    In space, from below upwards first: azimuth and angle above the plane.
+    In space, first by rising elevation: azimuth and angle above the plane.
     """
     if "direction_deg" not in recording.trials:
         return ()
@@ -151,18 +151,18 @@ def _direction_names(recording: Recording, rows: IntArray) -> tuple[str, ...]:
         return ()
     around = np.round(degrees % 360.0, 3) % 360.0
     if "elevation_deg" not in recording.trials:
-        return tuple(f"{one:g}°" for one in np.unique(around))
+        return tuple(f"{angle:g}°" for angle in np.unique(around))
     above = recording.trials["elevation_deg"].to_numpy(dtype=float, na_value=0.0)[rows]
     both = np.unique(np.stack([np.round(above, 3), around], axis=1), axis=0)
     return tuple(f"{azimuth:.3g}°, {up:+.3g}°" for up, azimuth in both)
 
 
 def outlying_trials(recording: Recording, keys: Mapping[str, Any] | None = None) -> tuple[int, ...]:
-    """Numbers of trials whose motion or force runs unlike that of the same disturbance.
+    """Numbers of trials whose motion or force differs from others of the same disturbance.
 
-    A trial is unlike the others where its distance from their median course is more than twice what
-    nine in ten of them reach, each condition by itself. Trials that estimates leave out anyway are
-    not named. With fewer than five trials nobody can say.
+    A trial is unlike the others if its distance from their median course is more than twice the
+    distance that nine in ten of them do not exceed. Each condition is judged separately. Trials
+    that estimates leave out anyway are not listed, nor any with fewer than five trials.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def outlying_trials(recording: Recording, keys: Mapping[str, Any] | None = None)
     Raises
     ------
     InputError
-        No trial is of that group, or no onset is stated or seen.
+        No trial is of that group, or no onset is stated or detected.
     """
     groups = [rows for _, rows in groups_of(recording, ("condition",))]
     if keys is not None:
@@ -187,11 +187,11 @@ def outlying_trials(recording: Recording, keys: Mapping[str, Any] | None = None)
 
 
 def outlying(aligned: Aligned) -> IntArray:
-    """Numbers of the trials of one group that run unlike the others; see `outlying_trials`."""
+    """Numbers of the trials of one group that are unlike the others; see `outlying_trials`."""
     labels = aligned.direction
     if labels is None:
         if not aligned.rest.any():
-            # Random courses have no median; only their size is alike.
+            # Random courses have no common median; only their size can be compared.
             return aligned.trial[_far(_spread(aligned.moved)) | _far(_spread(aligned.pushed))]
         labels = _by_peak(aligned)
     far = np.zeros(len(aligned.trial), dtype=bool)
@@ -215,7 +215,7 @@ def _spread(signal: FloatArray) -> FloatArray:
 
 
 def _by_peak(aligned: Aligned) -> IntArray:
-    """Trials sorted by the eighth of the circle (or the sign) that their largest motion has."""
+    """Label of each trial: the eighth of the circle (or the sign) of its largest displacement."""
     far = np.linalg.norm(aligned.moved, axis=2).argmax(axis=1)
     peak = aligned.moved[np.arange(len(far)), far]
     if peak.shape[1] == 1:
@@ -226,24 +226,24 @@ def _by_peak(aligned: Aligned) -> IntArray:
 
 
 def chosen(aligned: Aligned, outliers: Collection[int] | None) -> BoolArray:
-    """Which trials are marked, (T,): those named, or else those that are unlike the others."""
+    """True for the trials to be marked, (T,): the listed ones, by default the outlying ones."""
     marked = outlying(aligned) if outliers is None else np.array(list(outliers), dtype=np.int64)
     return np.isin(aligned.trial, marked)
 
 
-# The force of each trial as measured and as an estimate makes it of the motion.
+# The force of each trial as measured and as predicted from the motion by an estimate.
 
-#: Rows per smoothing kernel: a fit needs a sixth of it, the eye more.
+#: Rows per smoothing kernel: a fit needs a sixth of them, a smooth picture more.
 ROWS_PER_KERNEL = 80
 
 
 @dataclass(frozen=True)
 class FittedForce(FrozenRecord):
-    """Usable trials of a group (blocks of a stochastic perturbation).
+    """Measured and fitted force of a group's usable trials (blocks of a stochastic perturbation).
 
     `lag_s` (S,), `trial` (T,) int.
     `measured`, `fitted` (T, S, d): force by the limb, offset and ramp removed from both, N or N m.
-    `direction` (T,) int or None: trials of the same number saw the same disturbance.
+    `direction` (T,) int or None: trials of the same number have the same disturbance.
     `unit_name`: "trial", or "block" of a stochastic perturbation.
     """
 
@@ -258,19 +258,19 @@ class FittedForce(FrozenRecord):
 
     @property
     def residual(self) -> FloatArray:
-        """Measured less fitted, (T, S, d)."""
+        """Measured minus fitted force, (T, S, d)."""
         return np.asarray(self.measured - self.fitted)
 
     @property
     def explained(self) -> FloatArray:
-        """Part of each trial's force that the fit explains, (T,): 1 - residual² / measured²."""
+        """Share of each trial's force that the fit explains, (T,): 1 - residual² / measured²."""
         whole = (self.measured**2).sum(axis=(1, 2))
-        left = (self.residual**2).sum(axis=(1, 2))
-        return np.asarray(1 - left / np.where(whole > 0, whole, np.inf))
+        residual = (self.residual**2).sum(axis=(1, 2))
+        return np.asarray(1 - residual / np.where(whole > 0, whole, np.inf))
 
 
 def fitted_force(recording: Recording, estimate: ImpedanceEstimate) -> FittedForce:
-    """Each trial's force and what M, B and K of the estimate make of its motion.
+    """Measured force of each trial, and that predicted from its motion by M, B and K.
 
     Raises InputError: no trial of the recording is of the estimate's group.
     """
@@ -297,7 +297,7 @@ def fitted_force(recording: Recording, estimate: ImpedanceEstimate) -> FittedFor
 
 
 def predicted_force(response: Response, estimate: ImpedanceEstimate) -> FloatArray:
-    """Force by the limb that M (the handle's too), B and K make of the motion, (T, S, d)."""
+    """Force by the limb predicted from the motion by M (with the handle), B and K, (T, S, d)."""
     # f = -(M x'' + B x' + K x): (T, S, d) = (T, S, d) (d, d) three times
     return np.asarray(
         -(

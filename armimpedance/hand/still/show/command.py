@@ -67,22 +67,22 @@ def run(arguments: argparse.Namespace) -> int:
     before = inputs_now(*arguments.recordings)
     together = arguments.method == ALL
     parts = [_of_recording(path, arguments, together) for path in arguments.recordings]
-    made = _joined([part for part, _ in parts], arguments.recordings)
-    write_result(made.content, arguments, _checks(arguments))
+    estimates = _joined([part for part, _ in parts], arguments.recordings)
+    write_result(estimates.content, arguments, _checks(arguments))
     if together:
         print("\n\n".join(text for _, text in parts), end="\n\n")
     else:
         from armimpedance.hand.show.text import summary_table
 
-        print(summary_table(made))
+        print(summary_table(estimates))
     if arguments.out is not None:
-        print(f"{'' if together else chr(10)}{len(made)} rows written to {arguments.out}")
-    _draw(made, arguments, before)
+        print(f"{'' if together else chr(10)}{len(estimates)} rows written to {arguments.out}")
+    _draw(estimates, arguments, before)
     return 0
 
 
-def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> None:
-    """Figs 6 and 7 of Tsuji (1997) of these results; the former as a picture of its own."""
+def _draw(estimates: Estimates, arguments: argparse.Namespace, before: Inputs) -> None:
+    """Draw Figs 6 and 7 of Tsuji (1997) from these results; the former in a file of its own."""
     if arguments.figure is None:
         return
     from armimpedance.hand.still.show.plot import plot_estimates, plot_motion_and_force
@@ -90,14 +90,14 @@ def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> Non
     from armimpedance.show.command.options import draw_picture
     from armimpedance.show.verbs.results import read_recording, without_trials
 
-    method = made[0].method
-    path, first = arguments.recordings[0], made[0]
+    method = estimates[0].method
+    path, first = arguments.recordings[0], estimates[0]
     whole = read_recording(path, force_by=arguments.force_by)
     recording = without_trials(whole, arguments.leave_out)
     before.check()  # pictures and numbers are of one recording
     draw_picture(
         arguments,
-        lambda: plot_estimates(made),
+        lambda: plot_estimates(estimates),
         f"Inertia, stiffness and viscosity of each group (method {method}) with 95 % intervals: "
         "ellipses where the hand was, or row by row, each to one scale, beside the elements of K.",
     )
@@ -121,7 +121,7 @@ def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> Non
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse before any work what cannot end well, and options that have no effect."""
+    """Refuse early what cannot succeed, and options without effect."""
     out, wanted = arguments.out, arguments.format
     figure = arguments.figure
     motion = None if figure is None else figure.with_name(f"{figure.stem}_motion{figure.suffix}")
@@ -143,7 +143,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
-    """What `inspect` finds, for the formats that have a place for it; of one recording."""
+    """Findings of `inspect` on one recording, for the formats that can hold them."""
     out, paths = arguments.out, arguments.recordings
     if out is None or out.suffix not in WITH_CHECKS or len(paths) > 1:
         return ()
@@ -158,7 +158,7 @@ def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
 def _of_recording(
     path: Path, arguments: argparse.Namespace, together: bool
 ) -> tuple[Estimates, str]:
-    """The estimates of one recording, and with --method all the table of methods."""
+    """Estimates of one recording, and with --method all the table of methods."""
     from armimpedance.hand.still.show.verb import estimate, estimate_all
     from armimpedance.show.command.screen import bar
 
@@ -175,7 +175,7 @@ def _of_recording(
 
 
 def _joined(parts: list[Estimates], paths: list[Path]) -> Estimates:
-    """All estimates, with the recording's name among the keys where there are several."""
+    """All estimates, with the recording's name among the keys if there are several recordings."""
     from dataclasses import replace
 
     from armimpedance.hand.show.estimates import Estimates

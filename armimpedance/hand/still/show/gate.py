@@ -1,4 +1,4 @@
-"""The gate of analyses that fit a limb pushed and brought back, or driven at random."""
+"""Checks before analyses that fit a limb pushed and brought back, or driven at random."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armimpedance.show.verbs.checks import (
     spread,
 )
 
-#: What only this topic can judge.
+#: Checks of this topic only.
 CHECKS: Final = TopicChecks(response=check_response)
 
 
@@ -25,12 +25,12 @@ def checked_response(
     *,
     by: Sequence[str] = ("condition",),
 ) -> tuple[str, ...]:
-    """Check a recording before its force is fitted on its motion; without any push it is refused.
+    """Check a recording before force is fitted on motion; refuse it if nothing was disturbed.
 
     Parameters
     ----------
     recording : Recording
-        Of more than 4000 trials as many are checked, spread over all.
+        Of more than 4000 trials, 4000 spread over all are checked.
     despite : str or collection of str
         Names of checks whose STOP is overruled.
     by : sequence of str
@@ -39,8 +39,8 @@ def checked_response(
     Returns
     -------
     tuple of str
-        What each result is to be marked with: the checks that were overruled, and assumptions of
-        the fit that the data contradict.
+        Marks for each result: the checks that were overruled, and assumptions of the fit that the
+        data contradict.
 
     Raises
     ------
@@ -56,9 +56,9 @@ def checked_response(
     ()
     """
     recording = spread(in_groups(recording, by))
-    found = [
+    findings = [
         *recording.findings,
         *disturbed_checks(recording, CHECKS),
         *check_driven(recording),
     ]
-    return marks_of(found, despite)
+    return marks_of(findings, despite)

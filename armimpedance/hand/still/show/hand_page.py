@@ -1,4 +1,4 @@
-"""Inertia, viscosity and stiffness of the hand, group by group."""
+"""Page of inertia, viscosity and stiffness of the hand, group by group."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ from armimpedance.show.pages import (
 from armimpedance.show.text import counted
 from armimpedance.show.verbs.results import read_recording
 
-#: Columns of a file of results that no reader of a page wants.
+#: Columns of a results file that are not shown on a page.
 _LEFT_OUT: Final = ("covariance", "shared_errors", "provenance")
-#: The course over a session is drawn from this number of trials on.
+#: Fewest trials for a picture of the course over a session.
 _COURSE: Final = 24
 _CHECKED: Final = "Each check says the smallest violation that it would have seen."
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a session with disturbances, or of a RESULTS file."""
+    """Build the page of a session with disturbances, or of a RESULTS file."""
     if is_results_file(asked.source):
         return of_estimates(asked, read_results(asked.source), None)
     recording = read_recording(asked.recording)
@@ -78,7 +78,7 @@ def of_estimates(
     estimates: Estimates,
     recording: Recording | None,
 ) -> Page:
-    """The page of estimates of the hand or of joints.
+    """Build the page of estimates of the hand or of joints.
 
     Parameters
     ----------
@@ -86,13 +86,13 @@ def of_estimates(
     estimates : Estimates
         Of two axes or more, all of one level.
     recording : Recording or None
-        Where they come from, if that is known.
+        Source of the estimates, if it is known.
 
     Returns
     -------
     Page
     """
-    told = (*asked.checks, *_of_estimates(estimates, asked.checks))
+    findings = (*asked.checks, *_of_estimates(estimates, asked.checks))
     level = estimates[0].level
     data: dict[str, pd.DataFrame] = {
         "results": estimates.to_frame().drop(columns=list(_LEFT_OUT), errors="ignore"),
@@ -101,12 +101,12 @@ def of_estimates(
     }
     if recording is not None:
         data["trials"], data["courses"] = trial_data(
-            recording, {condition_of(one): one.keys for one in estimates}
+            recording, {condition_of(estimate): estimate.keys for estimate in estimates}
         )
     used = dict.fromkeys(e.method for e in estimates)
     return page_from(
         asked,
-        told,
+        findings,
         title=f"Impedance of the {'hand' if level == 'hand' else 'joints'}",
         lead=_lead(recording, estimates),
         count=f"{counted(len(estimates), 'group')}, {_trials(estimates)} trials",
@@ -118,9 +118,9 @@ def of_estimates(
         ),
         reviewer=(
             *_reviewed(asked, estimates, recording, data.get("trials")),
-            *reviewed(told, caption=_CHECKED),
+            *reviewed(findings, caption=_CHECKED),
         ),
-        methods=_methods(asked, estimates, recording, told),
+        methods=_methods(asked, estimates, recording, findings),
         options=_options(asked, tuple(used)),
         data=data,
     )
@@ -129,23 +129,23 @@ def of_estimates(
 def _trials(estimates: Sequence[ImpedanceEstimate]) -> int:
     # rows of a course over time (`movement --course`) come from the same trials
     counts: dict[str, int] = {}
-    for row, one in enumerate(estimates):
-        of_course = str(one.keys.get("phase", "")).endswith(" s")
-        rest = {k: v for k, v in one.keys.items() if k != "phase"}
-        counts[group_name(rest) if of_course else f"row {row}"] = one.quality.n_trials
+    for row, e in enumerate(estimates):
+        of_course = str(e.keys.get("phase", "")).endswith(" s")
+        rest = {k: v for k, v in e.keys.items() if k != "phase"}
+        counts[group_name(rest) if of_course else f"row {row}"] = e.quality.n_trials
     return sum(counts.values())
 
 
 def _of_estimates(
     estimates: Sequence[ImpedanceEstimate], findings: Sequence[Finding]
 ) -> tuple[Finding, ...]:
-    """Warnings of the fits that are not those of the recording, each with its groups."""
+    """Warnings of the fits that the recording does not have already, each with its groups."""
     known = {finding.sentence for finding in findings}
     groups: dict[str, list[str]] = {}
-    for one in estimates:
-        for warning in one.warnings:
+    for e in estimates:
+        for warning in e.warnings:
             if warning not in known:
-                groups.setdefault(warning, []).append(condition_of(one))
+                groups.setdefault(warning, []).append(condition_of(e))
     return tuple(
         Finding("", "warning", f"{warning} ({_some(names, len(estimates))})")
         for warning, names in groups.items()
@@ -168,7 +168,7 @@ def _lead(recording: Recording | None, estimates: Sequence[ImpedanceEstimate]) -
 
 
 def _next_step(estimates: Sequence[ImpedanceEstimate]) -> str:
-    """The widest interval of stiffness, and what would halve it."""
+    """Sentence on the widest interval of stiffness, and the trials needed to halve it."""
     halves = [half_widths(e)[2].max() / max(abs(e.stiffness).max(), 1e-12) for e in estimates]
     widest = max(range(len(halves)), key=halves.__getitem__)
     return (
@@ -191,10 +191,10 @@ def _table(estimates: Sequence[ImpedanceEstimate], which: str, symbol: str, row:
     k = estimates[0].k
     names = [f"{symbol}_{i + 1}{j + 1}" for i in range(k) for j in range(k)]
     rows = []
-    for one in estimates:
-        values, halves = getattr(one, which).ravel(), half_widths(one)[row].ravel()
+    for e in estimates:
+        values, halves = getattr(e, which).ravel(), half_widths(e)[row].ravel()
         cells = [with_half_width(float(v), float(h)) for v, h in zip(values, halves, strict=True)]
-        rows.append((condition_of(one), str(one.quality.n_trials), *cells))
+        rows.append((condition_of(e), str(e.quality.n_trials), *cells))
     return Table(
         caption=f"{which.capitalize()} {symbol} ({unit}), ± half the 95 % interval",
         columns=("group", "trials", *names),
@@ -210,7 +210,7 @@ def _reviewed(
     recording: Recording | None,
     trials: pd.DataFrame | None,
 ) -> tuple[Section, ...]:
-    """Trials, fits, what can be identified, and where it is asked the methods side by side."""
+    """Sections on trials, fits, identifiability, and on request the methods side by side."""
     determined = Section("What the data determine", (_quality_table(estimates),))
     if recording is None or trials is None:
         return (determined,)
@@ -221,9 +221,9 @@ def _reviewed(
     return tuple(sections)
 
 
-def _drawn(recording: Recording, estimates: Estimates, told: pd.DataFrame) -> list[Section]:
-    """All trials, the session's quality, and the fit of the group that is fitted worst."""
-    worst = min(estimates, key=lambda one: one.quality.vaf)
+def _drawn(recording: Recording, estimates: Estimates, trial_table: pd.DataFrame) -> list[Section]:
+    """Pictures of all trials, the session's quality, and the fit of the worst fitted group."""
+    worst = min(estimates, key=lambda estimate: estimate.quality.vaf)
     name = condition_of(worst)
     quality = picture(
         plot_quality(recording),
@@ -240,7 +240,7 @@ def _drawn(recording: Recording, estimates: Estimates, told: pd.DataFrame) -> li
     left = picture(
         plot_residuals(recording, worst), "residuals", f"Residuals of {name} and their spectrum."
     )
-    trials = linked_trials(recording, told, "trials", "courses")
+    trials = linked_trials(recording, trial_table, "trials", "courses")
     return [
         Section("Trials", (trials, quality, *_over_session(recording))),
         Section("Fit and residuals", (fit, left)),
@@ -248,7 +248,7 @@ def _drawn(recording: Recording, estimates: Estimates, told: pd.DataFrame) -> li
 
 
 def _over_session(recording: Recording) -> tuple[Block, ...]:
-    """M and K over the session, where there are trials enough."""
+    """Picture of M and K over the session, if there are enough trials."""
     if recording.perturbation != "returning" or recording.n_trials < _COURSE:
         return ()
     try:
@@ -264,45 +264,49 @@ def _over_session(recording: Recording) -> tuple[Block, ...]:
 
 
 def _left(asked: Asked, estimates: Estimates) -> list[Section]:
-    """What was left out by hand, and stiffness with and without it."""
+    """Table of stiffness with and without the trials left out by hand."""
     if asked.leave_out is None or asked.whole is None:
         return []
     title = "Left out by hand"
     try:
-        every = _estimates(asked, asked.whole)
+        all_estimates = _estimates(asked, asked.whole)
     except ArmImpedanceError as error:
         # what a check refuses may be the very reason for leaving trials out
         return [Section(title, (Printed(f"With these trials nothing can be estimated: {error}"),))]
-    with_all = {condition_of(one): one for one in every}
+    with_all = {condition_of(e): e for e in all_estimates}
     rows = [
-        (condition_of(one), str(other.quality.n_trials - one.quality.n_trials), *_cells(one, other))
-        for one in estimates
-        if (other := with_all[condition_of(one)]).quality.n_trials != one.quality.n_trials
+        (
+            condition_of(e),
+            str(whole.quality.n_trials - e.quality.n_trials),
+            *_cells(e, whole),
+        )
+        for e in estimates
+        if (whole := with_all[condition_of(e)]).quality.n_trials != e.quality.n_trials
     ]
     names = [f"{name} {which}" for name in ("K_11", "K_22") for which in ("without", "with")]
     caption = f"Trials of {asked.leave_out.name} were left out by hand: K without and with them"
     return [Section(title, (Table(caption, ("group", "trials", *names), tuple(rows)),))]
 
 
-def _cells(one: ImpedanceEstimate, other: ImpedanceEstimate) -> list[str]:
+def _cells(estimate: ImpedanceEstimate, whole: ImpedanceEstimate) -> list[str]:
     return [
         with_half_width(float(e.stiffness[i, i]), float(half_widths(e)[2, i, i]))
-        for i in (0, one.k - 1)
-        for e in (one, other)
+        for i in (0, estimate.k - 1)
+        for e in (estimate, whole)
     ]
 
 
 def _quality_table(estimates: Sequence[ImpedanceEstimate]) -> Table:
     """Rank, condition and correlation of every fit."""
     rows = []
-    for one in estimates:
-        q = one.quality
-        least = one.efficiency
+    for e in estimates:
+        q = e.quality
+        least = e.efficiency
         efficiency = "-" if least is None else f"{100 * least.min():.0f} %"
         rows.append(
             (
-                condition_of(one),
-                f"{q.rank} of {3 * one.k}",
+                condition_of(e),
+                f"{q.rank} of {3 * e.k}",
                 f"{q.cond_scaled:.3g}",
                 f"{q.multiple_correlation:.4f}",
                 f"{100 * (1 - q.vaf):.2g} %",

@@ -1,4 +1,4 @@
-"""Linked pictures for looking: the ellipses of every group beside their numbers.
+"""Linked interactive pictures: the ellipses of every group beside their numbers.
 
 The pictures are Vega-Lite, built by Altair, and read the page's data by name.
 """
@@ -25,49 +25,49 @@ if TYPE_CHECKING:
 
 #: Points on each outline: straight pieces shorter than a pixel.
 POINTS: Final = 37
-#: Digits of an outline, of the largest.
+#: Digits of an outline, relative to the largest value.
 DIGITS: Final = 4
-#: Hands closer together than this are at one place.
+#: Hands closer together than this (m) are at one place.
 ONE_PLACE_M: Final = 0.01
-#: Seen on light and on dark paper.
+#: Visible on light and on dark paper.
 BLUE: Final = "#3d8bd4"
 #: Least and largest height of one group's row, and width of a panel, pixels.
 ROW_PX: Final = (13, 28)
 PANEL_PX: Final = 140
 FIELD_PX: Final = 370
-#: What a group has of each matrix: quantity -> its heading.
+#: Quantities of each matrix of a group, with their headings.
 QUANTITIES: Final = {
     "size": "size",
     "orientation_deg": "orientation (deg)",
     "shape": "shape, minor / major",
 }
-#: Quantity -> how its axis is labelled, in D3's notation, and with how many ticks.
+#: Quantity -> label format of its axis, in D3's notation, and number of ticks.
 FORMATS: Final = {"size": (",d", 3), "orientation_deg": ("d", 4), "shape": (".1f", 4)}
-#: Ellipses at several places are drawn larger than in print, where neighbours must not touch: here
+#: Factor for ellipses at several places, compared with print, where neighbours must not touch: here
 #: one can be chosen.
 LARGER: Final = 1.7
 
 
 def ellipse_outlines(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
-    """Outlines and bands of all ellipses where they are drawn.
+    """Outlines and bands of all ellipses, as drawn.
 
     `estimates`: of two axes each.
-    Returns: columns group, matrix, part ("outline", "band", or of few groups "name": the place of
-    their name), order, x, y: metres where the hands were at several places, the matrix' own unit
-    where they were at one.
+    Returns: columns group, matrix, part ("outline", "band", or for few groups "name": the place of
+    their name), order, x, y. Units: metres if the hands were at several places, else the matrix'
+    own.
     """
     rows = [row for which in FIELDS for row in _outlines_of(estimates, which)]
     return pd.DataFrame(rows, columns=["group", "matrix", "part", "order", "x", "y"])
 
 
 def apart(estimates: Sequence[ImpedanceEstimate]) -> bool:
-    """Whether these are hands at several places."""
+    """True if the estimates are of hands at several places."""
     hands = [e.position for e in estimates if e.level == "hand" and e.position is not None]
     return len(hands) == len(estimates) and float(np.ptp(hands, axis=0).max()) > ONE_PLACE_M
 
 
 def _are_named(estimates: Sequence[ImpedanceEstimate]) -> bool:
-    """Whether names stand beside the ellipses: of few groups."""
+    """True if names are written beside the ellipses: for few groups only."""
     return len(estimates) <= MOST_LOOKS
 
 
@@ -122,9 +122,9 @@ Arguments = ParamSpec("Arguments")
 
 
 def built_unchecked(build: Callable[Arguments, Linked]) -> Callable[Arguments, Linked]:
-    """A picture without Altair's check of each part as it is made: a fifth of a page's time.
+    """Build a picture without Altair's check of each part, which takes a fifth of a page's time.
 
-    A test holds the whole of each picture against the schema of Vega-Lite.
+    A test checks each whole picture against the schema of Vega-Lite.
     """
 
     @wraps(build)
@@ -139,10 +139,9 @@ def built_unchecked(build: Callable[Arguments, Linked]) -> Callable[Arguments, L
 
 @built_unchecked
 def linked_ellipses(estimates: Sequence[ImpedanceEstimate], outlines: str, numbers: str) -> Linked:
-    """The ellipses of all groups beside their numbers; a choice shows in every panel.
+    """Ellipses of all groups beside their numbers; a choice is shown in every panel.
 
-    `outlines`, `numbers`: names of the page's data that `ellipse_outlines` and `ellipse_numbers`
-    made.
+    `outlines`, `numbers`: names of the page's data from `ellipse_outlines` and `ellipse_numbers`.
     """
     import altair as alt
 
@@ -154,7 +153,7 @@ def linked_ellipses(estimates: Sequence[ImpedanceEstimate], outlines: str, numbe
         bind=alt.binding_select(options=list(reversed(FIELDS)), name="Matrix "),
     )
     groups = [condition_of(e) for e in estimates]
-    panels = [_panel(groups, numbers, *one) for one in QUANTITIES.items()]
+    panels = [_panel(groups, numbers, *quantity) for quantity in QUANTITIES.items()]
     picture = alt.hconcat(_field(estimates, outlines), *panels, spacing=18)
     frame = alt.param(name="frame", value=_frames(estimates))
     level = estimates[0].level
@@ -194,7 +193,7 @@ def _panel(groups: Sequence[str], numbers: str, quantity: str, title: str) -> An
     low = alt.X("low:Q", title=None)
     rule = base.mark_rule(strokeWidth=2, opacity=0.6).encode(x=low, x2="high:Q")
     dot = base.mark_circle(size=34, opacity=1).encode(x=x)
-    # the unit of the size is that of the chosen matrix: an axis' title cannot follow it
+    # the unit of the size is that of the chosen matrix, which an axis' title cannot follow
     words = alt.ExprRef("'size, ' + units[matrix]") if quantity == "size" else title
     head = alt.TitleParams(
         text=words, orient="bottom", anchor="middle", fontSize=11, fontWeight="normal"
@@ -204,7 +203,7 @@ def _panel(groups: Sequence[str], numbers: str, quantity: str, title: str) -> An
 
 
 def _colored(groups: Sequence[str], channel: str = "Color") -> Any:
-    """The colour that each of few groups has in every picture; many are alike."""
+    """Colour of each group, the same in every picture; one colour for many groups."""
     import altair as alt
 
     if len(groups) > MOST_LOOKS:
@@ -215,12 +214,12 @@ def _colored(groups: Sequence[str], channel: str = "Color") -> Any:
 
 
 def _row_px(groups: Sequence[str]) -> int:
-    """Few groups fill the height of the ellipses, many stand close."""
+    """Height of a row: few groups fill the height of the ellipses, many are close together."""
     least, most = ROW_PX
     return min(most, max(least, FIELD_PX // len(groups)))
 
 
-#: What the pointer shows of a value: plain text.
+#: Text at the pointer for a value.
 _SENTENCE: Final = (
     "datum.group + ': ' + datum.quantity + ' ' + format(datum.value, '.4~g') + ' ' + datum.unit"
     " + ' (95 %: ' + format(datum.low, '.4~g') + ' to ' + format(datum.high, '.4~g') + ')'"
@@ -228,7 +227,7 @@ _SENTENCE: Final = (
 
 
 def _groups_axis(quantity: str) -> alt.Axis:
-    """The groups' names stand at the first panel only."""
+    """Axis of the groups, with names at the first panel only."""
     import altair as alt
 
     first = quantity == next(iter(QUANTITIES))
@@ -236,7 +235,7 @@ def _groups_axis(quantity: str) -> alt.Axis:
 
 
 def _PICKED(alt: Any) -> Any:  # noqa: N802 - an encoding, used as a constant
-    """Dark where nothing is chosen or this group is."""
+    """Dark if nothing is chosen or this group is."""
     return alt.condition("chosen == '' || datum.group == chosen", alt.value(1), alt.value(0.12))
 
 

@@ -1,4 +1,4 @@
-"""Every trial of a session in linked pictures, to look at and to leave out."""
+"""Linked pictures of every trial of a session, for inspection and for leaving trials out."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
     from armimpedance.hand.still.show.aligned_trials import Aligned
 
-#: Points of one trial that the page holds: what passes the fit's kernel needs no more. Of very many
-#: trials fewer are held, so that a page stays small.
+#: Points of one trial on the page: enough for signals smoothed by the fit's kernel. With very many
+#: trials fewer points are kept, so that a page stays small.
 POINTS: Final = 60
 MOST_ROWS: Final = 50_000
 PANEL_PX: Final = (420, 170)
@@ -32,10 +32,10 @@ def trial_data(
     groups: Mapping[str, Mapping[str, Any]],
     most_rows: int = MOST_ROWS,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Which trials there are, and their courses.
+    """Table of the trials, and table of their courses.
 
     `groups`: columns of the trial table and their values.
-    `most_rows`: rows of the courses; of very many trials fewer points are held.
+    `most_rows`: rows of the courses; with very many trials each has fewer points.
     Returns: `trials`: columns trial, group, direction, look ("outlier", "left out" or "used").
     `courses`: columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or N m).
     """
@@ -45,12 +45,12 @@ def trial_data(
     for name, keys in groups.items():
         aligned = aligned_group(recording, keys)
         outliers = set(outlying_trials(recording, keys))
-        every = slice(None, None, max(1, round(len(aligned.lag_s) / points)))
+        step = slice(None, None, max(1, round(len(aligned.lag_s) / points)))
         for t, trial in enumerate(aligned.trial.tolist()):
             look = "outlier" if trial in outliers else "used" if aligned.used[t] else "left out"
             heads.append((trial, name, _direction(aligned, t), look))
-            ms = 1e3 * aligned.lag_s[every]
-            moved, pushed = 1e3 * aligned.moved[t, every], aligned.pushed[t, every]
+            ms = 1e3 * aligned.lag_s[step]
+            moved, pushed = 1e3 * aligned.moved[t, step], aligned.pushed[t, step]
             courses.append(np.column_stack([np.full(len(ms), trial), ms, moved, pushed]))
     axes = range(1, recording.axes + 1)
     columns = ["trial", "ms", *(f"moved_{i}" for i in axes), *(f"pushed_{i}" for i in axes)]
@@ -59,7 +59,7 @@ def trial_data(
 
 
 def _direction(aligned: Aligned, row: int) -> str:
-    """The name of a trial's direction; "all" where none is known."""
+    """Name of a trial's direction; "all" if none is known."""
     if aligned.direction is None or not aligned.direction_names:
         return "all"
     return aligned.direction_names[int(aligned.direction[row])]
@@ -79,18 +79,20 @@ def panels(recording: Recording) -> list[tuple[str, str]]:
 
 
 @built_unchecked
-def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses: str) -> Linked:
+def linked_trials(
+    recording: Recording, trial_table: pd.DataFrame, trials: str, courses: str
+) -> Linked:
     """Displacement and force of every trial of the chosen group.
 
-    `told`: which trials there are, as `trial_data` tells.
+    `trial_table`: table of the trials from `trial_data`.
     `trials`, `courses`: names of the page's data that hold both tables of `trial_data`.
     """
     import altair as alt
 
     chosen = alt.param(name="chosen", value="")
     trial = alt.param(name="trial", value=-1)
-    first = str(told["group"].iloc[0])
-    directions = sorted(told["direction"].unique(), key=_angle)
+    first = str(trial_table["group"].iloc[0])
+    directions = sorted(trial_table["direction"].unique(), key=_angle)
     color = alt.Color(
         "direction:N",
         title="direction",
@@ -111,7 +113,7 @@ def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses
         )
         .encode(color=color)
     )
-    drawn = [_panel(base, *one) for one in panels(recording)]
+    drawn = [_panel(base, *panel) for panel in panels(recording)]
     picture = alt.concat(*drawn, columns=2).add_params(chosen, trial)
     return Linked(
         name="trials",
@@ -126,7 +128,7 @@ def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses
 
 
 def _angle(direction: str) -> tuple[float, str]:
-    """Directions in the order of their angles, other names after them."""
+    """Sort key: directions by their angles, other names after them."""
     number = direction.rstrip("°")
     return (float(number) if number.replace(".", "").isdigit() else float("inf"), direction)
 
@@ -156,9 +158,9 @@ def _panel(base: alt.Chart, column: str, title: str) -> alt.Chart:
     )
 
 
-# A page on which every trial is looked at and can be left out; the choice is saved as a list.
+# A page for looking at every trial and leaving trials out; the choice is saved as a list.
 
-#: Rows of the courses that the page holds.
+#: Most rows of the courses on the page.
 MOST_ROWS_TO_CHOOSE: Final = 120_000
 
 
@@ -173,20 +175,20 @@ def write_choice(
     path : path
         The file; its name ends in .html.
     title : str
-        What the session is called.
+        Name of the session.
     left_out : mapping from a trial's number to a reason, optional
-        What an earlier list leaves out.
+        Trials that an earlier list leaves out.
 
     Raises
     ------
     InputError
-        No onset is stated or seen.
+        No onset is stated or detected.
     """
     names = dict.fromkeys(recording.trials["condition"].astype(str))
     groups = {name: {"condition": name} for name in names}
     trials, courses = trial_data(recording, groups, MOST_ROWS_TO_CHOOSE)
-    known = left_out or {}
-    trials["why"] = trials["trial"].map(known)
+    reasons = left_out or {}
+    trials["why"] = trials["trial"].map(reasons)
     write_html(
         path,
         "choice.html.jinja",

@@ -9,7 +9,7 @@ from armimpedance.hand.still.methods import METHODS
 from armimpedance.show.verbs.kinds import MethodName, Number, NumberPair, OneOf, Whole
 from armimpedance.show.verbs.options import DESPITE, Option, Verb
 
-#: The name that stands for every method, side by side.
+#: The name for every method, side by side.
 ALL: Final = "all"
 
 COVARIANCE: Final = Option(

@@ -1,4 +1,4 @@
-"""Figs 6 and 7 of Tsuji (1997) of one's own data: motion and force, ellipses where the hand was."""
+"""Figs 6 and 7 of Tsuji (1997) from own data: motion and force, ellipses at the hand's places."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
-# What a disturbance did to one hand, and what the estimated impedance makes of it.
+# Response of one hand to a disturbance, and the force predicted by the estimated impedance.
 
-#: Row of the figure: field, label, what the unit of the record is multiplied by.
+#: Rows of the figure: field, label, factor from the record's unit.
 _ROWS: dict[str, tuple[tuple[str, str, float], ...]] = {
     "hand": (
         ("displacement", "displacement\n(mm)", 1e3),
@@ -67,8 +67,8 @@ def plot_response(
 ) -> Any:
     """Draw one trial's displacement, velocity, acceleration and force, as in Tsuji (1997), Fig. 6.
 
-    Measured is solid, the prediction of the force dashed. Columns share their scale, so that the
-    axes compare.
+    The measured force is solid, the predicted one dashed. Columns share their scale, so that the
+    axes can be compared.
 
     `axes` (4, d) of Axes.
     `predicted_force` (T, S, d) or (S, d): of all trials, or of this one.
@@ -125,23 +125,23 @@ def _draw(ax: Axes, response: Response, measured: Any, predicted: Any) -> None:
 
 
 _PANELS: Final[tuple[Which, ...]] = ("inertia", "stiffness", "viscosity")
-#: More conditions of one place than this are drawn row by row, not over one another.
+#: More conditions of one place than this are drawn row by row, not on top of each other.
 _MOST_AT_ONE_PLACE: Final = 6
 #: More ellipsoids than this hide one another.
 _MOST_IN_SPACE: Final = 4
 
 
 def plot_motion_and_force(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
-    """Draw one trial as in Tsuji (1997), Fig. 6: motion, force, and the force that M, B, K make.
+    """Draw one trial as in Tsuji (1997), Fig. 6: motion, force, and the force that M, B, K predict.
 
     The first usable trial that moves along all axes, or else the one that moves furthest.
 
     Parameters
     ----------
     recording : Recording
-        The one that was estimated, of disturbances that return.
+        The recording that was estimated, with disturbances that return.
     estimate : ImpedanceEstimate
-        Of one of its groups; its `keys` say which.
+        Estimate of one of its groups, given by its `keys`.
 
     Returns
     -------
@@ -168,7 +168,7 @@ def plot_motion_and_force(recording: Recording, estimate: ImpedanceEstimate) -> 
 
 
 def _without_ramp(signal: FloatArray, lag_s: FloatArray) -> FloatArray:
-    """A signal (T, S, d) less its least-squares offset and ramp: what the limb did on its own."""
+    """A signal (T, S, d) minus its least-squares offset and ramp: the limb's own slow force."""
     basis = ramp_basis(lag_s)
     return np.asarray(signal - basis @ (basis.T @ signal))
 
@@ -179,10 +179,10 @@ def plot_estimates(
 ) -> Figure:
     """Draw M, K and B of all rows as in Tsuji (1997), Fig. 7.
 
-    Ellipses stand where the hand was. Those of one place and those of joints are drawn about one
-    centre; many of one place row by row. In space the stiffness is drawn as ellipsoids, in three
-    views and one drawing, if they are few; what has neither (one axis, many in space) is drawn as
-    the matrices' diagonals.
+    Ellipses are drawn at the places of the hand. Those of one place and those of joints are drawn
+    about one centre, or row by row if they are many. In space the stiffness of a few rows is drawn
+    as ellipsoids, in three views and one drawing. Otherwise (one axis, many rows in space) the
+    diagonals of the matrices are drawn.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def _over_workspace(
 
 
 def _one_word_for_bands(axes: Sequence[Axes]) -> None:
-    """One legend entry for the bands of all panels, though those of some can hardly be seen."""
+    """Give the bands of all panels one legend entry, as some can hardly be seen."""
     bands = [p for ax in axes for p in ax.patches if str(p.get_label()).startswith("95 % band")]
     shortest = min((str(band.get_label()) for band in bands), key=len, default="")
     for band in bands:
@@ -254,7 +254,7 @@ def _one_word_for_bands(axes: Sequence[Axes]) -> None:
 
 
 def _share_limits(figure: Figure, axes: Sequence[Axes]) -> None:
-    """The same part of the workspace in every panel, and a figure as high as it is."""
+    """Show the same part of the workspace in every panel, and adapt the figure's height."""
     low, high = np.array([ax.axis() for ax in axes]).reshape(-1, 2, 2).transpose(2, 0, 1)
     (left, bottom), (right, top) = low.min(axis=0), high.max(axis=0)
     for number, ax in enumerate(axes):
@@ -281,13 +281,13 @@ def _about_one_centre(estimates: Sequence[ImpedanceEstimate]) -> Figure:
 
 
 def _ellipses_and_stiffness(estimates: Sequence[ImpedanceEstimate]) -> Figure:
-    """Row by row the ellipses of M, B and K, and K's elements with intervals."""
+    """Draw the ellipses of M, B and K row by row, and K's elements with intervals."""
     level = estimates[0].level
     with print_style():
         figure, (axes,) = row_axes(len(estimates), 6, narrow=3)
         series = [_series(estimates, which) for which in MATRICES]
-        for ax, one, (symbol, _) in zip(axes, series, MATRICES.values(), strict=False):
-            draw_ellipses(ax, [one], symbol)
+        for ax, matrix_series, (symbol, _) in zip(axes, series, MATRICES.values(), strict=False):
+            draw_ellipses(ax, [matrix_series], symbol)
         draw_elements(axes[3:], series[-1:], "K", UNITS[level]["K"], part="upper")
         name_rows(axes[0], [group_name(e.keys) for e in estimates])
         panel_letters(axes)
@@ -295,15 +295,15 @@ def _ellipses_and_stiffness(estimates: Sequence[ImpedanceEstimate]) -> Figure:
 
 
 def _elements(estimates: Sequence[ImpedanceEstimate]) -> Figure:
-    """The diagonals of M, B and K of each row with intervals; one band of panels for one axis."""
+    """Draw the diagonals of M, B and K of each row with intervals."""
     k, level = estimates[0].k, estimates[0].level
     bands = 1 if k == 1 else 3
     with print_style():
         figure, grid = row_axes(len(estimates), max(k, 3 // bands), bands)
         panels = [[ax] for ax in grid[0]] if k == 1 else grid
         for (which, (symbol, _)), axes in zip(MATRICES.items(), panels, strict=True):
-            one = _series(estimates, which)
-            draw_elements(axes, [one], symbol, UNITS[level][symbol], part="diagonal")
+            series = _series(estimates, which)
+            draw_elements(axes, [series], symbol, UNITS[level][symbol], part="diagonal")
         for band in grid:
             name_rows(band[0], [group_name(e.keys) for e in estimates], bands)
         panel_letters([ax for band in grid for ax in band])

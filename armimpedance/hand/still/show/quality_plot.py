@@ -1,4 +1,4 @@
-"""A session's quality in one picture: trials aligned, return, noise, force against motion."""
+"""A session's quality in one picture: aligned trials, return, noise, force against motion."""
 
 from __future__ import annotations
 
@@ -35,36 +35,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: What is left of the way at the end, as a part of the peak, above which a drift correction that
-#: trusts the return goes wrong; the check "returns to start" draws the same line.
+#: Remaining displacement at the end, in % of the peak, above which a drift correction that relies
+#: on the return fails; the check "returns to start" uses the same limit.
 RETURN_PERCENT = 2.0
-#: More letters than this have no room in one row of a legend.
+#: Most letters in one row of a legend.
 _MOST_LETTERS = 70
 
 
 def plot_quality(recording: Recording, outliers: Collection[int] | None = None) -> Figure:
     """Draw the quality of a session, all trials of all conditions.
 
-    Displacement and force of every trial from its onset; what is left of the way when the
-    disturbance is over; the force's noise at rest; force along the motion against the motion. Of a
-    stochastic perturbation the coherence stands in the place of return and noise.
+    Panels: displacement and force of every trial from its onset; the remaining displacement after
+    the disturbance; the force's noise at rest; force along the motion against the motion. For a
+    stochastic perturbation the coherence replaces return and noise.
 
     Parameters
     ----------
     recording : Recording
         Of the hand or of joints.
     outliers : collection of int, optional
-        Numbers of trials to mark; without it those that `outlying_trials` finds.
+        Numbers of trials to mark; default: those of `outlying_trials`.
 
     Returns
     -------
     Figure
-        Five panels, three of a stochastic perturbation.
+        Five panels, four for a stochastic perturbation.
 
     Raises
     ------
     InputError
-        No onset is stated or seen.
+        No onset is stated or detected.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def plot_quality(recording: Recording, outliers: Collection[int] | None = None) 
 def _draw_courses(
     left: Axes, right: Axes, aligned: Aligned, marked: BoolArray, recording: Recording
 ) -> None:
-    """How far the limb is from its place, and how much its force has changed."""
+    """Draw the displacement of the limb, and the change of its force."""
     name, factor = motion_label(recording.kind)
     _overlay(left, aligned, marked, factor * _signed(aligned.moved))
     _overlay(right, aligned, marked, _signed(aligned.pushed))
@@ -135,12 +135,12 @@ def _overlay(ax: Axes, aligned: Aligned, marked: BoolArray, lines: FloatArray) -
 
 
 def _signed(signal: FloatArray) -> FloatArray:
-    """Size of a vector course (T, S); of one axis its value."""
+    """Norm (T, S) of a vector signal (T, S, d); the value itself with one axis."""
     return signal[..., 0] if signal.shape[2] == 1 else np.linalg.norm(signal, axis=2)
 
 
 def _dots(ax: Axes, aligned: Aligned, marked: BoolArray, values: FloatArray) -> None:
-    """A value of each trial over the trials' order, those to be looked at by number."""
+    """Draw a value of each trial in the order of trials, with outliers marked."""
     order, used = np.arange(1, len(values) + 1), aligned.used & ~marked
     ax.plot(order[used], values[used], ".", color=GREY, markersize=3)
     ax.plot(order[~aligned.used], values[~aligned.used], "x", color=OKABE_ITO["blue"], ms=4)
@@ -150,19 +150,19 @@ def _dots(ax: Axes, aligned: Aligned, marked: BoolArray, values: FloatArray) -> 
 
 
 def _draw_return(ax: Axes, aligned: Aligned, marked: BoolArray) -> None:
-    """What is left of each trial's way at the end, % of the peak."""
+    """Draw each trial's remaining displacement at the end, % of the peak."""
     size = np.linalg.norm(aligned.moved, axis=2)
     over = aligned.lag_s >= aligned.duration_s[:, None]
     over[~over.any(axis=1), -1] = True
-    left = np.where(over, size, 0.0).sum(axis=1) / over.sum(axis=1)
-    _dots(ax, aligned, marked, 100 * left / np.maximum(size.max(axis=1), 1e-300))
+    remaining = np.where(over, size, 0.0).sum(axis=1) / over.sum(axis=1)
+    _dots(ax, aligned, marked, 100 * remaining / np.maximum(size.max(axis=1), 1e-300))
     ax.axhline(RETURN_PERCENT, color="black", linestyle=(0, (4, 2)), linewidth=0.8)
     ax.set_ylabel("left at the end (% of peak)")
 
 
 def _draw_noise(ax: Axes, aligned: Aligned, marked: BoolArray, unit: str) -> None:
-    """Standard deviation of the force before the onset."""
-    # Where a trial begins at its onset there is no rest, and the panel stays empty.
+    """Draw the standard deviation of the force before the onset."""
+    # If trials begin at their onset there is no rest, and the panel stays empty.
     if aligned.rest.any():
         noise = aligned.pushed[:, aligned.rest].std(axis=1).max(axis=1)
         _dots(ax, aligned, marked, noise)
@@ -170,12 +170,12 @@ def _draw_noise(ax: Axes, aligned: Aligned, marked: BoolArray, unit: str) -> Non
 
 
 def _draw_against(ax: Axes, aligned: Aligned, marked: BoolArray, recording: Recording) -> None:
-    """Force along the direction of the largest motion against the motion in it."""
+    """Draw the force along the direction of the largest displacement against the displacement."""
     name, factor = motion_label(recording.kind)
     far = np.linalg.norm(aligned.moved, axis=2).argmax(axis=1)
     peak = aligned.moved[np.arange(len(far)), far]
-    way = peak / np.maximum(np.linalg.norm(peak, axis=1, keepdims=True), 1e-300)
-    along, force = (np.einsum("tsd,td->ts", s, way) for s in (aligned.moved, aligned.pushed))
+    direction = peak / np.maximum(np.linalg.norm(peak, axis=1, keepdims=True), 1e-300)
+    along, force = (np.einsum("tsd,td->ts", s, direction) for s in (aligned.moved, aligned.pushed))
     thin = aligned.thin()
     from matplotlib.collections import LineCollection
 
@@ -195,11 +195,11 @@ def _draw_against(ax: Axes, aligned: Aligned, marked: BoolArray, recording: Reco
 
 
 def _draw_coherence(ax: Axes, recording: Recording) -> None:
-    """Part of the force that a linear limb explains, each trial."""
+    """Draw the share of the force that a linear limb explains, for each trial."""
     for row in range(recording.n_trials):
         at = recording.samples_of(row)
-        found = multiple_coherence(
+        spectrum = multiple_coherence(
             recording.position[at], recording.force[at], recording.sample_rate_hz
         )
-        ax.plot(found.frequency_hz, found.coherence, color=GREY, linewidth=0.6)
+        ax.plot(spectrum.frequency_hz, spectrum.coherence, color=GREY, linewidth=0.6)
     ax.set(xlim=(0, 60), ylim=(0, 1.02), xlabel="frequency (Hz)", ylabel="coherence")

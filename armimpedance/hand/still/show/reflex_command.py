@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _text(verdicts: ReflexVerdicts) -> str:
-    """The verdicts, and below them what the checks said."""
+    """The verdicts, followed by the warnings of the checks."""
     from armimpedance.hand.still.show.text import verdict_text
 
     warnings = [fill(f"warning: {warning}", 100) for warning in verdicts.warnings]

@@ -1,4 +1,4 @@
-"""Whether a reflex stands in the stiffness."""
+"""Page of the reflex guard: does the stiffness contain a reflex?"""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ def _sentences(seed: int) -> list[str]:
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of the reflex guard."""
+    """Build the page of the reflex guard."""
     recording = read_recording(asked.recording)
     verdicts = reflex(
         recording, by=asked.by, seed=asked.seed, despite=asked.despite, progress=asked.progress
     )
-    told = (*_findings(verdicts), *asked.checks)
+    findings = (*_findings(verdicts), *asked.checks)
     rows = tuple((group_name(v.keys), headline(v)) for v in verdicts)
     table = Table("One verdict a group", ("group", "verdict"), rows, "verdicts")
     drawn = plot_reflex(verdicts)[0, 0].figure
     return page_from(
         asked,
-        told,
+        findings,
         title="Reflex",
         lead=f"{counted(recording.n_trials, 'trial')} in {counted(len(verdicts), 'group')}; "
         f"subject {recording.subject.id}.",
@@ -64,15 +64,15 @@ def page_of(asked: Asked) -> Page:
                 ),
             ),
         ),
-        reviewer=reviewed(told, verdict_text(verdicts)),
-        methods=methods_of(_sentences(asked.seed), findings=told),
+        reviewer=reviewed(findings, verdict_text(verdicts)),
+        methods=methods_of(_sentences(asked.seed), findings=findings),
         options=[("groups by", ", ".join(asked.by)), ("seed", asked.seed)],
         data={"verdicts": verdicts.to_frame()},
     )
 
 
 def _findings(verdicts: ReflexVerdicts) -> tuple[Finding, ...]:
-    """A reflex that was found, and one that cannot be told, as findings."""
+    """Verdicts as findings."""
     meaning = {"none": "ok", "contaminated": "warning", "unknown": "cannot tell"}
     return tuple(
         Finding("reflex", meaning[v.outcome], f"{group_name(v.keys)}: {headline(v)}")  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""What shows a reflex: stiffness over the end of the window, likelihood over the delay."""
+"""Plots of the evidence for a reflex: stiffness over the window's end, likelihood over delay."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
 #: Groups in one figure, those with the most evidence first.
 MOST_GROUPS = 6
 _ROW_IN = 2.4
-#: More groups than this stand two in a row, in lower rows.
+#: More groups than this are drawn two in a row, in lower rows.
 _MOST_BELOW = 2
 _LOW_ROW_IN = 1.55
 _BAND_ALPHA = 0.2
-#: Windows whose band is wider than this part of the largest stiffness are not drawn.
+#: Windows whose band is wider than this share of the largest stiffness are not drawn.
 _WIDEST = 0.75
-#: Log ratios that are drawn at least: what lies within is nothing.
+#: The axis of log ratios covers at least these limits: values within them are no evidence.
 _LEAST_RATIOS = (-3.0, 5.0)
 _COLORS = ("blue", "vermillion", "green")
 
 
 def plot_reflex(verdicts: Sequence[ReflexVerdict], axes: Any = None) -> Any:
-    """Draw both views of each group, one row each; of many groups those with the smallest p.
+    """Draw both views of each group, one row each; with many groups those with the smallest p.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def plot_reflex(verdicts: Sequence[ReflexVerdict], axes: Any = None) -> Any:
 
 
 def _new_grid(groups: int) -> Any:
-    """Axes (groups, 2); more than two groups stand two in a row, so that the figure stays low."""
+    """Axes (groups, 2); more than two groups share rows in pairs, so that the figure stays low."""
     if groups <= _MOST_BELOW:
         figure = new_figure(TWO_COLUMNS_IN, 0.6 + _ROW_IN * groups)
         return figure.subplots(groups, 2, squeeze=False, width_ratios=(3, 2))
@@ -106,7 +106,7 @@ def _new_grid(groups: int) -> Any:
 
 
 def _tidy(axes: Any) -> None:
-    """One legend for all groups, letters, and labels of the axes where they end a column."""
+    """Add one legend for all groups and letters, and label the axes at the end of each column."""
     figure = axes[0, 0].figure
     low = len(axes) > _MOST_BELOW
     for number, (left, right) in enumerate(axes):
@@ -127,20 +127,20 @@ def _tidy(axes: Any) -> None:
 
 
 def plot_window_ends(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:
-    """Principal values of K over the end of the window, with 95 % bands.
+    """Draw principal values of K over the end of the window, with 95 % bands.
 
-    Where a reflex was found: the intrinsic K dashed, the interval of the delay shaded. Dotted up
-    to 70 ms, where the spline's error at the onset may exceed the band.
+    If a reflex was detected, the intrinsic K is dashed and the interval of the delay shaded. Lines
+    are dotted up to 70 ms, where the spline's error at the onset may exceed the band.
 
-    Raises InputError: if the verdict holds no window ends.
+    Raises InputError: if the verdict has no window ends.
     """
     ends = verdict.ends
     if ends is None:
         raise InputError("a verdict without window ends", expected="reflex_guard(..., ends=True)")
     factor = t_factor(verdict.dof)
-    found = [_principal(K, C) for K, C in zip(ends.stiffness, ends.covariance, strict=True)]
-    values = np.array([v for v, _ in found])
-    half = factor * np.array([sd for _, sd in found])
+    principal = [_principal(K, C) for K, C in zip(ends.stiffness, ends.covariance, strict=True)]
+    values = np.array([v for v, _ in principal])
+    half = factor * np.array([sd for _, sd in principal])
     shown = half.max(axis=1) <= _WIDEST * values[-1].max()
     shown |= np.arange(len(shown)) == len(shown) - 1
     end = 1e3 * ends.end_s[shown]
@@ -169,7 +169,7 @@ def plot_window_ends(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:
 
 
 def plot_delay_profile(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:
-    """Log-likelihood ratio of a reflex at each delay against none, the delay's interval shaded."""
+    """Draw the log-likelihood ratio of a reflex over its delay, and the interval of the delay."""
     profile = verdict.profile
     with print_style():
         ax = new_axes(0.4 * TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax

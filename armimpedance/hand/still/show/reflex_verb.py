@@ -1,4 +1,4 @@
-"""Whether a reflex stands in the stiffness: the verb and its verdicts."""
+"""The verb `reflex` and its verdicts: does the stiffness contain a reflex?"""
 
 from __future__ import annotations
 
@@ -73,24 +73,24 @@ def reflex(
         marks: tuple[str, ...] = ()
         if read.perturbation != "stochastic":
             marks = checked_response(read, despite, by=columns)
-        # what this verb itself judges, group by group
+        # leave out marks on reflexes: this verb judges them, group by group
         marks = tuple(mark for mark in marks if not mark.startswith("reflex"))
         read, _ = in_step(read)
-        made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)
-        return ReflexVerdicts(tuple(made), marks)
+        verdicts = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)
+        return ReflexVerdicts(tuple(verdicts), marks)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
-    """What the reflex guard says of every group of trials.
+    """Verdicts of the reflex guard on every group of trials.
 
-    Iteration gives `ReflexVerdict`; a number, or the value of a group's column, finds one.
+    Iteration gives `ReflexVerdict`; a number, or the value of a group's column, selects one.
 
     Attributes
     ----------
     verdicts : tuple of ReflexVerdict
     warnings : tuple of str
-        What the checks of the recording said; each row of the table is marked with them.
+        Warnings of the recording's checks; each row of the table is marked with them.
 
     Examples
     --------
@@ -134,25 +134,25 @@ class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
 
     @property
     def content(self) -> Content:
-        """One row a group, with the columns of ``armimpedance reflex --out``."""
+        """One row per group, with the columns of ``armimpedance reflex --out``."""
         keys = dict.fromkeys(str(name) for verdict in self for name in verdict.keys)
         return table_content(
             self.to_dict(), keys=(*keys, "outcome", "n_trials"), described=self.DESCRIBED
         )
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a group, with the names of the table's columns."""
+        """One mapping per group, with the names of the table's columns."""
         rows = verdict_rows(self.verdicts)
-        said = {"warnings": "; ".join(self.warnings)} if self.warnings else {}
-        return [row | said for row in rows]
+        marks = {"warnings": "; ".join(self.warnings)} if self.warnings else {}
+        return [row | marks for row in rows]
 
     def _table(self) -> list[list[str]]:
         rows = [[name, headline(v)] for name, v in zip(self.names, self, strict=True)]
-        left = [["...", f"{len(rows) - 10} more"]] if len(rows) > 10 else []
-        return [["group", "verdict"], *rows[:10], *left]
+        rest = [["...", f"{len(rows) - 10} more"]] if len(rows) > 10 else []
+        return [["group", "verdict"], *rows[:10], *rest]
 
     def __repr__(self) -> str:
-        return "\n".join(f"{name}: {said}" for name, said in self._table()[1:])
+        return "\n".join(f"{name}: {verdict}" for name, verdict in self._table()[1:])
 
     def _repr_html_(self) -> str:
         return html_table(self._table())

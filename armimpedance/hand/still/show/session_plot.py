@@ -1,4 +1,4 @@
-"""M and K over a session, block by block of its trials: does anything change?"""
+"""Plot of M and K over a session, block by block of its trials."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _LOOKS = {"M": ("blue", "o", 0), "K": ("vermillion", "s", 2)}
 
 
 def plot_session(recording: Recording, ax: Axes | None = None) -> Axes:
-    """Draw inertia and stiffness of blocks of trials as parts of the whole session's.
+    """Draw inertia and stiffness of blocks of trials relative to the whole session's.
 
     All conditions together, each block with its 95 % interval. Inertia does not change while a
-    person is measured: where M goes up or down, a gain did, or another person came; K may.
+    person is measured: if M changes, a gain has changed, or the person. K may change.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def plot_session(recording: Recording, ax: Axes | None = None) -> Axes:
     Raises
     ------
     InputError
-        No condition has trials enough to be fitted.
+        No condition has enough trials to be fitted.
 
     Examples
     --------

@@ -34,7 +34,7 @@ _LEGEND = (
 
 
 def verdict_text(verdicts: Sequence[ReflexVerdict]) -> str:
-    """Every group: the verdict in words, its evidence, the matrices; then what is meant.
+    """The verdict in words, its evidence and the matrices of every group; then an explanation.
 
     `verdicts`: one verdict per group of trials.
     Returns: a block of text per group, and an explanation at the end.
@@ -60,25 +60,25 @@ def headline(verdict: ReflexVerdict) -> str:
 
 
 def sentences(verdict: ReflexVerdict) -> list[str]:
-    """The verdict and its evidence."""
-    found = [headline(verdict)]
+    """Sentences on the verdict and its evidence."""
+    lines = [headline(verdict)]
     if verdict.outcome == "contaminated":
         share = f"The reflex is {_percent(verdict.share)} of the intrinsic K"
-        found.append(f"{share}. {_misstated(verdict.overstated)}")
+        lines.append(f"{share}. {_misstated(verdict.overstated)}")
     elif verdict.scanned:
         others = (
             f"{1e3 * d:.0f} ms: {_part(s)}" for d, s in verdict.visible if d != verdict.TELLING_S
         )
-        found.append(f"Smallest reflex that would be seen at other delays, {', '.join(others)}.")
+        lines.append(f"Smallest reflex that would be seen at other delays, {', '.join(others)}.")
     if verdict.outcome == "unknown":
-        found.append(_REMEDY)
+        lines.append(_REMEDY)
     if verdict.ends is not None:
-        found.append(_ends(verdict))
-    return found
+        lines.append(_ends(verdict))
+    return lines
 
 
 def verdict_rows(verdicts: Sequence[ReflexVerdict]) -> list[dict[str, Any]]:
-    """One row of a table per group; what does not exist is None.
+    """One row of a table per group; values that do not exist are None.
 
     Returns: one row per verdict: name of the column -> value.
     """
@@ -177,7 +177,7 @@ def _visible_percent(verdict: ReflexVerdict) -> float | None:
 def _share_columns(
     name: str, words: str, share: Callable[[ReflexVerdict], Share]
 ) -> tuple[Column[ReflexVerdict], ...]:
-    """A part of K with its limits."""
+    """Columns of a share of K and its limits."""
     part: Column[ReflexVerdict] = Column(
         f"{name}_percent", words, "%", lambda v: 100 * share(v).value
     )
@@ -191,7 +191,7 @@ def _share_columns(
 _DELAY: Final[Column[ReflexVerdict]] = Column(
     "delay_ms", "delay of the reflex", "ms", lambda v: 1e3 * v.delay_s
 )
-#: A row of ``armimpedance reflex --out`` after the group's columns; K, R and K_without follow.
+#: Columns of ``armimpedance reflex --out`` after the group's; K, R and K_without follow.
 VERDICT: Final[tuple[Column[ReflexVerdict], ...]] = (
     Column("n_trials", "number of trials", "1"),
     Column("outcome", "whether a reflex stands in the stiffness"),
@@ -234,9 +234,9 @@ _METHODS_LEGEND = (
 
 
 def methods_table(compared: Sequence[SideBySide], reference: str) -> str:
-    """All groups: M, B and K of every method, who cannot run and why, who disagrees.
+    """M, B and K of every method in every group, methods that cannot run, and disagreements.
 
-    `reference`: the method that the others are measured against.
+    `reference`: the method that the others are compared with.
     Returns: a block of text per group, and an explanation of the columns at the end.
     """
     blocks = [block for side in compared for block in _group(side, reference)]
@@ -250,12 +250,12 @@ def _group(side: SideBySide, reference: str) -> list[str]:
         title = f"{field.capitalize()} {symbol} ({UNITS[first.level][symbol]})"
         blocks.append(f"{title}\n{_table(side, i)}")
     refused = [f"{r.method} cannot run: {r.reason}" for r in side.results if r.estimate is None]
-    said = [sentence for d in side.disagreements for sentence in d.sentences]
-    if not said and side.disagreements:
-        said = [f"no method differs from {reference} by more than chance and a few percent"]
+    differences = [sentence for d in side.disagreements for sentence in d.sentences]
+    if not differences and side.disagreements:
+        differences = [f"no method differs from {reference} by more than chance and a few percent"]
     notes = [
         textwrap.fill(note, _WIDTH, initial_indent="- ", subsequent_indent="  ")
-        for note in (*said, *refused)
+        for note in (*differences, *refused)
     ]
     return [*blocks, "\n".join(notes)] if notes else blocks
 
@@ -265,10 +265,10 @@ def _table(side: SideBySide, i: int) -> str:
     for result in side.results:
         if result.estimate is None:
             continue
-        known = apart.get(result.method)
+        disagreement = apart.get(result.method)
         distance = ["-", "-"]
-        if known is not None:
-            distance = [_number(known.percent[i]), _number(known.standard_errors[i])]
+        if disagreement is not None:
+            distance = [_number(disagreement.percent[i]), _number(disagreement.standard_errors[i])]
         time = fixed(1e3 * result.seconds, 1)
         rows.append([result.method, *_cells(result.estimate, i), *distance, time])
     headings = _headings(side.estimates[0].k, i)
@@ -289,12 +289,12 @@ def _headings(k: int, i: int) -> list[str]:
     return [f"{symbol}_{a + 1}{b + 1}" for a in range(k) for b in range(a, k)]
 
 
-def _cells(made: ImpedanceEstimate, i: int) -> list[str]:
-    """Elements of the symmetric part of one or two axes, principal values of more."""
-    if made.k > 2:
-        values, half = principal_values(made, FIELDS[i])
+def _cells(estimate: ImpedanceEstimate, i: int) -> list[str]:
+    """Elements of the symmetric part with one or two axes, principal values with more."""
+    if estimate.k > 2:
+        values, half = principal_values(estimate, FIELDS[i])
         return [with_half_width(v, h) for v, h in zip(values, half, strict=True)]
-    part = symmetric_part(made)
+    part = symmetric_part(estimate)
     matrix, width = getattr(part, FIELDS[i]), half_widths(part)[i]
-    upper = np.triu_indices(made.k)
+    upper = np.triu_indices(estimate.k)
     return [with_half_width(v, h) for v, h in zip(matrix[upper], width[upper], strict=True)]

@@ -1,4 +1,4 @@
-"""Trials in pictures: fitted against measured force, residuals, courses of a group."""
+"""Plots of trials: fitted and measured force, residuals, courses of a group."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# What the pictures of a session share: panel letters, thin lines, the look of a direction.
+# Common parts of the pictures of a session: thin lines, labels, the look of a direction.
 
-#: More lines than this are stored as pixels in a vector file: it would take megabytes.
+#: More lines than this are stored as pixels in a vector file, which else would take megabytes.
 MOST_VECTOR_LINES = 120
 GREY = "0.55"
 MARKED = OKABE_ITO["vermillion"]
@@ -42,7 +42,7 @@ _COLORS = ("blue", "orange", "green", "purple")
 
 
 def motion_label(kind: Kind) -> tuple[str, float]:
-    """Label of a displacement, and what SI is multiplied by for it."""
+    """Label of a displacement, and its factor from SI."""
     return ("displacement (mm)", 1e3) if kind == "hand" else ("displacement (rad)", 1.0)
 
 
@@ -52,7 +52,7 @@ def force_label(kind: Kind) -> str:
 
 
 def direction_look(number: int, count: int) -> dict[str, Any]:
-    """Colour and line of a direction: opposite ones share a colour, and one of them is dashed."""
+    """Colour and line style of a direction: opposite ones share a colour, one of them dashed."""
     half = max(1, count // 2) if count % 2 == 0 and count <= 2 * len(_COLORS) else count
     color = OKABE_ITO[_COLORS[(number % half) % len(_COLORS)]]
     if half < count:
@@ -61,7 +61,7 @@ def direction_look(number: int, count: int) -> dict[str, Any]:
 
 
 def draw_lines(ax: Axes, x: FloatArray, lines: FloatArray, label: str = "", **look: Any) -> None:
-    """Many lines (n, S) over one x (S,), as one artist."""
+    """Draw many lines (n, S) over one x (S,), as one artist."""
     from matplotlib.collections import LineCollection
 
     if not len(lines):
@@ -82,30 +82,30 @@ def draw_lines(ax: Axes, x: FloatArray, lines: FloatArray, label: str = "", **lo
 
 
 def zero_line(ax: Axes) -> None:
-    """A faint line at zero."""
+    """Draw a faint line at zero."""
     ax.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
 
 
 def thin_line(count: int) -> float:
-    """Width of one of many lines, points: a thousand of the usual width are a block of ink."""
+    """Width of one of many lines, points: a thousand of the usual width would be a black area."""
     return float(np.clip(0.6 / np.sqrt(max(count, 1) / 40), 0.12, 0.6))
 
 
 def short_list(numbers: Sequence[int], most: int = 6) -> str:
-    """Trial numbers as a legend holds them."""
+    """Trial numbers for a legend."""
     shown = ", ".join(map(str, numbers[:most]))
     return shown + (f" and {len(numbers) - most} more" if len(numbers) > most else "")
 
 
-#: The smoothing of a disturbance passes next to nothing beyond this (Hz), nor does a fitted band.
+#: Upper limit of the plotted frequency (Hz): smoothed trials and fitted bands have nothing above.
 _HIGHEST_HZ = {"trial": 25.0, "block": 60.0}
 
 
 def plot_fit(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
     """Draw the force of the trials that M, B and K explain best and worst, measured and fitted.
 
-    An offset and a ramp are removed from both, as in the fit: they are what the limb did on its
-    own. Of a stochastic perturbation the trials are its blocks of one second.
+    An offset and a ramp are removed from both, as in the fit: they are the limb's own slow force.
+    The trials of a stochastic perturbation are its blocks of one second.
 
     Parameters
     ----------
@@ -177,10 +177,10 @@ def _draw_trial(row: list[Axes], shown: FittedForce, trial: int) -> None:
 
 
 def plot_residuals(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
-    """Draw what M, B and K leave unexplained: of each trial over time, and over frequency.
+    """Draw the residuals of M, B and K: of each trial over time, and over frequency.
 
-    A direction's mean that departs from zero is no noise: a reflex, friction, a delay. Over
-    frequency the residual's amplitude stands below the force's where the model explains the force.
+    A direction's mean that differs from zero is not noise but a reflex, friction or a delay. Over
+    frequency the residual's amplitude is below the force's if the model explains the force.
 
     Parameters
     ----------
@@ -254,17 +254,17 @@ def _draw_spectra(ax: Axes, shown: FittedForce, i: int) -> None:
 def spectrum(signals: FloatArray, rate_hz: float) -> tuple[FloatArray, FloatArray]:
     """Frequencies (Hz) and the root mean square amplitude over trials (T, S) in one bin."""
     window = np.hanning(signals.shape[1])
-    # a sine of amplitude 1 stands as 1 in its bin
+    # a sine of amplitude 1 has the value 1 in its bin
     transformed = 2 * np.abs(np.fft.rfft(signals * window, axis=1)) / window.sum()
     frequency = np.fft.rfftfreq(signals.shape[1], 1 / rate_hz)
     return np.asarray(frequency), np.asarray(np.sqrt((transformed**2).mean(axis=0)))
 
 
-# Trials of one group laid over one another, directions told apart, outliers marked.
+# Trials of one group in one picture, with distinct directions and marked outliers.
 
-#: More directions than this are not told apart by name.
+#: More directions than this are not named.
 _MOST_NAMED = 8
-#: What the legend calls trials that are looked at one by one.
+#: Legend entries of trials that are marked one by one.
 _MARKED = ("left out", "unlike the others")
 
 
@@ -275,7 +275,7 @@ def plot_trials(
 ) -> Figure:
     """Draw displacement and force of every trial of a group from the onset, axis by axis.
 
-    Colour and line tell the directions: opposite ones share a colour, and one of the two is dashed.
+    Colour and line style show the direction: opposite ones share a colour, one of them dashed.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ def plot_trials(
     keys : mapping
         Columns of the trial table and values of the group, as `ImpedanceEstimate.keys`.
     outliers : collection of int, optional
-        Numbers of trials to mark; without it those that `outlying_trials` finds.
+        Numbers of trials to mark; default: those of `outlying_trials`.
 
     Returns
     -------
@@ -294,7 +294,7 @@ def plot_trials(
     Raises
     ------
     InputError
-        No trial is of that group, or no onset is stated or seen.
+        No trial is of that group, or no onset is stated or detected.
 
     Examples
     --------
@@ -347,7 +347,7 @@ def _draw(ax: Axes, aligned: Aligned, lines: Any, marked: Any) -> None:
 
 
 def _legend(figure: Figure, ax: Axes) -> None:
-    """Directions above the panels, marked trials below; lines thick enough for their style."""
+    """Place directions above the panels, marked trials below; draw lines thick enough."""
     handles, labels = ax.get_legend_handles_labels()
     marked = [label.startswith(_MARKED) for label in labels]
     places: dict[bool, Any] = {False: "outside upper center", True: "outside lower center"}
@@ -355,7 +355,7 @@ def _legend(figure: Figure, ax: Axes) -> None:
         rows = [row for row, is_marked in enumerate(marked) if is_marked == below]
         if not rows:
             continue
-        made = figure.legend(
+        legend = figure.legend(
             [handles[row] for row in rows],
             [labels[row] for row in rows],
             loc=place,
@@ -363,7 +363,7 @@ def _legend(figure: Figure, ax: Axes) -> None:
             handlelength=1.6,
             columnspacing=1.2,
         )
-        for line in made.legend_handles:
+        for line in legend.legend_handles:
             if line is not None:
                 thick = np.maximum(1.2, line.get_linewidth())  # type: ignore[attr-defined]
                 line.set_linewidth(thick)  # type: ignore[attr-defined]

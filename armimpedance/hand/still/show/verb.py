@@ -1,4 +1,4 @@
-"""Inertia, viscosity and stiffness of the hand or of joints, group by group."""
+"""The verb `estimate`: inertia, viscosity and stiffness of the hand or of joints, by group."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ from armimpedance.show.verbs.results import (
 if TYPE_CHECKING:
     import pandas as pd
 
-# Every method on the same trials, as a table and in a few lines.
+# All methods on the same trials, as a table and in a few lines.
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ComparedMethods(FrozenRecord):
-    """Every method on every group of trials.
+    """Results of all methods on every group of trials.
 
-    `groups`: what each method found in each group, and how far it lies from the reference.
-    `reference`: the method that the others are measured against.
-    `gravity_m_s2` (d,) tuple or None: gravity along the hand's axes, as the recording says.
+    `groups`: estimate of each method in each group, and its difference from the reference.
+    `reference`: the method that the others are compared with.
+    `gravity_m_s2` (d,) tuple or None: gravity along the hand's axes, from the recording.
     """
 
     groups: tuple[SideBySide, ...]
@@ -55,15 +55,15 @@ class ComparedMethods(FrozenRecord):
 
     @property
     def estimates(self) -> Estimates:
-        """The estimates of the methods that ran, group by group."""
-        made = tuple(e for side in self.groups for e in side.estimates)
-        return Estimates(made, self.subject, self.gravity_m_s2)
+        """Estimates of the methods that ran, group by group."""
+        estimates = tuple(e for side in self.groups for e in side.estimates)
+        return Estimates(estimates, self.subject, self.gravity_m_s2)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per group and method: distance from the reference in M, B and K.
 
-        In percent of the reference's matrix and in standard errors of the difference; `reason`
-        says why a method cannot run.
+        The distance is in percent of the reference's matrix and in standard errors of the
+        difference; `reason` says why a method cannot run.
         """
         import pandas as pd
 
@@ -73,11 +73,13 @@ class ComparedMethods(FrozenRecord):
         apart = {d.method: d for d in side.disagreements}
         for result in side.results:
             row = {**side.keys, "method": result.method, "reason": result.reason}
-            known = apart.get(result.method)
+            disagreement = apart.get(result.method)
             for i, symbol in enumerate("MBK"):
-                row[f"{symbol}_percent"] = np.nan if known is None else known.percent[i]
+                row[f"{symbol}_percent"] = (
+                    np.nan if disagreement is None else disagreement.percent[i]
+                )
                 row[f"{symbol}_standard_errors"] = (
-                    np.nan if known is None else known.standard_errors[i]
+                    np.nan if disagreement is None else disagreement.standard_errors[i]
                 )
             yield row
 
@@ -85,15 +87,15 @@ class ComparedMethods(FrozenRecord):
         return methods_table(self.groups, self.reference)
 
     def _lines(self) -> list[str]:
-        said = [
+        sentences = [
             f"{group_name(side.keys)}: {sentence}"
             for side in self.groups
             for d in side.disagreements
             for sentence in d.sentences
         ]
         nothing = f"no method differs from {self.reference} by more than chance and a few percent"
-        left = [f"... and {len(said) - 10} more"] if len(said) > 10 else []
-        return [f"{len(self.groups)} groups", *(said[:10] or [nothing]), *left]
+        rest = [f"... and {len(sentences) - 10} more"] if len(sentences) > 10 else []
+        return [f"{len(self.groups)} groups", *(sentences[:10] or [nothing]), *rest]
 
     def __repr__(self) -> str:
         return "\n".join(self._lines())
@@ -119,8 +121,8 @@ def estimate(
 ) -> Estimates:
     """Estimate inertia, viscosity and stiffness of every group of trials.
 
-    Intervals allow for departures from M, B and K (a reflex, a delay, an answer on purpose, dry
-    friction, a curved law) as far as the trials do not exclude them.
+    Intervals allow for departures from M, B and K (a reflex, a delay, a voluntary response, dry
+    friction, a non-linear law) as far as the trials do not exclude them.
 
     Parameters
     ----------
@@ -185,16 +187,16 @@ def estimate(
             chosen["method"] = METHODS.default if method is None else method
         marks = _marks(read, despite, columns)
         options = Options(**chosen)
-        alike, found = in_step(read)
-        made = estimate_groups(
+        alike, detected = in_step(read)
+        estimates = estimate_groups(
             alike, by=columns, options=options, progress=progress, workers=workers
         )
-        made = allowing(made, alike, columns)
-        if found is not None:
-            made = widened_by_filter(made, read, columns, found)
-        made = [one.marked(marks) for one in made]
-        made = _noting(made, whole, left_out_trials(leave_out), columns)
-        return Estimates(tuple(made), read.subject, read.gravity_m_s2)
+        estimates = allowing(estimates, alike, columns)
+        if detected is not None:
+            estimates = widened_by_filter(estimates, read, columns, detected)
+        estimates = [result.marked(marks) for result in estimates]
+        estimates = _noting(estimates, whole, left_out_trials(leave_out), columns)
+        return Estimates(tuple(estimates), read.subject, read.gravity_m_s2)
 
 
 def _noting(
@@ -203,7 +205,7 @@ def _noting(
     chosen: Mapping[int, str],
     by: Sequence[str],
 ) -> list[ImpedanceEstimate]:
-    """Each estimate's provenance names the trials of its group that were left out by hand."""
+    """Add the trials that were left out by hand to the provenance of their group's estimate."""
     if not chosen:
         return list(estimates)
     trials = whole.trials["trial"]
@@ -211,7 +213,7 @@ def _noting(
         group_name(keys): {int(n): chosen[n] for n in trials.iloc[rows] if n in chosen}
         for keys, rows in groups_of(whole, by)
     }
-    return [_noted(one, of_group[group_name(one.keys)]) for one in estimates]
+    return [_noted(estimate, of_group[group_name(estimate.keys)]) for estimate in estimates]
 
 
 def _noted(estimate: ImpedanceEstimate, chosen: Mapping[int, str]) -> ImpedanceEstimate:
@@ -274,9 +276,9 @@ def estimate_all(
 def _marks(
     recording: Recording, despite: str | Collection[str], by: Sequence[str]
 ) -> tuple[str, ...]:
-    """What every estimate is marked with: checks that warn or were overruled, an unknown handle."""
-    found = checked_response(recording, despite, by=by)
-    return (*found, *(one.sentence for one in check_handle(recording)))
+    """Marks for every estimate: checks that warn or were overruled, an unknown handle."""
+    marks = checked_response(recording, despite, by=by)
+    return (*marks, *(finding.sentence for finding in check_handle(recording)))
 
 
 def _refuse_method(method: str | None) -> None:
@@ -289,7 +291,7 @@ def _refuse_method(method: str | None) -> None:
 
 
 def _refuse_one_joint(recording: Recording, band_hz: tuple[float, float] | None) -> None:
-    """A fixed band decides the stiffness of one joint by a factor: `elbow` asks the record."""
+    """Refuse one joint: a fixed band changes its stiffness by a factor; `elbow` chooses one."""
     if recording.kind == "joint" and recording.axes == 1 and band_hz is None:
         raise InputError(
             "one joint under a random perturbation",
