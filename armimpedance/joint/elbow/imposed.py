@@ -66,17 +66,17 @@ def middle(several: Sequence[Parameters]) -> FloatArray:
     return np.clip(centre, values.min(axis=0), values.max(axis=0))
 
 
-def shifted(found: Parameters, one: Parameters, other: Parameters) -> Parameters:
+def shifted(result: Parameters, made_from: Parameters, instead: Parameters) -> Parameters:
     """Move a result from one estimate to another: add the difference, and widen if necessary.
 
-    `found`: made from `one`; returned as if it had been made from `other`.
+    `result`: was made from `made_from`; it is returned as if it had been made from `instead`.
     """
-    scale = np.maximum(other.sd / one.sd, 1.0)
+    scale = np.maximum(instead.sd / made_from.sd, 1.0)
     # C' (p, p) = diag(scale) C diag(scale)
     return replace(
-        found,
-        values=found.values + other.values - one.values,
-        covariance=found.covariance * np.outer(scale, scale),
+        result,
+        values=result.values + instead.values - made_from.values,
+        covariance=result.covariance * np.outer(scale, scale),
     )
 
 
@@ -124,7 +124,7 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What was imposed, and the I, B, K that follow.
+    """Result of the question what was imposed, with the I, B, K that follow.
 
     `ways`: fits with one instrument each: a single one, or all that the record does not exclude,
     the likeliest first.
@@ -151,22 +151,22 @@ class Answer:
         instrument."""
         return self.kept == ("both",)
 
-    def parameters(self, found: Sequence[Parameters]) -> Parameters:
+    def parameters(self, final: Sequence[Parameters]) -> Parameters:
         """I, B, K that cover all that was kept.
 
-        `found`: the final parameters of each way.
+        `final`: the final parameters of each way.
         """
         if not self.kept:
             if self.other is None:
-                return found[0]
+                return final[0]
             # The other result, moved as the first one was moved by the later checks.
-            beside = shifted(found[0], self.ways[0].estimate.parameters, self.other)
-            return hull(found[0], [beside], found[0].values)
-        several = self._several(found)
+            beside = shifted(final[0], self.ways[0].estimate.parameters, self.other)
+            return hull(final[0], [beside], final[0].values)
+        several = self._several(final)
         return several[0] if len(several) == 1 else hull(several[0], several[1:], middle(several))
 
-    def finding(self, found: Sequence[Parameters]) -> Finding:
-        """Report what was imposed, and how that is known; `found` as in `parameters`."""
+    def finding(self, final: Sequence[Parameters]) -> Finding:
+        """Report what was imposed, and how that is known; `final` as in `parameters`."""
         if self.otherwise is not None or (not self.kept and self.other is None):
             return self._told()
         if not self.kept and self.other is not None:
@@ -184,7 +184,7 @@ class Answer:
                 message += f": I, B, K rest on a model of it; {_RECORD}"
                 return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
             return Finding(_NAME, "ok", message, f"{self.nats:.0f} nats")
-        limits = [p.interval()[2] for p in self._several(found)]
+        limits = [p.interval()[2] for p in self._several(final)]
         stiffness = [
             f"K {low:.3g} to {high:.3g} if {_WHICH[rig]}"
             for rig, (low, high) in zip(self.kept, limits, strict=True)
@@ -213,9 +213,9 @@ class Answer:
         )
         return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
 
-    def _several(self, found: Sequence[Parameters]) -> list[Parameters]:
+    def _several(self, final: Sequence[Parameters]) -> list[Parameters]:
         """Parameters of every experiment that was kept."""
-        own = [] if self.gives_way else list(found)
+        own = [] if self.gives_way else list(final)
         return own if self.other is None else [*own, self.other]
 
 

@@ -181,13 +181,13 @@ def autoregression(residual: FloatArray) -> FloatArray:
 
     `residual` (N,): NaN if missing.
     """
-    known = np.where(np.isfinite(residual), residual, 0.0)
-    forward, backward = known[1:].copy(), known[:-1].copy()
+    values = np.where(np.isfinite(residual), residual, 0.0)
+    forward, backward = values[1:].copy(), values[:-1].copy()
     # products across the gap between two trials are left out
     gap = ~(np.isfinite(residual[1:]) & np.isfinite(residual[:-1]))
     a = best = np.ones(1)
     count = max(int((~gap).sum()), 2)
-    least = score = np.log(max((known**2).sum(), 1e-300))
+    least = score = np.log(max((values**2).sum(), 1e-300))
     for order in range(1, ORDER + 1):
         forward[gap], backward[gap] = 0.0, 0.0
         power = (forward**2).sum() + (backward**2).sum()

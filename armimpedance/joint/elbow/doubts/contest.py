@@ -200,26 +200,26 @@ def contest(
     return replace(result, fits=fits)
 
 
-def _best(made: Contest) -> tuple[Kind, int]:
-    kind = made.winner()
-    return kind, made.best(kind)[1]
+def _best(result: Contest) -> tuple[Kind, int]:
+    kind = result.winner()
+    return kind, result.best(kind)[1]
 
 
-def _score(doubted: Doubted, driver: Driver, made: Contest) -> float:
-    return _level(doubted, driver, made) + made.score(made.winner())
+def _score(doubted: Doubted, driver: Driver, result: Contest) -> float:
+    return _level(doubted, driver, result) + result.score(result.winner())
 
 
-def _level(doubted: Doubted, driver: Driver, made: Contest) -> float:
+def _level(doubted: Doubted, driver: Driver, result: Contest) -> float:
     """Offset that makes deviances of two linearisations comparable.
 
     It refers them to the error of the motion, or to that of the torque if the angle is imposed.
     """
-    powers = _powers(doubted, made.about, made.reference)
+    powers = _powers(doubted, result.about, result.reference)
     sizes = []
     for power, bins in zip(powers, doubted.band.trials, strict=True):
-        Z = made.about.impedance(bins)
+        Z = result.about.impedance(bins)
         sizes.append(np.log(power if driver.imposed else power / np.abs(Z) ** 2))
-    return float(made.rows.spectrum.squares @ np.concatenate(sizes))
+    return float(result.rows.spectrum.squares @ np.concatenate(sizes))
 
 
 def _settled(
@@ -239,18 +239,18 @@ def _settled(
     best: tuple[float, Contest] | None = None
     for _ in range(rounds):
         try:
-            made = _round(doubted, driver, model, reference, bends, kinds)
+            result = _round(doubted, driver, model, reference, bends, kinds)
         except np.linalg.LinAlgError:
             if best is None:
                 raise
             break
         before = model
-        model, reference = _next(made, *_best(made))
-        if _moved(doubted, made.rows, before, model) < _SETTLED**2:
-            return made
-        score = _score(doubted, driver, made)
+        model, reference = _next(result, *_best(result))
+        if _moved(doubted, result.rows, before, model) < _SETTLED**2:
+            return result
+        score = _score(doubted, driver, result)
         if best is None or score < best[0]:
-            best = (score, made)
+            best = (score, result)
     assert best is not None  # noqa: S101 - there is a round
     return best[1]
 
@@ -290,9 +290,9 @@ def _powers(doubted: Doubted, model: LimbModel, reference: FloatArray) -> list[F
     return [g * bins.noise_power(bins.impedance(model.limb)) for bins, g in parts]
 
 
-def _next(made: Contest, kind: Kind, number: int) -> tuple[LimbModel, FloatArray]:
+def _next(result: Contest, kind: Kind, number: int) -> tuple[LimbModel, FloatArray]:
     """Return a fitted kind and pathway as the next model, and its log noise power."""
-    fit = made.fits[kind]
+    fit = result.fits[kind]
     values = fit.values[number]
     extra = list(values[3:])
     lateness = extra.pop(0) if kind.late_angle else 0.0
@@ -300,10 +300,10 @@ def _next(made: Contest, kind: Kind, number: int) -> tuple[LimbModel, FloatArray
     for which in kind.answers:
         answer[which] = extra.pop(0)
     bends = np.zeros(len(BENDS))
-    bends[list(made.bends)] = extra
-    limb = np.maximum(values[:3], _SHRUNK * made.about.limb)
+    bends[list(result.bends)] = extra
+    limb = np.maximum(values[:3], _SHRUNK * result.about.limb)
     model = LimbModel(limb, answer, fit.pathway(number), float(lateness), bends)
-    return model, made.reference + fit.eta
+    return model, result.reference + fit.eta
 
 
 # Does the joint depend on how far and how fast it moves? Terms of amplitude are added to the limb.
@@ -335,19 +335,19 @@ class Bent:
     smallest: float
 
 
-def bent(made: Contest, deflection: float) -> Bent:
+def bent(result: Contest, deflection: float) -> Bent:
     """Test the terms of amplitude beside the best of a contest without them.
 
     `deflection`: rms of the angle, rad.
     """
-    kind = min(KINDS, key=lambda k: made.best(k)[0])
-    without, number = made.best(kind)
-    columns = columns_of(kind, float(made.about.limb[2]), ())
-    limb = columns.of(made.rows, made.fits[kind].pathway(number))
+    kind = min(KINDS, key=lambda k: result.best(k)[0])
+    without, number = result.best(kind)
+    columns = columns_of(kind, float(result.about.limb[2]), ())
+    limb = columns.of(result.rows, result.fits[kind].pathway(number))
     deviance, smallest = {}, np.inf
     for terms in (STIFFENS, RUBS, (*STIFFENS, *RUBS)):
-        X = np.concatenate([limb, made.rows.X[..., 4 + np.array(terms)]], axis=2)
-        fit = fit_models(X[None], made.rows.y, made.rows.spectrum, np.zeros(X.shape[2]))
+        X = np.concatenate([limb, result.rows.X[..., 4 + np.array(terms)]], axis=2)
+        fit = fit_models(X[None], result.rows.y, result.rows.spectrum, np.zeros(X.shape[2]))
         deviance[terms] = float(fit.deviance[0])
         if terms == STIFFENS:
             C = np.linalg.inv(fit.information[0])

@@ -337,8 +337,8 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
         Q = np.linalg.qr(real_rows(bins.ends * weight[:, None]))[0]
         moved.append(Moved(bins.s, clean * weight, Q))
         parts.append(moved[-1].rows(columns * weight[:, None]))
-        n, left = len(bins.s), 1 - (Q**2).sum(axis=1)
-        shares.append((left[:n] + left[n:]).clip(1e-3))
+        n, free = len(bins.s), 1 - (Q**2).sum(axis=1)
+        shares.append((free[:n] + free[n:]).clip(1e-3))
     table = np.concatenate(parts)
     if not (table[..., :3] ** 2).sum(axis=(0, 1)).min() > _LEAST_SQUARES:
         raise np.linalg.LinAlgError("nothing is left of the motion")

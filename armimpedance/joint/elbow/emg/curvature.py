@@ -140,11 +140,11 @@ class _Shared:
         moved = np.sqrt(needed) / self.own * np.abs(self.moved[1:]).max()
         return float(moved / max(np.abs(self.slopes).max(), 1e-300))
 
-    def unseen(self, left: float) -> float:
-        """Posterior mean square of the bend; `left`: variance of the points' weighted errors."""
+    def unseen(self, scatter: float) -> float:
+        """Posterior mean square of the bend; `scatter`: variance of the points' weighted errors."""
         # sum_i c_i (s_i + z s_i^2): slopes fall by 2 z s from 0 to s
         prior = (PRIOR_SD / (2 * max(self.reach, 1e-300))) ** 2
-        error = left / self.own**2
+        error = scatter / self.own**2
         ratio = prior / (prior + error)
         # odds of a bend of that prior over none
         gain = min(0.5 * self.size**2 / error * ratio, 500.0)

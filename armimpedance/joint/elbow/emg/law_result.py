@@ -329,7 +329,7 @@ class EmgLaw(FittedResult, FrozenRecord):
     @property
     def checks(self) -> tuple[Finding, ...]:
         """Findings on the trials and their electrodes, then on whether each law is straight."""
-        return (*self.of_trials, *(one for law in self.laws for one in law.checks))
+        return (*self.of_trials, *(check for law in self.laws for check in law.checks))
 
     @property
     def summary(self) -> FitSummary:
@@ -343,7 +343,7 @@ class EmgLaw(FittedResult, FrozenRecord):
             rank=len(law.parameters),
             r2=law.r2,
             vaf=law.r2,
-            parameters=tuple(p for one in self.laws for p in one.parameters),
+            parameters=tuple(p for each_law in self.laws for p in each_law.parameters),
             warnings=self.warnings,
             checks=self.checks,
         )
