@@ -36,8 +36,8 @@ from armimpedance.joint.elbow.stationary.estimate import (
 #
 # Output error minimises ``sum |Z Theta - Tau|^2 / (s_theta^2 |Z|^2 + s_tau^2)``, summed over the
 # coefficients of the band, by I, B, K. Without torque noise this is the error of the simulated
-# angle, ``|Theta - Tau / Z|^2``; with noise of both channels it is the maximum of the likelihood for
-# any true motion (R. Pintelon, J. Schoukens, System Identification, 2nd ed. 2012, chapter 9).
+# angle, ``|Theta - Tau / Z|^2``; with noise of both channels it is the maximum of the likelihood
+# for any true motion (R. Pintelon, J. Schoukens, System Identification, 2nd ed. 2012, chapter 9).
 
 _STARTS: Final = 6
 _STEPS: Final = 60

@@ -159,7 +159,7 @@ def _log_likelihood(data: VaryingData, smoothed: SmoothedCourse) -> float:
     return smoothed.log_likelihood + normal - own.order * float(np.log(len(data.angle))) / 2
 
 
-def _finding(data: VaryingData, smoothed: SmoothedCourse, rival: VaryingData | None) -> Finding:
+def _finding(data: VaryingData, fit: SmoothedCourse, rival: VaryingData | None) -> Finding:
     floor = float(np.sqrt((data.sd_torque**2).mean()))
     smallest = f"{FLOORS * floor:.2g} N m"
     rms = max(data.own.rms, 0.0 if rival is None else rival.own.rms)
@@ -178,9 +178,9 @@ def _finding(data: VaryingData, smoothed: SmoothedCourse, rival: VaryingData | N
             "the torque, they may miss it; ask the subject to relax, or average over trials"
         )
         return Finding("voluntary", "warning", message, smallest)
-    if smoothed.levels.torque > MUCH_NOISE:
+    if fit.levels.torque > MUCH_NOISE:
         message = (
-            f"the residuals are {smoothed.levels.torque:.1f} times the torque sensor's noise, and no "
+            f"the residuals are {fit.levels.torque:.1f} times the torque sensor's noise, and no "
             "process of the subject's own torque describes them: such a torque none the less, or a "
             "joint that is not of second order (`elbow` on a part where nothing changes tells "
             "which); B and K are not to be trusted here, and their bands rest on white noise; ask "
