@@ -99,7 +99,7 @@ def is_floating(model: Any) -> bool:
 # Inertial parameters of segments: names, order, and the pseudo-inertia that bounds them.
 #
 # Ten per segment, in the frame of its joint: mass, first moments ``m c``, inertia about that
-# frame's origin, in the order of Pinocchio's regressor. A fixed root has none, since it does not move.
+# frame's origin, in the order of Pinocchio's regressor. A fixed root has none: it does not move.
 
 INERTIAL: Final = {
     "m": Meaning("mass", "kg"),
