@@ -1,14 +1,14 @@
-"""What noise of the coordinates does to base parameters, and taking it off.
+"""Bias of base parameters from noise of the coordinates, and its removal.
 
-Coordinates are differentiated twice into the regressor, and noise in a regressor biases least
-squares towards zero: no covariance of the residuals sees that. Simulation and extrapolation (Cook
-and Stefanski 1994, J Am Stat Assoc 89:1314-1328): noise of the same kind is added once more, the
-estimate made again, and the line from twice the noise to once followed to none,
-``b = 2 b(1) - mean b(2)``.
+The regressor contains second derivatives of the coordinates, and noise in a regressor biases least
+squares towards zero, which the covariance of the residuals does not show. The remedy is simulation
+and extrapolation (Cook and Stefanski 1994, J Am Stat Assoc 89:1314-1328): noise of the same kind is
+added, the estimate is repeated, and the straight line from twice the noise to the actual noise is
+extended to no noise, ``b = 2 b(1) - mean b(2)``.
 
-The noise is what the coordinates hold above any motion, each sample's times a random number: it
-keeps how the coordinates' errors hang together at that moment, which markers change with the
-posture, and is white as the first is taken to be.
+The added noise is the content of the coordinates above the frequencies of motion, each sample times
+a random number. It therefore has the correlation between the coordinates' errors at that moment,
+which varies with the posture for markers, and it is white, as the actual noise is assumed to be.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.numerics.signals import lowpass, smoothed_derivatives
 
-#: Above this many times the cut-off there is noise only.
+#: Multiple of the cut-off above which there is only noise.
 _ABOVE: Final = 2.5
-#: Less of the band than this cannot tell the noise's level.
+#: Least share of the band above that for an estimate of the noise level.
 _LEAST_BAND: Final = 0.2
-#: Part of an acceleration's variance beyond which the extrapolation leaves too much.
+#: Share of noise in an acceleration's variance above which the extrapolation is too inaccurate.
 LARGEST_SHARE: Final = 0.3
 NAME: Final = "angle noise"
-#: A coordinate that carries less of the mass than this hardly shows in any wrench.
+#: Share of the mass below which a coordinate has little effect on any wrench.
 _HEAVY: Final = 0.04
 _ORDER: Final = 2
 _GRID: Final = 4096
@@ -42,14 +42,14 @@ _GRID: Final = 4096
 
 @dataclass(frozen=True)
 class NoiseShift(FrozenRecord):
-    """What noise of the coordinates has done to an estimate.
+    """Bias of an estimate from noise of the coordinates.
 
-    `shift` (b,): to be taken off.
+    `shift` (b,): to be subtracted.
     `covariance` (b, b): covariance of the shift, from a finite number of draws.
     `level`: median sd of the angles' noise, rad.
-    `share`: part of the variance of an acceleration that is noise, of the noisiest coordinate that
+    `share`: share of noise in the variance of an acceleration, for the noisiest coordinate that
     carries some of the mass.
-    `noisiest`: that coordinate.
+    `noisiest`: name of that coordinate.
     """
 
     shift: Annotated[FloatArray, "b"]
@@ -60,12 +60,14 @@ class NoiseShift(FrozenRecord):
 
     @property
     def finding(self) -> Finding:
-        """Whether the angles are quiet enough for what was taken off to be all but all."""
+        """Finding on whether the noise is small enough for the extrapolation to remove the bias."""
         shown = f"{1e3 * self.level:.2g} mrad, {100 * self.share:.0f} % of the acceleration of "
         smallest = f"{100 * LARGEST_SHARE:.0f} % of an acceleration"
         if self.share <= LARGEST_SHARE:
-            said = f"{shown}{self.noisiest}, less of others that carry mass; its bias was taken off"
-            return Finding(NAME, "ok", said, smallest=smallest)
+            message = (
+                f"{shown}{self.noisiest}, less of others that carry mass; its bias was taken off"
+            )
+            return Finding(NAME, "ok", message, smallest=smallest)
         return Finding(
             NAME,
             "warning",
@@ -75,53 +77,53 @@ class NoiseShift(FrozenRecord):
         )
 
     def left(self, values: FloatArray) -> FloatArray:
-        """What a straight line back to no noise may leave of the bias, (b,).
+        """Bias (b,) that may remain after the linear extrapolation.
 
-        An estimate falls as ``b / (1 + r)`` with the noise's share r of what it stands on. The line
-        then takes off ``b r / ((1 + r) (1 + 2 r))`` and leaves 2 r times that, and r is about the
-        part of a parameter that was taken off; of parameters near zero never more than that itself.
+        An estimate is biased as ``b / (1 + r)``, r being the power of the noise over that of the
+        signal in its regressor. The line then removes ``b r / ((1 + r) (1 + 2 r))`` and leaves 2 r
+        times that; r is about the relative correction of a parameter. For parameters near zero the
+        remaining bias is at most the correction itself.
         """
         size = np.maximum(np.abs(values), 1e-300)
         return np.minimum(2 * np.abs(self.shift) / size, 1.0) * self.shift
 
     def uncertainty(self, values: FloatArray) -> FloatArray:
-        """Covariance (b, b) of values less the shift: finite draws, and what may be left of it."""
-        left = self.left(values)
-        return self.covariance + np.outer(left, left)
+        """Covariance (b, b) of the corrected values: finite draws, and the bias that may remain."""
+        remaining = self.left(values)
+        return self.covariance + np.outer(remaining, remaining)
 
 
 def no_noise_finding(recording: MotionRecording, choice: RowChoice) -> Finding:
-    """What is said where no noise was taken off."""
+    """Finding if no bias was removed."""
     why = "was not looked at"
     if choice.cutoff_hz is None:
         why = "cannot be seen without a filter"
     elif not can_tell_noise(recording, choice):
         rate = f"{recording.sample_rate_hz:g} samples/s"
         why = f"cannot be seen at {rate} beside a motion of up to {choice.cutoff_hz:g} Hz"
-    said = f"it {why}: it biases towards zero what accelerations tell, inside any interval"
-    return Finding(NAME, "cannot tell", said)
+    message = f"it {why}: it biases towards zero what accelerations tell, inside any interval"
+    return Finding(NAME, "cannot tell", message)
 
 
 def can_tell_noise(recording: MotionRecording, choice: RowChoice) -> bool:
-    """Whether a band above any motion is left in which the noise shows."""
+    """True if there is a band above any motion in which the noise is visible."""
     if choice.cutoff_hz is None:
         return False
     return _ABOVE * choice.cutoff_hz <= (1 - _LEAST_BAND) * recording.sample_rate_hz / 2
 
 
 def coordinate_noise(recording: MotionRecording, cutoff_hz: float) -> FloatArray:
-    """Noise (N, n) of every sample, of the size that white noise has over the whole band.
+    """Noise (N, n) of every sample, scaled to the size of white noise over the whole band.
 
-    `cutoff_hz`: cut-off of the filter that the motion goes through; above `_ABOVE` times that is
-    noise.
+    `cutoff_hz`: cut-off of the filter of the motion; above `_ABOVE` times that there is only noise.
     """
     edge, rate = _ABOVE * cutoff_hz, recording.sample_rate_hz
-    left = np.empty_like(recording.coordinates)
+    noise = np.empty_like(recording.coordinates)
     for row in range(recording.n_trials):
         at = recording.samples_of(row)
         q = recording.coordinates[at]
-        left[at] = q - lowpass(q, edge, rate, order=_ORDER, axis=0)
-    return left / np.sqrt(_passed(edge, rate))
+        noise[at] = q - lowpass(q, edge, rate, order=_ORDER, axis=0)
+    return noise / np.sqrt(_passed(edge, rate))
 
 
 def noise_shift(
@@ -134,14 +136,14 @@ def noise_shift(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> NoiseShift:
-    """How far the noise that is in a recording has moved its estimate.
+    """Estimate the bias of a recording's estimate from its noise.
 
-    `recording`: the trials that were fitted.
+    `recording`: the fitted trials.
     `choice`: with a cut-off.
-    `estimate`: from a recording to base parameters (b,).
-    `once` (b,): the recording's own.
-    `draws`: two or more.
-    `progress`: called with how many draws are done, of how many.
+    `estimate`: function from a recording to base parameters (b,).
+    `once` (b,): base parameters of the recording itself.
+    `draws`: number of draws, two or more.
+    `progress`: called with the number of draws that are done and their total.
     """
     parts = coordinate_noise(recording, float(choice.cutoff_hz or 0.0))
     twice = []
@@ -166,7 +168,7 @@ def noise_shift(
 
 
 def _carried(skeleton: Skeleton) -> FloatArray:
-    """Part of the skeleton's mass beyond each coordinate (n,); 1 where masses are not known."""
+    """Share of the skeleton's mass beyond each coordinate (n,); 1 if masses are not known."""
     beyond = {segment.name: float(segment.mass_kg) for segment in skeleton.segments}
     for segment in reversed(skeleton.segments):
         if segment.parent is not None:
@@ -181,7 +183,9 @@ def _carried(skeleton: Skeleton) -> FloatArray:
 def _acceleration_share(
     recording: MotionRecording, choice: RowChoice, noise: FloatArray
 ) -> FloatArray:
-    """Variance of the accelerations (n,) of noise (N, n) as a part of that of the recording's."""
+    """Variance of accelerations (n,) due to noise (N, n), over that of the recording's
+    accelerations.
+    """
     squares = np.zeros((2, noise.shape[1]))
     for row in range(recording.n_trials):
         at = recording.samples_of(row)
@@ -194,7 +198,7 @@ def _acceleration_share(
 
 
 def _passed(edge_hz: float, rate_hz: float) -> float:
-    """Share of white noise's variance that lies above the edge of a zero-phase filter."""
+    """Share of white noise's variance above the edge of a zero-phase filter."""
     from scipy.signal import butter, sosfreqz
 
     sos = butter(_ORDER, edge_hz, fs=rate_hz, output="sos")

@@ -1,11 +1,11 @@
 """Base parameters: the combinations of inertial parameters that a motion can show.
 
 ``W phi = W_J (phi_J + K phi_D)``: columns D of the regressor are combinations ``W_D = W_J K`` of
-the others, so that only ``b = phi_J + K phi_D`` can be found. The rank is taken from the pivoted
-QR of the column-scaled regressor; the columns J are then taken in the order of the columns, the
-segments from the root outwards, so that a base parameter is named after the segment that is next
-to the root. Essential base parameters belong to the structure and need a motion that excites
-everything; data-dependent ones belong to one regressor.
+the others, so only ``b = phi_J + K phi_D`` can be estimated. The rank comes from the pivoted
+QR of the column-scaled regressor. The columns J are then chosen in the order of the columns, with
+segments from the root outwards, so that a base parameter is named after its segment nearest to the
+root. Essential base parameters belong to the structure and need a motion that excites all of them;
+data-dependent ones belong to one regressor.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ from armimpedance.joint.body.regressor import regressor, term_columns
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.limb.arm import skeleton_model
 
-#: A direction that the scaled regressor shows this much less than the clearest is not shown.
+#: Relative singular value of the scaled regressor below which a direction counts as not shown.
 TOLERANCE = 1e-8
-#: Coefficients below this are rounding.
+#: Coefficients below this are set to zero as rounding.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class BaseParameters(FrozenRecord):
-    """``b = mapping @ phi``, with names and texts.
+    """Base parameters ``b = mapping @ phi``, with names and texts.
 
-    `names`: each one's leading inertial parameter or joint term.
-    `expressions`: ``m_thigh_right + 0.31 m_shank_right``.
-    `leading` (b,) int: the columns J.
+    `names`: leading inertial parameter or joint term of each.
+    `expressions`: texts such as ``m_thigh_right + 0.31 m_shank_right``.
+    `leading` (b,) int: indices of the columns J.
     `mapping` (b, p): 1 at the leading column.
-    `null_space` (p, p - b): ``mapping @ null_space = 0``: what no such motion can show.
+    `null_space` (p, p - b): ``mapping @ null_space = 0``, directions that no such motion can show.
     """
 
     names: Annotated[tuple[str, ...], "b"]
@@ -55,7 +55,7 @@ class BaseParameters(FrozenRecord):
 
     @property
     def rank(self) -> int:
-        """How many there are."""
+        """Number of base parameters."""
         return len(self.names)
 
     def of(self, phi: FloatArray) -> FloatArray:
@@ -64,7 +64,7 @@ class BaseParameters(FrozenRecord):
         return np.asarray(self.mapping @ phi)
 
     def lift(self, base: FloatArray) -> FloatArray:
-        """The parameters (p,) with zeros outside the leading columns that have this base (b,)."""
+        """Parameters (p,) with this base (b,) and zeros outside the leading columns."""
         phi = np.zeros(self.mapping.shape[1])
         phi[self.leading] = base
         return phi
@@ -82,11 +82,11 @@ def base_parameters(
     Parameters
     ----------
     triangle : (p, p)
-        R.
+        The triangle R.
     names, units : tuple of p str
         Names and units of all parameters.
     tolerance : float
-        A direction that the scaled regressor shows this much less than the clearest is not shown.
+        Relative singular value below which a direction counts as not shown.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def base_parameters(
     lengths = np.linalg.norm(R, axis=0)
     if not lengths.any():
         raise InputError("the regressor is zero: nothing moves and nothing weighs")
-    # a column of zeros, but for rounding
+    # columns that are zero up to rounding
     silent = lengths <= tolerance * 1e-3 * lengths.max()
     scale = np.where(silent, np.inf, lengths)
     scaled = R / scale
@@ -122,13 +122,13 @@ def base_parameters(
 def essential_base_parameters(
     skeleton: Skeleton, choice: RowChoice | None = None, *, seed: int = 0
 ) -> BaseParameters:
-    """Base parameters of the structure: random coordinates, velocities and accelerations.
+    """Base parameters of the structure, from random coordinates, velocities and accelerations.
 
     Parameters
     ----------
     skeleton : Skeleton
     choice : RowChoice, optional
-        Default: the root's wrench of a floating root, all rows of a fixed one.
+        Default: the root's wrench for a floating root, all rows for a fixed one.
     seed : int
         Seed of the random motion.
 
@@ -139,7 +139,7 @@ def essential_base_parameters(
     Raises
     ------
     InputError
-        The choice of rows does not go with the skeleton.
+        The choice of rows does not match the skeleton.
     """
     choice = choice or RowChoice(rows="base" if skeleton.floating else "all")
     rng, n = np.random.default_rng(seed), len(skeleton.coordinates)
@@ -171,16 +171,16 @@ def _put_terms(
 
 
 def _independent(scaled: FloatArray, tolerance: float) -> IntArray:
-    """Columns that are no combination of those before them, in order."""
-    left, chosen = scaled.copy(), []
-    for j in range(left.shape[1]):
-        length = float(np.linalg.norm(left[:, j]))
+    """Indices of the columns that are not combinations of earlier ones, in order."""
+    remaining, chosen = scaled.copy(), []
+    for j in range(remaining.shape[1]):
+        length = float(np.linalg.norm(remaining[:, j]))
         if length <= tolerance:
             continue
         chosen.append(j)
-        direction = left[:, j] / length
-        for _ in range(2):  # twice: once leaves rounding along the direction
-            left[:, j + 1 :] -= np.outer(direction, direction @ left[:, j + 1 :])
+        direction = remaining[:, j] / length
+        for _ in range(2):  # twice: a single pass leaves rounding along the direction
+            remaining[:, j + 1 :] -= np.outer(direction, direction @ remaining[:, j + 1 :])
     return np.array(chosen, dtype=np.int64)
 
 
@@ -224,12 +224,12 @@ def _text(row: FloatArray, lead: int, names: tuple[str, ...]) -> str:
     return text
 
 
-# Which motions excite the dynamics: the condition of the column-scaled base regressor.
+# Choice of motions that excite the dynamics, by the condition of the column-scaled base regressor.
 #
-# The greedy choice starts from the motion of the lowest condition and adds the one that lowers it
-# most; what is left over serves cross-validation.
+# The greedy choice starts from the motion of the lowest condition and adds the motion that lowers
+# it most; the other motions are used for cross-validation.
 
-#: Singular values below this part of the largest count as none.
+#: Singular values below this share of the largest count as zero.
 _NOTHING = 1e-12
 
 
@@ -244,9 +244,9 @@ class MotionChoice(FrozenRecord):
     motions : tuple of str
         Names of these motions.
     conditions : tuple of float
-        Condition of the regressor after each of them was added.
+        Condition of the regressor after each motion was added.
     alone : (T,)
-        Condition of every motion by itself; inf where it shows fewer parameters.
+        Condition of every motion alone; inf if it shows fewer parameters.
     """
 
     chosen: tuple[int, ...]
@@ -256,7 +256,7 @@ class MotionChoice(FrozenRecord):
 
     @property
     def rest(self) -> tuple[int, ...]:
-        """The trials left for cross-validation."""
+        """Trials that are used for cross-validation."""
         return tuple(t for t in range(len(self.alone)) if t not in self.chosen)
 
 
@@ -271,7 +271,7 @@ def motion_conditions(equations: BodyEquations, base: BaseParameters) -> FloatAr
     Returns
     -------
     (T,)
-        inf where a motion shows fewer parameters.
+        inf if a motion shows fewer parameters.
     """
     return np.array([_condition(r)[1] for r in _triangles(equations, base)])
 
@@ -292,7 +292,7 @@ def choose_motions(
     equations : BodyEquations
     base : BaseParameters
     most : int
-        As many motions at most.
+        Largest number of motions.
 
     Returns
     -------
@@ -301,7 +301,7 @@ def choose_motions(
     Raises
     ------
     InputError
-        No motions asked for.
+        No motions are requested.
     """
     check_number(most, f"{most} motions asked for", low=1)
     triangles = _triangles(equations, base)
@@ -310,14 +310,14 @@ def choose_motions(
     reached: list[tuple[int, float]] = []
     so_far = np.empty((0, base.rank))
     while len(chosen) < min(most, len(triangles)):
-        left = [t for t in range(len(triangles)) if t not in chosen]
-        tried = [_condition(np.concatenate([so_far, triangles[t]])) for t in left]
-        best = min(range(len(left)), key=lambda i: tried[i])
+        remaining = [t for t in range(len(triangles)) if t not in chosen]
+        tried = [_condition(np.concatenate([so_far, triangles[t]])) for t in remaining]
+        best = min(range(len(remaining)), key=lambda i: tried[i])
         if reached and tried[best] >= reached[-1]:
             break
-        chosen.append(left[best])
+        chosen.append(remaining[best])
         reached.append(tried[best])
-        both = np.concatenate([so_far, triangles[left[best]]])
+        both = np.concatenate([so_far, triangles[remaining[best]]])
         so_far = np.asarray(np.linalg.qr(both, mode="r"))
     return MotionChoice(
         tuple(chosen),
@@ -328,7 +328,7 @@ def choose_motions(
 
 
 def _triangles(equations: BodyEquations, base: BaseParameters) -> FloatArray:
-    """Triangles (T, b, b) of the base regressor of every motion, all rows as they are."""
+    """Triangles (T, b, b) of the base regressor of every motion, with unweighted rows."""
     b = base.rank
     # W_base (R S, b) = W[:, leading]
     stack = equations.r[..., base.leading].reshape(equations.n_trials, -1, b)
@@ -336,7 +336,7 @@ def _triangles(equations: BodyEquations, base: BaseParameters) -> FloatArray:
 
 
 def _condition(stack: FloatArray) -> tuple[int, float]:
-    """Directions that are not shown, and the condition, of a column-scaled stack (n, b)."""
+    """Number of directions that are not shown, and condition, of a column-scaled stack (n, b)."""
     lengths = np.linalg.norm(stack, axis=0)
     s = np.linalg.svd(stack / np.where(lengths > 0, lengths, 1.0), compute_uv=False)
     lost = int((s <= _NOTHING * s[0]).sum())

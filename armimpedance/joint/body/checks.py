@@ -1,4 +1,4 @@
-"""Whether a recording can be a body on force plates in SI units, before anything is fitted."""
+"""Check that a recording can be a body on force plates in SI units, before a fit."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from armimpedance.core.findings import Finding, missing
 from armimpedance.core.motion import MotionRecording
 from armimpedance.core.skeleton import GRAVITY_M_S2
 
-#: The mean vertical force may differ from the weight by this part.
+#: Largest relative difference of the mean vertical force from the weight.
 WEIGHT_TOLERANCE: Final = 0.10
-#: No studio is larger, m; no joint turns further, rad.
+#: Largest size of a room, m; largest angle of a joint, rad.
 _LARGEST_ROOM_M: Final = 20.0
 _LARGEST_ANGLE: Final = 4 * np.pi
-#: A centre of pressure this far from the root is not under a foot, m.
+#: Largest distance of the centre of pressure from the root, m.
 _LONGEST_STEP_M: Final = 2.5
 _FEWEST_SAMPLES: Final = 26
-#: One trial may differ from the weight by this many times what all together may: it may start and
-#: end at other speeds.
+#: Factor on the tolerance of the weight for a single trial, which may begin and end at different
+#: speeds.
 _LOOSER: Final = 2.0
 
 
 def check_body(recording: MotionRecording, *, weight_tolerance: float = WEIGHT_TOLERANCE) -> None:
     """Refuse a recording of a body in which something is missing or in another unit or frame.
 
-    `recording`: of a skeleton with a fixed root only the coordinates are checked.
-    `weight_tolerance`: the mean vertical force may differ from the weight by this part.
+    `recording`: if the skeleton's root is fixed, only the coordinates are checked.
+    `weight_tolerance`: largest relative difference of the mean vertical force from the weight.
     Raises InputError: coordinates in mm or degrees, no motion, too few samples, no plates, a plate
     that is missing, forces with the other sign or along another axis, moments in Nmm or about
     another point.
@@ -42,14 +42,14 @@ def check_body(recording: MotionRecording, *, weight_tolerance: float = WEIGHT_T
             "no force plates in the recording", expected="the wrenches of all contacts"
         )
     _check_forces(recording, recording.wrenches, weight_tolerance)
-    # where it is used: every inspection may come here, and few need Pinocchio
+    # imported here, since every inspection may call this, and few need Pinocchio
     from armimpedance.joint.body.rows import about_world_origin
 
     _check_moments(recording, about_world_origin(recording.wrenches, recording.plate_origins_m))
 
 
 def check_plates(recording: MotionRecording) -> list[Finding]:
-    """What `inspect` says of the contact forces.
+    """Findings of `inspect` on the contact forces.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def check_plates(recording: MotionRecording) -> list[Finding]:
     Returns
     -------
     list of Finding
-        One, of `check_body`; or that there are no contact forces.
+        A single finding: the result of `check_body`, or that there are no contact forces.
     """
     if recording.wrenches is None:
         return [missing("contact forces (`body` needs plates, or a robot's torque)")]
@@ -71,7 +71,7 @@ def check_plates(recording: MotionRecording) -> list[Finding]:
 
 
 def known_mass_kg(recording: MotionRecording) -> float | None:
-    """The subject's mass, or the skeleton's where that is not known; None if neither is."""
+    """The subject's mass, or else the skeleton's; None if neither is known."""
     mass = recording.subject.mass_kg or recording.skeleton.mass_kg
     return float(mass) if mass else None
 
@@ -125,7 +125,7 @@ def _check_forces(recording: MotionRecording, wrenches: FloatArray, tolerance: f
 
 
 def _off(wrenches: FloatArray, weight: float) -> float:
-    """How far the mean vertical force of wrenches (S, K, 6) is from the weight, as a part of it."""
+    """Relative difference of the mean vertical force of wrenches (S, K, 6) from the weight."""
     return abs(float(wrenches[..., 2].sum(axis=1).mean()) / weight - 1)
 
 

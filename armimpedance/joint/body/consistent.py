@@ -1,16 +1,16 @@
-"""Parameters that some distribution of mass could have: every pseudo-inertia positive definite.
+"""Physically consistent parameters: every segment's pseudo-inertia is positive definite.
 
-Minimise over the base parameters b and what the motion cannot show n, ``phi = lift(b) + N n``,
+Minimise over the base parameters b and the unidentifiable parameters n, ``phi = lift(b) + N n``,
 
     1/2 |z - T b|^2 + gamma sum_s [ tr(P0_s^-1 P_s) - log det P_s ]
 
 with P_s the pseudo-inertia of segment s and P0_s that of a prior. The bracket is the divergence of
 one distribution of mass from another: it does not depend on the frame in which a segment is
 described, and keeps P_s strictly positive definite (T. Lee, P. M. Wensing and F. C. Park, IEEE
-Trans Robotics 36 (2020) 348-364). gamma states how far the prior is trusted; gamma towards zero is
-the semidefinite program without a prior, reached along its central path, within ``4 s gamma`` of
-its minimum plus the prior's own pull. Newton's method on triangles: no normal equations, so that a
-vanishing gamma costs no digits.
+Trans Robotics 36 (2020) 348-364). gamma is the weight of the prior. For gamma towards zero this is
+the semidefinite program without a prior, approached along its central path, within ``4 s gamma`` of
+its minimum plus the prior's own effect. Newton's method works on triangular factors, not on normal
+equations, so a very small gamma causes no loss of accuracy.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from armimpedance.joint.body.base_parameters import BaseParameters
 from armimpedance.joint.body.equations import BodyEquations
 from armimpedance.joint.body.regressor import pseudo_inertia_basis, pseudo_inertias
 
-#: Without a prior: how much worse than the minimum the fit may be, part of the residual squares,
+#: Without a prior: excess over the minimum that is allowed, as a share of the residual squares,
 _GAP: Final = 1e-9
-#: and of all squares (exact data).
+#: and as a share of all squares (for exact data).
 _LEAST_GAP: Final = 1e-22
 _SHRINK: Final = 0.5
 _MOST_STEPS: Final = 200
-#: Newton's step in the metric of the segments' cones: near enough on the way, and at the end.
+#: Limits of Newton's step in the metric of the segments' cones: on the way, and at the end.
 _NEAR: Final = 1e-2
 _SETTLED: Final = 1e-14
 _ROUNDING: Final = 1e-6
@@ -48,9 +48,9 @@ class ConsistentFit(FrozenRecord):
     """Physically consistent parameters of every segment.
 
     `phi` (p,): inertial parameters, then joint terms.
-    `base` (b,): the base parameters in it.
+    `base` (b,): its base parameters.
     `covariance` (p, p) or None: covariance of phi, from the curvature of data and prior together
-    (Laplace); None without a prior, where the data alone leave some directions open.
+    (Laplace); None without a prior, since the data do not determine all directions.
     `smallest_eigenvalue` (s,): smallest eigenvalue of each segment's pseudo-inertia, in units of
     the prior's; positive.
     """
@@ -72,20 +72,19 @@ def fit_consistent(
     inflation: float = 1.0,
     about: FloatArray | None = None,
 ) -> ConsistentFit:
-    """Physically consistent fit, with a prior of a relative sd or with none.
+    """Physically consistent fit, with a prior of a relative sd or without a prior.
 
-    `weights` (R,): per row: one over the residual level, so that data and prior are in the same
+    `weights` (R,): per row, one over the residual level, so that data and prior have the same
     units.
     `prior` (p_i,): inertial parameters of all segments, positive definite. Without `prior_sd` they
-    only choose among what the motion cannot show.
-    `prior_sd`: how well the prior's masses are trusted, relative: .3 for 30 %. A second moment of
-    mass along one direction has sqrt(2) times that, as a mass has in this divergence.
-    `inflation`: how many times larger than for independent samples the variance of an estimate is.
-    `about` (b,): base parameters that stand for those of least squares, where these are known to be
-    biased.
-    Raises InputError: a prior that no distribution of mass has, another number of parameters, or an
-    sd or an inflation that is not positive.
-    Raises EstimationError: the iteration does not settle.
+    only determine what the motion cannot show.
+    `prior_sd`: relative standard deviation of the prior's masses: .3 for 30 %. In this divergence,
+    a second moment of mass along one direction has sqrt(2) times that.
+    `inflation`: variance of an estimate over that for independent samples.
+    `about` (b,): base parameters to use instead of those of least squares, if these are biased.
+    Raises InputError: a prior that no distribution of mass can have, another number of parameters,
+    or an sd or an inflation that is not positive.
+    Raises EstimationError: the iteration does not converge.
     """
     if np.shape(prior) != (equations.n_inertial,):
         raise InputError(f"a prior of {np.size(prior)}", expected=f"{equations.n_inertial} numbers")
@@ -98,7 +97,7 @@ def fit_consistent(
     problem = _Problem(equations, base, weights, P0, about)
     start = base.of(np.append(prior, np.zeros(len(equations.columns) - len(prior))))
     b, n = start, problem.hidden(prior)
-    # a mass that is e times too large costs gamma e^2 / 2 (4x4 alone: 2 e^2 for all of P scaled)
+    # a relative error e of a mass costs gamma e^2 / 2 (2 e^2 if all of P is scaled)
     gamma_end = inflation / (4 * prior_sd**2) if prior_sd else problem.vanishing(prior)
     gamma = max(float(problem.misfit(b)), gamma_end)
     while True:
@@ -116,7 +115,7 @@ def fit_consistent(
 
 
 class _Problem:
-    """The data's triangle and the segments' cones, in coordinates (b, n)."""
+    """Triangular factor of the data and the segments' cones, in coordinates (b, n)."""
 
     def __init__(
         self,
@@ -144,7 +143,7 @@ class _Problem:
         return np.asarray(self.lift @ b + self.N @ n)
 
     def hidden(self, prior: FloatArray) -> FloatArray:
-        """n of a prior: its values in the columns that do not lead."""
+        """Values n of a prior: those of its columns that do not lead."""
         phi = np.append(prior, np.zeros(self.p - len(prior)))
         return np.asarray(phi[np.setdiff1d(np.arange(self.p), self.base.leading)])
 
@@ -153,23 +152,23 @@ class _Problem:
         return float(e @ e)
 
     def vanishing(self, prior: FloatArray) -> float:
-        """gamma that leaves the minimum without a prior as it is, but for `_GAP`."""
+        """Value of gamma that changes the minimum without a prior by `_GAP` only."""
         total = float(self.z @ self.z) + self.left
         return max(_GAP * self.left, _LEAST_GAP * total) / len(prior)
 
     def longest_descent(
         self, b: FloatArray, n: FloatArray, db: FloatArray, dn: FloatArray, gamma: float
     ) -> float:
-        """The step along (db, dn) to the lowest point on that line, always inside the cones.
+        """Length of the step along (db, dn) to the lowest point on that line, inside the cones.
 
         Along a line the misfit is a parabola and ``log det(P + t D)`` a sum of ``log(1 + t l)``,
-        so that the slope is known in closed form; it rises with t, and is halved in on.
+        so the slope has a closed form; it rises with t, and its zero is found by bisection.
         """
         P = pseudo_inertias(self.phi(b, n)[: self.inertial])
         D = pseudo_inertias(self.phi(db, dn)[: self.inertial])
         ratio = np.linalg.eigvalsh(_in_units_of(P, D)).ravel()
-        moved, left = self.T @ db, self.z - self.T @ b
-        slope = float(gamma * np.einsum("sij,sji->", self.inverse, D) - left @ moved)
+        moved, residual = self.T @ db, self.z - self.T @ b
+        slope = float(gamma * np.einsum("sij,sji->", self.inverse, D) - residual @ moved)
         curve = float(moved @ moved)
         low, high = 0.0, min(1 / max(-float(ratio.min()), 1e-300), _LONGEST)
         for _ in range(_HALVINGS):
@@ -179,7 +178,8 @@ class _Problem:
         return low
 
     def cones(self, b: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """G (10 s, p) and g (10 s,): the divergence's Hessian is G^T G, its gradient G^T g."""
+        """Factors G (10 s, p) and g (10 s,): the divergence's Hessian is G^T G, its gradient G^T
+        g."""
         P = pseudo_inertias(self.phi(b, n)[: self.inertial])
         C = np.linalg.cholesky(P)
         inv = np.linalg.inv(C)
@@ -215,7 +215,7 @@ class _Problem:
         return db, dn, float(Tb @ Tb + gamma * (dphi @ dphi))
 
     def covariance(self, b: FloatArray, n: FloatArray, gamma: float) -> FloatArray:
-        """Inverse of the curvature, brought to phi (p, p)."""
+        """Inverse of the curvature, transformed to phi (p, p)."""
         G, _ = self.cones(b, n)
         to_phi = np.concatenate([self.lift, self.N], axis=1)
         data = np.zeros((len(self.T), self.p))
@@ -230,7 +230,7 @@ class _Problem:
 def _centre(
     problem: _Problem, b: FloatArray, n: FloatArray, gamma: float, *, last: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Newton's method at one gamma: near enough on the way, settled at last."""
+    """Newton's method at one gamma: approximate on the way, to convergence if `last`."""
     before = float("inf")
     for _ in range(_MOST_STEPS):
         db, dn, length = problem.step(b, n, gamma)
@@ -238,7 +238,7 @@ def _centre(
         size = problem.longest_descent(b, n, db, dn, gamma)
         size = min(size, 1.0) if short else size
         b, n = b + size * db, n + size * dn
-        # at last: until the steps are nothing, or rounding keeps them from shrinking
+        # at the last gamma: until the steps vanish, or rounding keeps them from shrinking
         stalled = length <= _ROUNDING * gamma and length >= before / 4
         if short and (not last or length <= _SETTLED * gamma or stalled):
             return b, n
@@ -247,7 +247,7 @@ def _centre(
 
 
 def _in_units_of(P0: FloatArray, P: FloatArray) -> FloatArray:
-    """``C0^-1 P C0^-T`` (s, 4, 4): the identity where P is the prior."""
+    """Matrices ``C0^-1 P C0^-T`` (s, 4, 4): the identity if P is the prior."""
     inv = np.linalg.inv(np.linalg.cholesky(P0))
     moved = inv @ P @ np.swapaxes(inv, 1, 2)
     return np.asarray((moved + np.swapaxes(moved, 1, 2)) / 2)
@@ -259,26 +259,27 @@ def _flat(symmetric: FloatArray) -> FloatArray:
     return np.asarray(symmetric[..., i, j] * np.where(i == j, 1.0, np.sqrt(2)))
 
 
-# How far segments are from what was expected, as the data say: is a prior trusted too far?
+# Distance of the segments from the prior, estimated from the data: is the prior sd too small?
 #
 # Least squares give the base parameters b with the errors of the data, ``C_d``; a prior of relative
-# sd s expects ``b ~ N(b_0, s^2 C_1)``. So ``b - b_0`` has the covariance ``C_d + s^2 C_1``, and its
-# likelihood tells s (empirical Bayes). A prior that is told narrower than the data show would pull
-# the parameters away from them inside intervals that are too short.
+# sd s expects ``b ~ N(b_0, s^2 C_1)``. So ``b - b_0`` has the covariance ``C_d + s^2 C_1``, and s
+# is estimated by its likelihood (empirical Bayes). If the stated prior sd were too small, the prior
+# would pull the parameters away from the data, with intervals that are too short.
 
-#: Twice the log-likelihood beyond which the told sd is contradicted: by chance once in a thousand.
+#: Limit of twice the log likelihood against the stated sd: chance exceeds it once in a thousand.
 _CONTRADICTED: Final = 10.8
-#: The largest relative sd that is looked for.
+#: Largest relative sd in the search.
 _WIDEST: Final = 10.0
 
 
 @dataclass(frozen=True)
 class Trust:
-    """The relative sd of a prior that was told, and what the data say of it.
+    """Stated relative sd of a prior, and its test by the data.
 
-    `likely`: the one that makes the data most likely.
-    `against`: twice the log-likelihood by which it beats what was told; 0 where it is smaller.
-    `informed`: how many parameters tell it.
+    `told`: the stated sd.
+    `likely`: the sd of maximum likelihood.
+    `against`: twice its gain of log likelihood over the stated sd; 0 if it is smaller.
+    `informed`: effective number of parameters that determine it.
     """
 
     told: float
@@ -288,23 +289,23 @@ class Trust:
 
     @property
     def used(self) -> float:
-        """The sd to work with: never narrower than told, since a narrow one may be chance."""
+        """The sd to use: never below the stated one, since a small estimate may be chance."""
         return max(self.told, self.likely)
 
     @property
     def finding(self) -> Finding:
-        """Whether the table of masses and inertias is as near as was told."""
-        told, likely = f"{100 * self.told:.0f} %", f"{100 * self.likely:.0f} %"
+        """Finding on whether the table of masses and inertias is as accurate as stated."""
+        stated, likely = f"{100 * self.told:.0f} %", f"{100 * self.likely:.0f} %"
         least = self.told * np.exp(np.sqrt(_CONTRADICTED / (2 * max(self.informed, 1e-9))))
         smallest = f"{100 * min(least, _WIDEST):.0f} %"
         if self.against <= _CONTRADICTED:
-            said = f"the segments lie within the {told} of the prior (most likely {likely})"
-            return Finding("table", "ok", said, smallest=smallest)
+            message = f"the segments lie within the {stated} of the prior (most likely {likely})"
+            return Finding("table", "ok", message, smallest=smallest)
         return Finding(
             "table",
             "warning",
             f"the person's segments deviate from the table by some {likely}, the prior was stated "
-            f"{told}: it was trusted to {likely} only, and intervals allow for that",
+            f"{stated}: it was trusted to {likely} only, and intervals allow for that",
             smallest=smallest,
         )
 
@@ -314,17 +315,17 @@ def trust_in_prior(
     prior: FloatArray,
     values: FloatArray,
     covariance: FloatArray,
-    told: float,
+    stated: float,
 ) -> Trust:
-    """Hold the sd that a prior was told against base parameters that do not know of it.
+    """Test a prior's stated sd against base parameters estimated without the prior.
 
     `prior` (p_i,): inertial parameters of all segments.
     `values`, `covariance` (b,), (b, b): base parameters of least squares and the covariance of
     their errors.
-    `told`: relative sd of the prior's masses.
+    `stated`: relative sd of the prior's masses.
     """
     p = len(prior)
-    # what belongs to joint terms too has no prior
+    # parameters that include joint terms have no prior
     rows = ~base.mapping[:, p:].any(axis=1)
     B = base.mapping[rows][:, :p]
     C_1 = B @ unit_covariance(prior) @ B.T
@@ -340,20 +341,20 @@ def trust_in_prior(
         total = 1 + np.exp(2 * log_s) * np.maximum(spread, 0.0)
         return float((squares / total + np.log(total)).sum())
 
-    best = minimize_scalar(deviance, bounds=(np.log(told) - 4, np.log(_WIDEST)), method="bounded")
-    part = told**2 * spread / (1 + told**2 * spread)
+    best = minimize_scalar(deviance, bounds=(np.log(stated) - 4, np.log(_WIDEST)), method="bounded")
+    part = stated**2 * spread / (1 + stated**2 * spread)
     likely = float(np.exp(best.x))
-    against = deviance(float(np.log(told))) - float(best.fun) if likely > told else 0.0
-    return Trust(told, likely, against, float((part**2).sum()))
+    against = deviance(float(np.log(stated))) - float(best.fun) if likely > stated else 0.0
+    return Trust(stated, likely, against, float((part**2).sum()))
 
 
 def unit_covariance(prior: FloatArray) -> FloatArray:
-    """Covariance (p_i, p_i) of inertial parameters whose masses are known to their own size.
+    """Covariance (p_i, p_i) of inertial parameters for a relative sd of 1 of the masses.
 
-    The inverse curvature of the divergence, of which a mass that is e times too large takes
-    ``e^2 / 2``, with the weight ``1 / 4`` that `consistent.fit_consistent` gives it.
+    It is the inverse curvature of the divergence, in which a relative error e of a mass costs
+    ``e^2 / 2``, with the weight ``1 / 4`` as in `consistent.fit_consistent`.
 
-    Raises InputError: a prior that is no rigid body's.
+    Raises InputError: a prior that is not a rigid body's.
     """
     P = pseudo_inertias(prior)
     try:

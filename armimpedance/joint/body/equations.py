@@ -1,8 +1,8 @@
-"""What the identification remembers of the samples: a triangle per trial and row.
+"""Triangular factors per trial and row, which replace the samples in the identification.
 
 For trial t and row c (a component of the root's wrench, or a joint) the upper triangle of
-``[W_tc w_tc]``. Any choice of motions, weights of rows and set of columns is then fitted and
-validated without the samples.
+``[W_tc w_tc]`` is kept. Any choice of motions, weights of rows and set of columns can then be
+fitted and validated without the samples.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from armimpedance.core.progress import Progress
 from armimpedance.joint.body.rows import RowChoice, each_trial
 from armimpedance.numerics.regression import TrialFactors
 
-# How well parameters predict the contact wrench (or the torques), motion by motion.
+# Quality of the prediction of the contact wrench (or the torques), motion by motion.
 #
-# The vertical force's R^2 is 1 for free where it is taken about zero: a weight at rest explains it.
-# Here R^2 is about each row's mean in each motion, and moments are reported apart from forces.
+# R^2 of the vertical force about zero is always near 1, since a weight at rest explains it. Here
+# R^2 is about each row's mean in each motion, and moments are reported separately from forces.
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,8 @@ class BodyValidation(FrozenRecord):
     rows, row_units : tuples of R str
     samples : (T,) int
     residual_squares, squares : (T, R)
-        Sums over samples: of the residual, and of what was measured about its mean in that motion.
+        Sums of squares over samples: of the residual, and of the measurement about its mean in that
+        motion.
     """
 
     motions: Annotated[tuple[str, ...], "T"]
@@ -54,7 +55,7 @@ class BodyValidation(FrozenRecord):
 
     @property
     def r2(self) -> FloatArray:
-        """``1 - residual / variation`` (T, R); nan where nothing varies."""
+        """R^2, ``1 - residual / variation`` (T, R); nan if there is no variation."""
         return _r2(self.residual_squares, self.squares)
 
     def pooled_rms(self, rows: Sequence[str] | None = None) -> float:
@@ -70,17 +71,17 @@ class BodyValidation(FrozenRecord):
 
     @property
     def moments(self) -> tuple[str, ...]:
-        """The rows in N m."""
+        """Names of the rows in N m."""
         pairs = zip(self.rows, self.row_units, strict=True)
         return tuple(row for row, unit in pairs if unit == "N m")
 
     @property
     def forces(self) -> tuple[str, ...]:
-        """The rows in N."""
+        """Names of the rows in N."""
         return tuple(row for row in self.rows if row not in self.moments)
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Plain values, one mapping a motion, as FIT.json holds them."""
+        """Plain values, one mapping per motion, as in FIT.json."""
         return [
             {
                 "motion": motion,
@@ -110,14 +111,14 @@ class BodyEquations(FrozenRecord):
         Upper triangles of ``[W w]``.
     samples : (T,) int
     mean : (T, R)
-        Mean of w, so that what varies can be judged apart from what is constant.
+        Mean of w, to separate variation from the constant part.
     motions : tuple of T str
         The trials' conditions.
     rows, row_units : tuples of R str
     columns, column_units : tuples of p str
         The inertial parameters (ten per segment), then the joint terms.
     n_inertial : int
-        How many of the columns are inertial parameters.
+        Number of columns that are inertial parameters.
     """
 
     r: Annotated[FloatArray, "T R p+1 p+1"]
@@ -136,7 +137,7 @@ class BodyEquations(FrozenRecord):
         return len(self.r)
 
     def subset(self, trials: ArrayLike) -> BodyEquations:
-        """The equations of these trials only (row numbers from 0, or a mask)."""
+        """Equations of these trials only (row numbers from 0, or a mask)."""
         chosen = np.arange(self.n_trials)[np.asarray(trials)]
         if len(chosen) == 0:
             raise InputError("no motions to identify from")
@@ -159,16 +160,18 @@ class BodyEquations(FrozenRecord):
         """Sums of squares (T, R) of the residual ``w - W phi`` and of w about its mean."""
         p = len(self.columns)
         residual = self.r[..., p] - self.r[..., :p] @ phi
-        left = (self.r[..., p] ** 2).sum(axis=2) - self.samples[:, None] * self.mean**2
-        return (residual**2).sum(axis=2), left
+        varying = (self.r[..., p] ** 2).sum(axis=2) - self.samples[:, None] * self.mean**2
+        return (residual**2).sum(axis=2), varying
 
     def validate(self, phi: FloatArray) -> BodyValidation:
-        """Judge the prediction ``W phi`` of parameters (p,), of all segments and joint terms.
+        """Validate the prediction ``W phi`` of parameters (p,), of all segments and joint terms.
 
-        A base solution serves as `BaseParameters.lift`.
+        A base solution is used by its `BaseParameters.lift`.
         """
-        left, varying = self.squares(phi)
-        return BodyValidation(self.motions, self.rows, self.row_units, self.samples, left, varying)
+        residual, varying = self.squares(phi)
+        return BodyValidation(
+            self.motions, self.rows, self.row_units, self.samples, residual, varying
+        )
 
 
 def body_equations(
@@ -183,7 +186,7 @@ def body_equations(
     recording : MotionRecording
     choice : RowChoice
     progress : function, optional
-        Called with how many trials are done, of how many.
+        Called with the number of trials that are done and their total.
 
     Returns
     -------
@@ -228,7 +231,7 @@ def trial_factors_of(
     units: tuple[str, ...],
     weights: FloatArray,
 ) -> TrialFactors:
-    """The regression core's factors of some columns, rows weighted by (R,), a cluster a trial."""
+    """Factors of selected columns for the regression, rows weighted by (R,), clustered by trial."""
     p = len(equations.columns)
     take = np.append(columns, p)
     scaled = equations.r[..., take] * weights[:, None, None]

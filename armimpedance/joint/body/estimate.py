@@ -1,7 +1,7 @@
-"""Least squares for base parameters, and its solution on the way to a result.
+"""Least squares for base parameters, and the steps from there to a result.
 
-Weighted: each row of the wrench (N, N m) is divided by its own residual level. The levels come
-from the fit before, once or twice.
+With weights, each row of the wrench (N, N m) is divided by its own residual level. The levels come
+from the previous fit; this is repeated twice.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from armimpedance.joint.body.rows import RowChoice, each_trial
 from armimpedance.numerics.regression import Fit, Parameters, fit, split_blocks
 
 Weighting = Literal["none", "levels"]
-#: Levels below this part of a row's size are rounding, not noise.
+#: Levels below this share of a row's size are rounding, not noise.
 _LEAST_LEVEL = 1e-9
 _ROUNDS = 2
 
@@ -58,7 +58,7 @@ def fit_base(
     equations : BodyEquations
     base : BaseParameters
     weighting : {"none", "levels"}
-        All rows alike, or each divided by the level of its residuals.
+        Rows with equal weights, or each divided by the level of its residuals.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def fit_base(
     Raises
     ------
     NotIdentifiableError
-        These motions do not show all base parameters; names them.
+        These motions do not show all base parameters; the error names them.
     InputError
         Fewer rows than parameters, or an unknown weighting.
     """
@@ -86,12 +86,12 @@ def fit_base(
 
 def row_levels(equations: BodyEquations, phi: FloatArray) -> FloatArray:
     """Residual root mean square (R,) of each row over all motions, never zero."""
-    left, _ = equations.squares(phi)
+    residual, _ = equations.squares(phi)
     total = (equations.r[..., -1] ** 2).sum(axis=(0, 2))
     count = equations.samples.sum()
     size = np.sqrt(total / count)
     floor = _LEAST_LEVEL * np.where(size > 0, size, max(size.max(), 1e-300))
-    return np.maximum(np.sqrt(left.sum(axis=0) / count), floor)
+    return np.maximum(np.sqrt(residual.sum(axis=0) / count), floor)
 
 
 def _solve(equations: BodyEquations, base: BaseParameters, weights: FloatArray) -> Fit:
@@ -113,10 +113,10 @@ def clustered_covariance(
     """Covariance (b, b) of base parameters, clustered by blocks of a trial's time.
 
     ``R^-1 R^-T (G/(G-1) (N-1)/(N-p) sum_g s_g s_g^T) R^-1 R^-T`` with the scores
-    ``s_g = W_g^T e_g`` of G blocks: neighbouring samples and the six components of a wrench may be
-    correlated, blocks not. Goes over the samples once more.
+    ``s_g = W_g^T e_g`` of G blocks. Neighbouring samples and the six components of a wrench may be
+    correlated, blocks may not. All samples are read once more.
 
-    `trials`: those that were fitted; all by default.
+    `trials`: the fitted trials; all by default.
     Raises InputError: fewer than two blocks.
     """
     rows, scores = 0, []
@@ -142,12 +142,13 @@ def clustered_covariance(
     return np.asarray(small_sample * moved @ moved.T)
 
 
-# Base parameters with their covariances on the way to a result.
+# Base parameters with their covariances, before they become a result.
 
 
 @dataclass(frozen=True)
 class BodySolution:
-    """Base values (b,), covariances (b, b), and all parameters (p,) where the method has them."""
+    """Base values (b,), covariances (b, b), and all parameters (p,) if the method estimates
+    them."""
 
     values: FloatArray
     covariance: FloatArray
@@ -157,7 +158,7 @@ class BodySolution:
     checks: tuple[Finding, ...] = ()
 
     def without(self, noise: NoiseShift | None) -> BodySolution:
-        """The bias that noise of the angles makes taken off."""
+        """Return the solution with the bias from noise of the angles removed."""
         if noise is None:
             return self
         values = self.values - noise.shift
@@ -178,14 +179,14 @@ class BodySolution:
 
 @dataclass(frozen=True)
 class WeightedSolution:
-    """What a method that improves on least squares is given.
+    """Input of a method that improves on least squares.
 
-    `equations`: equations of the motions that are fitted.
-    `least`: the least squares as they are.
-    `solution`: the same without the bias from noise of the angles.
+    `equations`: of the fitted motions.
+    `least`: the least-squares fit.
+    `solution`: the least-squares fit without the bias from noise of the angles.
     `inflation`: median ratio of robust to classical variance.
-    `prior`: masses and inertias that are expected.
-    `prior_sd`: how well they are trusted, relative.
+    `prior`: expected masses and inertias.
+    `prior_sd`: their relative standard deviation.
     """
 
     equations: BodyEquations
@@ -198,38 +199,38 @@ class WeightedSolution:
     prior_sd: float
 
 
-def consistent_solution(given: WeightedSolution) -> BodySolution:
-    """Physically consistent parameters; the least-squares fit says how far to trust them.
+def consistent_solution(least_fit: WeightedSolution) -> BodySolution:
+    """Physically consistent parameters, with the covariance of the least-squares fit.
 
-    Raises InputError: no prior mass of a segment.
-    Raises EstimationError: the iteration does not settle.
+    Raises InputError: a segment without a prior mass.
+    Raises EstimationError: the iteration does not converge.
     """
-    better = _fitted(given, None)
-    return replace(given.solution, values=better.base, phi=better.phi)
+    better = _fitted(least_fit, None)
+    return replace(least_fit.solution, values=better.base, phi=better.phi)
 
 
-def prior_solution(given: WeightedSolution) -> BodySolution:
-    """Physically consistent parameters near the prior; the curvature says how far to trust them.
+def prior_solution(start: WeightedSolution) -> BodySolution:
+    """Physically consistent parameters near the prior, with the covariance from the curvature.
 
-    The prior is held against the least squares first, and trusted no further than they bear out.
+    The prior's sd is first tested against the least squares, and increased if they contradict it.
 
-    Raises InputError: no prior mass of a segment.
-    Raises EstimationError: the iteration does not settle.
+    Raises InputError: a segment without a prior mass.
+    Raises EstimationError: the iteration does not converge.
     """
-    base, least, inflation = given.base, given.least.fit, max(given.inflation, 1.0)
+    base, least, inflation = start.base, start.least.fit, max(start.inflation, 1.0)
     unsure = np.zeros((base.rank, base.rank))
-    if given.noise is not None:
-        unsure = given.noise.uncertainty(given.solution.values)
+    if start.noise is not None:
+        unsure = start.noise.uncertainty(start.solution.values)
     trust = trust_in_prior(
         base,
-        _guess(given.prior),
-        given.solution.values,
+        _guess(start.prior),
+        start.solution.values,
         inflation * least.covariance + unsure,
-        given.prior_sd,
+        start.prior_sd,
     )
-    better = _fitted(given, trust.used)
+    better = _fitted(start, trust.used)
     C = np.asarray(better.covariance)
-    # what b of least squares errs by comes through: dphi (p,) = C (p, p) B^T (p, b) R^T R db / infl
+    # an error db of least squares gives dphi (p,) = C (p, p) B^T (p, b) R^T R db / inflation
     through = C @ base.mapping.T @ (least.triangle.T @ least.triangle) / inflation
     C_phi = C + through @ unsure @ through.T
     # C_b (b, b) = B (b, p) C_phi (p, p) B^T
@@ -239,15 +240,15 @@ def prior_solution(given: WeightedSolution) -> BodySolution:
     return BodySolution(better.base, robust / inflation, robust, better.phi, sd, checks)
 
 
-def _fitted(given: WeightedSolution, prior_sd: float | None) -> ConsistentFit:
+def _fitted(start: WeightedSolution, prior_sd: float | None) -> ConsistentFit:
     return fit_consistent(
-        given.equations,
-        given.base,
-        given.least.weights,
-        _guess(given.prior),
+        start.equations,
+        start.base,
+        start.least.weights,
+        _guess(start.prior),
         prior_sd=prior_sd,
-        inflation=max(given.inflation, 1.0),
-        about=None if given.noise is None else given.solution.values,
+        inflation=max(start.inflation, 1.0),
+        about=None if start.noise is None else start.solution.values,
     )
 
 

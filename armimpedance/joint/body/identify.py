@@ -1,7 +1,8 @@
-"""From a motion recording to identified base parameters: the whole way in one call.
+"""Identify base parameters from a motion recording in one call.
 
-A body on force plates: rows of the root's wrench, motions chosen by how they excite, the rest held
-out. A robot: rows of every joint, torque measured, terms for what a joint adds of its own.
+For a body on force plates the rows are those of the root's wrench; motions that excite well are
+fitted, the others are held out. For a robot the rows are those of every joint, with measured torque
+and joint terms.
 """
 
 from __future__ import annotations
@@ -47,9 +48,9 @@ from armimpedance.joint.body.plates import plates_findings, weight_finding
 from armimpedance.joint.body.result import BodyFit
 from armimpedance.joint.body.rows import RowChoice
 
-#: Draws of added noise: the mean shift is then known to .4 of its own spread.
+#: Draws of added noise: the mean shift is then known to .4 of its spread.
 _NOISE_DRAWS: Final = 6
-#: Scaled condition above which small errors of the motion decide the parameters.
+#: Scaled condition above which small errors of the motion change the parameters strongly.
 _POOR_CONDITION: Final = 100.0
 
 
@@ -72,31 +73,31 @@ def identify_body(
     Parameters
     ----------
     recording : MotionRecording
-        With force plates (a body) or torque (a robot).
+        Recording with force plates (a body) or torque (a robot).
     method : {"weighted", "consistent", "ls", "prior"}
-        Rows weighted by their residuals; every segment physically possible; plain; possible with a
-        prior.
+        Rows weighted by their residuals; physically consistent segments; plain least squares;
+        physically consistent with a prior.
     choice : RowChoice, optional
         Default: for a body the root's wrench at 6 Hz, for a fixed root all rows unfiltered.
-    motions : names, or how many, or None
-        Which trials to fit, by condition; an integer chooses greedily; None takes all.
+    motions : names, int or None
+        Conditions to fit; an integer: so many at most, chosen greedily; None: all.
     prior : Skeleton, optional
         Masses and inertias to start from; by default the recording's skeleton.
     prior_sd : float
-        How well the prior's masses are trusted, relative: .3 for 30 %.
+        Relative standard deviation of the prior's masses: .3 for 30 %.
     block_s : float
-        Blocks of time for robust standard errors, s: longer than the residuals' memory.
+        Blocks of time for robust standard errors, s: longer than the residuals are correlated.
     data_dependent : bool
-        Take the base parameters that these motions show, instead of refusing when they show fewer
-        than the structure has.
+        True to fit the base parameters that these motions show, instead of refusing if they show
+        fewer than the structure has.
     noise_draws : int, optional
-        How often noise of the coordinates is added to learn what it does (`angle_noise`), which is
-        then taken off; 0 leaves it in. Default: 6, and none for plain least squares or where no
-        band is left in which the noise shows.
+        Number of draws of added noise to estimate the bias from noise of the coordinates
+        (`angle_noise`), which is then removed; 0: it is not removed. Default: 6, and 0 for plain
+        least squares or if there is no band in which the noise is visible.
     check : bool
-        Refuse a recording whose units, frame or weight cannot be.
+        True to refuse a recording with impossible units, frame or weight.
     progress : function, optional
-        Called with how much is done, of how much: trials, then draws of noise.
+        Called with the number of steps done and their total: trials, then draws of noise.
 
     Returns
     -------
@@ -105,11 +106,11 @@ def identify_body(
     Raises
     ------
     InputError
-        Something is missing or in another unit or frame; one line says what.
+        Something is missing or in another unit or frame; the message names it.
     NotIdentifiableError
-        The motions show too little; names the parameters.
+        The motions do not show all parameters; the error names them.
     EstimationError
-        The physically consistent fit does not settle.
+        The physically consistent fit does not converge.
     """
     way, skeleton = METHODS.named(method), recording.skeleton
     if choice is None:
@@ -131,9 +132,9 @@ def identify_body(
     noise = _noise_shift(fitted_motion, choice, base, least, draws, progress)
     solution = BodySolution(least.values, least.fit.covariance, robust).without(noise)
     expected = (prior or skeleton, prior_sd)
-    given = WeightedSolution(fitted, base, least, solution, inflation, noise, *expected)
+    start = WeightedSolution(fitted, base, least, solution, inflation, noise, *expected)
     if way.improve is not None:
-        solution = way.improve(given)
+        solution = way.improve(start)
     checks = (
         *solution.checks,
         no_noise_finding(recording, choice) if noise is None else noise.finding,
@@ -149,27 +150,27 @@ def identify_body(
         *weight_finding(recording),
     )
     solution = replace(solution, checks=checks)
-    return _result(method, recording, choice, equations, chosen, given, solution)
+    return _result(method, recording, choice, equations, chosen, start, solution)
 
 
 def _draws(
-    asked: int | None, method: BodyMethod, recording: MotionRecording, choice: RowChoice
+    requested: int | None, method: BodyMethod, recording: MotionRecording, choice: RowChoice
 ) -> int:
-    """How often noise is added.
+    """Number of draws of noise.
 
-    Raises InputError: a number that shows no spread, or any where it would have no effect.
+    Raises InputError: a single draw, which shows no spread, or draws that have no effect.
     """
     usable = method.weighting != "none" and can_tell_noise(recording, choice)
-    if asked is None:
+    if requested is None:
         return _NOISE_DRAWS if usable else 0
-    if asked != 0 and asked < 2:
-        raise InputError(f"{asked} draws of noise", expected="2 or more, or 0")
-    if asked and not usable:
+    if requested != 0 and requested < 2:
+        raise InputError(f"{requested} draws of noise", expected="2 or more, or 0")
+    if requested and not usable:
         raise InputError(
             "draws of noise have no effect here",
             expected="weighted rows, and a filter far below half of the sample rate",
         )
-    return asked
+    return requested
 
 
 def _base(
@@ -189,14 +190,14 @@ def _noise_shift(
     draws: int,
     progress: Progress | None,
 ) -> NoiseShift | None:
-    """What noise of the angles has done to the estimate; None where nothing is drawn."""
+    """Bias of the estimate from noise of the angles; None without draws."""
     if not draws:
         return None
 
-    def again(recording: MotionRecording) -> FloatArray:
+    def estimate(recording: MotionRecording) -> FloatArray:
         return fit_base(body_equations(recording, choice), base, "levels").values
 
-    return noise_shift(fitted, choice, again, least.values, draws=draws, progress=progress)
+    return noise_shift(fitted, choice, estimate, least.values, draws=draws, progress=progress)
 
 
 def _chosen(
@@ -220,16 +221,16 @@ def _chosen(
 
 
 def _refuse_silence(fitted: BodyEquations, base: BaseParameters) -> None:
-    """Refuse motions in which a parameter's columns hold rounding only.
+    """Refuse motions in which a parameter's columns contain only rounding.
 
-    Scaled to unit length, rounding looks like excitation: still postures without noise would show
-    every inertia.
+    When columns are scaled to unit length, rounding looks like excitation: still postures without
+    noise would seem to show every inertia.
     """
     p = len(fitted.columns)
     try:
         shown = base_parameters(fitted.stacked()[:p, :p], fitted.columns, fitted.column_units)
     except EstimationError:
-        return  # noise of the motion: nothing is rounding only
+        return  # noise of the motion: no column is rounding only
     if shown.rank < base.rank:
         lost = tuple(name for name in base.names if name not in shown.names)
         named = f"{', '.join(lost[:3])}{' …' if len(lost) > 3 else ''}"
@@ -257,14 +258,14 @@ def _result(
     rows: RowChoice,
     equations: BodyEquations,
     chosen: MotionChoice,
-    given: WeightedSolution,
+    start: WeightedSolution,
     solution: BodySolution,
 ) -> BodyFit:
-    base, least = given.base, given.least
+    base, least = start.base, start.least
     phi = base.lift(solution.values) if solution.phi is None else solution.phi
-    direct = given.equations.validate(phi)
+    direct = start.equations.validate(phi)
     squares = (least.weights**2 * direct.squares).sum()
-    left = (least.weights**2 * direct.residual_squares).sum()
+    residual = (least.weights**2 * direct.residual_squares).sum()
     warnings = least.fit.warnings
     if least.fit.cond_scaled > _POOR_CONDITION:
         poor = (
@@ -279,14 +280,14 @@ def _result(
         phi=solution.phi,
         phi_sd=solution.phi_sd,
         least=least.fit,
-        vaf=float(1 - left / squares) if squares > 0 else float("nan"),
+        vaf=float(1 - residual / squares) if squares > 0 else float("nan"),
         recording=recording,
         rows=rows,
         choice=chosen,
         fitted=direct,
         held_out=equations.subset(list(chosen.rest)).validate(phi) if chosen.rest else None,
-        inflation=given.inflation,
-        noise=given.noise,
+        inflation=start.inflation,
+        noise=start.noise,
         warnings=(*warnings, *warnings_of(solution.checks)),
         checks=solution.checks,
     )

@@ -1,4 +1,4 @@
-"""What a way to base parameters is, and the table of those that there are."""
+"""Table of the methods for base parameters."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BodyMethod:
-    """A way to base parameters.
+    """A method for base parameters.
 
-    `label`: what FIT.json calls it, after ``body_``.
-    `assumes`: what must hold for the estimate to be right, in one sentence.
-    `weighting`: how the least squares weight the rows. Where rows are weighted, the bias from noise
-    of the angles is taken off too.
-    `improve`: what is made of the least-squares solution; None: it stands.
+    `label`: its name in FIT.json, after ``body_``.
+    `assumes`: assumption of the estimate, in one sentence.
+    `weighting`: weights of the rows in least squares. With weights, the bias from noise of the
+    angles is removed too.
+    `improve`: improves the least-squares solution; None: it is the result.
     """
 
     label: str
@@ -29,21 +29,18 @@ class BodyMethod:
     improve: Callable[[WeightedSolution], BodySolution] | None = None
 
 
-def _consistent(given: WeightedSolution) -> BodySolution:
-    """Among the parameters that some distribution of mass could have.
-
-    The prior only chooses among what the motion cannot show.
-    """
+def _consistent(start: WeightedSolution) -> BodySolution:
+    """Physically consistent parameters; the prior only determines what the motion cannot show."""
     from armimpedance.joint.body.estimate import consistent_solution
 
-    return consistent_solution(given)
+    return consistent_solution(start)
 
 
-def _prior(given: WeightedSolution) -> BodySolution:
-    """Among possible parameters, near the masses and inertias that are expected."""
+def _prior(start: WeightedSolution) -> BodySolution:
+    """Physically consistent parameters near the expected masses and inertias."""
     from armimpedance.joint.body.estimate import prior_solution
 
-    return prior_solution(given)
+    return prior_solution(start)
 
 
 METHODS: Final = RecordTable(

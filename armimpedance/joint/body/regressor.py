@@ -1,8 +1,8 @@
-"""The regressor of a tree of segments, ``tau = Y(q, qd, qdd) phi``, and what joints add.
+"""Regressor of a tree of segments, ``tau = Y(q, qd, qdd) phi``, and columns for joint terms.
 
-The six rows of a floating root are given as a wrench: force (N) and moment (N m) about the root's
-origin, in the root's own frame. Its generalised forces are an invertible transformation of these;
-as a wrench the rows have one unit each, so that weights by row mean something.
+The six rows of a floating root are expressed as a wrench: force (N) and moment (N m) about the
+root's origin, in the root's own frame. The generalised forces are an invertible transformation of
+these. As a wrench each row has a single unit, so weights per row are meaningful.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from armimpedance.numerics.signals import filtered_sign, lowpass
 
 #: Rows of the root's wrench.
 ROOT_ROWS: Final = WRENCH
-#: Below this cosine of the root's second turn, its three turns no longer span all rotations.
+#: Least cosine of the root's second rotation; below it the three rotations lose a direction.
 _LEAST_COSINE: Final = 1e-3
 
 
@@ -39,7 +39,9 @@ def root_rotation(q: FloatArray) -> FloatArray:
 
 
 def _turn_rates(q: FloatArray) -> FloatArray:
-    """G (S, 3, 3): the root's angular velocity in its own frame from the rates of its turns."""
+    """Matrix G (S, 3, 3): the root's angular velocity in its own frame from the rates of its
+    angles.
+    """
     (_, cy, cx), (_, sy, sx) = np.cos(q[:, 3:6]).T, np.sin(q[:, 3:6]).T
     zero, one = np.zeros(len(q)), np.ones(len(q))
     G = [[-sy, zero, one], [cy * sx, cx, zero], [cy * cx, -sx, zero]]
@@ -47,9 +49,9 @@ def _turn_rates(q: FloatArray) -> FloatArray:
 
 
 def root_wrench(generalised: FloatArray, q: FloatArray) -> FloatArray:
-    """The root's six generalised forces (S, 6, ...) as a wrench in its own frame.
+    """Convert the root's six generalised forces (S, 6, ...) to a wrench in its own frame.
 
-    Raises InputError: the root is pitched by 90 degrees, where its turns lose a direction.
+    Raises InputError: the root is pitched by 90 degrees, where its angles lose a direction.
     """
     if (np.abs(np.cos(q[:, 4])) < _LEAST_COSINE).any():
         sample = int(np.abs(np.cos(q[:, 4])).argmin())
@@ -69,11 +71,11 @@ def root_wrench(generalised: FloatArray, q: FloatArray) -> FloatArray:
 def regressor(
     model: Any, q: FloatArray, qd: FloatArray, qdd: FloatArray, rows: IntArray | None = None
 ) -> FloatArray:
-    """Y (S, R, 10 s) of a model from `limb.arm.skeleton_model`, for a floating or a fixed root.
+    """Regressor Y (S, R, 10 s) of a model from `limb.arm.skeleton_model`, root floating or fixed.
 
     `q`, `qd`, `qdd` (S, n).
-    `rows` (R,) int: which of the n rows; all by default. All of a floating root's six or none.
-    Raises InputError: a part of the root's rows is asked for, or the root is pitched by 90 degrees.
+    `rows` (R,) int: indices of rows; all by default. All six of a floating root, or none.
+    Raises InputError: only a part of the root's rows, or a root that is pitched by 90 degrees.
     """
     n, floating = model.nv, is_floating(model)
     chosen = np.arange(n) if rows is None else np.asarray(rows, dtype=np.int64)
@@ -90,15 +92,14 @@ def regressor(
 
 
 def is_floating(model: Any) -> bool:
-    """Whether the first joint has six coordinates: a floating root."""
+    """True if the first joint has six coordinates: a floating root."""
     return bool(model.joints[1].nv == 6)
 
 
 # Inertial parameters of segments: names, order, and the pseudo-inertia that bounds them.
 #
-# Ten per segment, in the frame in which its joint starts: mass, first moments ``m c``, inertia
-# about that frame's origin, in the order of Pinocchio's regressor. A fixed root has none: it never
-# moves.
+# Ten per segment, in the frame of its joint: mass, first moments ``m c``, inertia about that
+# frame's origin, in the order of Pinocchio's regressor. A fixed root has none: it does not move.
 
 INERTIAL: Final = {
     "m": Meaning("mass", "kg"),
@@ -114,7 +115,7 @@ _PLACES: Final = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 
 
 def moving_segments(skeleton: Skeleton) -> tuple[Segment, ...]:
-    """The segments that have parameters: all, or all but a fixed root."""
+    """Segments that have parameters: all, or all but a fixed root."""
     return skeleton.segments if skeleton.floating else skeleton.segments[1:]
 
 
@@ -134,7 +135,7 @@ def inertial_parameters(skeleton: Skeleton) -> FloatArray:
     Parameters
     ----------
     skeleton : Skeleton
-        s segments move: all, or all but a fixed root.
+        Skeleton with s moving segments: all, or all but a fixed root.
 
     Returns
     -------
@@ -145,7 +146,7 @@ def inertial_parameters(skeleton: Skeleton) -> FloatArray:
 
 
 def segment_parameters(skeleton: Skeleton, phi: FloatArray) -> dict[str, dict[str, float]]:
-    """Parameters (10 s, or more) by segment and symbol."""
+    """Parameters (10 s, or more) as a mapping by segment and symbol."""
     segments = moving_segments(skeleton)
     rows = np.asarray(phi)[: 10 * len(segments)].reshape(len(segments), 10)
     return {
@@ -162,7 +163,7 @@ def _of(segment: Segment) -> FloatArray:
 
 
 def with_inertial_parameters(skeleton: Skeleton, phi: FloatArray) -> Skeleton:
-    """The skeleton with masses, centres and inertias from parameters (10 s, or more).
+    """Return the skeleton with masses, centres and inertias from parameters (10 s, or more).
 
     Raises InputError: a mass that is not positive, or fewer parameters.
     """
@@ -208,14 +209,14 @@ def pseudo_inertias(phi: FloatArray) -> FloatArray:
     return np.tensordot(np.reshape(phi, (-1, 10)), pseudo_inertia_basis(), axes=1)
 
 
-# Columns for what a joint adds of its own: springs, dampers, friction, offsets, motors.
+# Columns for joint terms: springs, dampers, friction, offsets, motors.
 #
 # ``tau = Y phi + sum k (q - q_r) + K (q - q_r)^2 + h qd + f sign(qd) + I qdd + c`` on the joint's
-# own row; tau is the torque of motors or muscles, zero where the joint is passive. The quadratic
+# own row; tau is the torque of motors or muscles, zero for a passive joint. The quadratic
 # term is about q_r (the source prints ``K q^2``, which is even about zero).
 
 TermKind = Literal["stiffness", "quadratic", "viscosity", "friction", "inertia", "offset"]
-#: Kind of a term -> its symbol, and what it is.
+#: Kind of a term -> its symbol and meaning.
 TERMS: Final = {
     "stiffness": ("k", Meaning("stiffness", "N m/rad")),
     "quadratic": ("K", Meaning("quadratic stiffness", "N m/rad^2")),
@@ -228,10 +229,10 @@ TERMS: Final = {
 
 @dataclass(frozen=True)
 class JointTerm:
-    """One further column.
+    """One further column of the regressor.
 
-    `coordinate`: the hinge on whose row it stands.
-    `rest_rad`: q_r, for stiffness and the quadratic term. An offset beside the stiffness frees it.
+    `coordinate`: hinge to whose row it belongs.
+    `rest_rad`: q_r, for stiffness and the quadratic term. With an additional offset it is fitted.
     """
 
     kind: TermKind
@@ -244,21 +245,21 @@ class JointTerm:
 
     @property
     def name(self) -> str:
-        """``k_right_elbow_flexion`` and so on."""
+        """Name such as ``k_right_elbow_flexion``."""
         return f"{TERMS[self.kind][0]}_{self.coordinate}"
 
     @property
     def unit(self) -> str:
-        """SI."""
+        """SI unit of its parameter."""
         return TERMS[self.kind][1].unit
 
 
 def passive_terms(
     coordinates: Sequence[str], rest_rad: Sequence[float], *, quadratic: bool = False
 ) -> tuple[JointTerm, ...]:
-    """``k, h, f`` and, if asked, K of passive joints with known rest angles.
+    """Terms ``k, h, f`` and, if requested, K of passive joints with known rest angles.
 
-    Raises InputError: not one rest angle per joint.
+    Raises InputError: the numbers of rest angles and joints differ.
     """
     if len(coordinates) != len(rest_rad):
         raise InputError(f"{len(rest_rad)} rest angles for {len(coordinates)} joints")
@@ -272,7 +273,8 @@ def robot_terms(
     skeleton: Skeleton,
     kinds: Sequence[TermKind] = ("viscosity", "friction", "inertia", "offset"),
 ) -> tuple[JointTerm, ...]:
-    """The same terms on every hinge of a robot: viscous, Coulomb, motor's inertia, offset."""
+    """Terms of the same kinds on every hinge of a robot: viscous, Coulomb, motor's inertia,
+    offset."""
     hinges = [c for c in skeleton.coordinates if c not in skeleton.root_coordinates]
     return tuple(JointTerm(kind, c) for c in hinges for kind in kinds)
 
@@ -285,10 +287,9 @@ def term_columns(
     sample_rate_hz: float,
     cutoff_hz: float | None,
 ) -> FloatArray:
-    """Values (S, t) of the columns, each through the same zero-phase filter once.
+    """Values (S, t) of the columns, each passed once through the same zero-phase filter.
 
-    `raw` (S, n): coordinates as recorded: a function of them that is not linear is filtered
-    afterwards.
+    `raw` (S, n): coordinates as recorded; nonlinear functions of them are filtered afterwards.
     `motion` three (S, n): coordinates after the filter, and their derivatives.
     """
     q, qd, qdd = motion

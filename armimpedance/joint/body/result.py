@@ -1,4 +1,4 @@
-"""What an identification of a body says."""
+"""Result of an identification of a body."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from armimpedance.show.files import FittedResult
 if TYPE_CHECKING:
     import pandas as pd
 
-#: What the base parameters are: sums that are named after one of their terms, further columns.
+#: Meanings of the base parameters (sums named after their leading term) and of joint terms.
 _BASE_PARAMETERS: Final = {
     **{
         f"{name}_{{}}": Meaning(f"base parameter of {{}}: {means.words}", means.unit)
@@ -44,51 +44,49 @@ _BASE_PARAMETERS: Final = {
         for name, means in TERMS.values()
     },
 }
-#: Lines and parameters that a short text shows.
+#: Largest number of lines and parameters in a short text.
 _MOST_LINES: Final = 10
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class BodyFit(FittedResult, FrozenRecord):
-    """Identified base parameters, and how far to trust them.
+    """Identified base parameters, with the tests of the model.
 
     Attributes
     ----------
     method : {"weighted", "consistent", "ls", "prior"}
     base : BaseParameters
-        Names, units, texts and the map from all parameters.
+        Names, units, texts and the mapping from all parameters.
     parameters : Parameters
-        Base values and their covariances, b of them. Intervals are made of the robust covariance,
-        clustered by blocks of time; the plain one is of independent residuals. With a prior both
-        are of data and prior together.
+        The b base values and their covariances. Intervals use the robust covariance, clustered by
+        blocks of time; the plain one is for independent residuals. With a prior both come from
+        data and prior together.
     phi : (p,) or None
         All parameters, ten per segment and the joint terms; None for least squares, which cannot
-        tell them apart.
+        separate them.
     phi_sd : (p,) or None
         Standard errors of phi, with a prior only.
     least : Fit
-        The least squares of the motions that were fitted, rows as weighted: its condition, rows and
-        R^2.
+        Least-squares fit of the fitted motions with weighted rows: its condition, rows and R^2.
     vaf : float
-        Variance accounted for of the weighted rows that were fitted, about each row's mean in each
-        motion.
+        Variance accounted for in the weighted, fitted rows, about each row's mean in each motion.
     recording : MotionRecording
-        The joint motion that all of this rests on.
+        The joint motion that was fitted.
     rows : RowChoice
-        Which rows and columns of it, and the filter.
+        Its rows and columns, and the filter.
     choice : MotionChoice
-        Which motions were fitted, and the conditions on the way.
+        The fitted motions, and the conditions during the choice.
     fitted, held_out : BodyValidation
         Direct and cross-validation; `held_out` is None if all motions were fitted.
     inflation : float
         Median ratio of robust to classical variance.
     noise : NoiseShift or None
-        What noise of the coordinates had done to the values, which was taken off them.
+        Bias of the values from noise of the coordinates, which was removed.
     notes : tuple of str
-        What a reader must know of the recording.
+        Notes on the recording for a reader of the result.
     warnings : tuple of str
     checks : tuple of Finding
-        What the method assumes, held against the data.
+        Tests of the method's assumptions.
 
     Examples
     --------
@@ -121,13 +119,13 @@ class BodyFit(FittedResult, FrozenRecord):
 
     @property
     def relative_sd_percent(self) -> FloatArray:
-        """``100 sd / |value|`` (b,) of the robust standard errors; inf at zero."""
+        """Relative robust standard errors ``100 sd / |value|`` (b,); inf at zero."""
         size, sd = np.abs(self.parameters.values), self.parameters.sd
         return np.where(size > 0, 100 * sd / np.where(size > 0, size, 1.0), np.inf)
 
     @property
     def well_identified(self) -> BoolArray:
-        """Whether twice the relative robust standard error stays below 10 %, (b,)."""
+        """Mask (b,): True if twice the relative robust standard error is below 10 %."""
         return np.asarray(2 * self.relative_sd_percent < 10)
 
     @property
@@ -148,7 +146,7 @@ class BodyFit(FittedResult, FrozenRecord):
 
     @property
     def predicting_phi(self) -> FloatArray:
-        """Parameters (p,) that predict: `phi`, or any that the base parameters allow."""
+        """Parameters (p,) for predictions: `phi`, or any that agree with the base parameters."""
         return self.base.lift(self.parameters.values) if self.phi is None else self.phi
 
     @property
@@ -158,7 +156,7 @@ class BodyFit(FittedResult, FrozenRecord):
         Raises
         ------
         InputError
-            The method does not tell the segments' own parameters apart.
+            The method does not separate the segments' own parameters.
         """
         if self.phi is None:
             raise InputError(
@@ -168,11 +166,11 @@ class BodyFit(FittedResult, FrozenRecord):
         return with_inertial_parameters(self.recording.skeleton, self.phi)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a base parameter: value, standard error, 95 % limits, unit, expression."""
+        """One row per base parameter: value, standard error, 95 % limits, unit, expression."""
         return self.parameters.to_frame().assign(expression=list(self.base.expressions))
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds: summary, expressions, motions, validation, segments."""
+        """Content of FIT.json: summary, expressions, motions, validation, segments."""
         names = self.base.names
         content = {
             **self.summary.to_dict(),
@@ -192,47 +190,47 @@ class BodyFit(FittedResult, FrozenRecord):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """What a person reads first, a line each."""
+        """The most important results, as lines of text."""
         conditions = " -> ".join(f"{c:.3g}" for c in self.choice.conditions)
-        said = [
+        sentences = [
             f"{self.base.rank} base parameters, {METHODS[self.method].label.replace('_', ' ')}, "
             f"{int(self.well_identified.sum())} of them within 10 %",
             f"fitted: {_named(self.choice.motions)} (scaled condition {conditions})",
             f"fitted motions: {_residuals(self.fitted)}",
         ]
         if self.held_out is not None:
-            said.append(f"held-out motions: {_residuals(self.held_out)}")
-            said += [f"  {line}" for line in _by_motion(self.held_out)]
+            sentences.append(f"held-out motions: {_residuals(self.held_out)}")
+            sentences += [f"  {line}" for line in _by_motion(self.held_out)]
         if self.noise is not None:
             moved = int((np.abs(self.noise.shift) > self.parameters.sd).sum())
-            said.append(
+            sentences.append(
                 f"noise of the angles, {1e3 * self.noise.level:.2g} mrad: its bias was taken off, "
                 f"more than a standard error for {moved} parameters"
             )
         if self.inflation > 2:
-            said.append(
+            sentences.append(
                 "residuals are correlated: robust standard errors are "
                 f"{np.sqrt(self.inflation):.1f} times the classical ones"
             )
-        return tuple(said + [f"warning: {w}" for w in self.warnings])
+        return tuple(sentences + [f"warning: {w}" for w in self.warnings])
 
     def __repr__(self) -> str:
         short = [line for line in self.lines if not line.startswith("  ")]
-        left = len(short) - _MOST_LINES
-        more = [f"... and {left} more lines"] if left > 0 else []
+        number = len(short) - _MOST_LINES
+        more = [f"... and {number} more lines"] if number > 0 else []
         return "\n".join([*short[:_MOST_LINES], *more])
 
     def _repr_html_(self) -> str:
-        told = [line for line in self.lines if not line.startswith("warning: ")]
+        items = [line for line in self.lines if not line.startswith("warning: ")]
         order = np.argsort(self.relative_sd_percent)[:_MOST_LINES]
         best = replace(self.summary, parameters=tuple(self.parameters[int(i)] for i in order))
         return (
-            f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in told)}</ul>{best._repr_html_()}"
+            f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in items)}</ul>{best._repr_html_()}"
         )
 
 
 def _named(motions: Sequence[str]) -> str:
-    """The motions, each once with the number of its trials where there are several."""
+    """Names of the motions, each once, with the number of its trials if there are several."""
     counts = Counter(motions).items()
     return ", ".join(name if n == 1 else f"{name} ({n} trials)" for name, n in counts)
 

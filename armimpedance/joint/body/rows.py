@@ -1,8 +1,8 @@
 """Rows of the identification model, ``w = Y phi + terms``, and the wrench of force plates.
 
-Everything goes through one zero-phase filter once: the coordinates before they are differentiated,
-the wrenches in the world's frame (where a weight at rest is a constant) before they are moved to
-the root, the torques, and the joint terms that are not linear.
+All signals pass the same zero-phase filter once: the coordinates before they are differentiated,
+the wrenches in the world's frame (where a weight at rest is constant) before they are moved to
+the root, the torques, and the nonlinear joint terms.
 """
 
 from __future__ import annotations
@@ -34,20 +34,21 @@ from armimpedance.joint.body.regressor import (
 from armimpedance.limb.arm import skeleton_model
 from armimpedance.numerics.signals import lowpass, smoothed_derivatives
 
-# What force plates do to a skeleton: as a wrench on its root, and as torques at its joints.
+# Forces of force plates on a skeleton: a wrench on its root, and torques at its joints.
 #
 # Wrenches are by each plate on the body, in the world's frame, about the plate's origin. Moved to
-# the root they add up, whoever stands on which plate: ``sum_k K_k^T F_k``. A joint feels only the
-# plates beyond it, so that its row has to be told which segment stands on which plate.
+# the root they add up, whichever segment stands on which plate: ``sum_k K_k^T F_k``. On a joint act
+# only the plates beyond it, so its row needs to know which segment stands on which plate.
 
-#: A plate that bears less than this is not stood upon, N.
+#: A plate with a smaller load has nobody on it, N.
 LEAST_LOAD_N: Final = 20.0
-#: The next segment must be this much farther from the centre of pressure.
+#: The second nearest segment must be farther from the centre of pressure by this factor.
 _CLEARLY: Final = 1.5
 
 
 def about_world_origin(wrenches: FloatArray, plate_origins_m: FloatArray) -> FloatArray:
-    """Wrenches (S, K, 6) with the moments about the world's origin instead of the plates'."""
+    """Wrenches (S, K, 6) with the moments about the world's origin instead of the plates'
+    origins."""
     moved = np.array(wrenches)
     moved[..., 3:] += np.cross(plate_origins_m, wrenches[..., :3])
     return moved
@@ -56,7 +57,7 @@ def about_world_origin(wrenches: FloatArray, plate_origins_m: FloatArray) -> Flo
 def wrench_on_root(world: FloatArray, q: FloatArray) -> FloatArray:
     """Wrench (S, 6) about the root's origin in the root's frame, from wrenches (S, K, 6).
 
-    ``sum_k K_k^T F_k``: the transpose of the motion's transformation carries wrenches.
+    ``sum_k K_k^T F_k``: wrenches transform by the transpose of the motion's transformation.
     """
     total = world.sum(axis=1)
     moment = total[:, 3:] - np.cross(q[:, :3], total[:, :3])
@@ -70,7 +71,7 @@ def contact_torques(
 ) -> FloatArray:
     """Generalised forces ``sum_k J_k^T F_k`` (S, n) of wrenches (S, K, 6) about the world's origin.
 
-    `standing`: the segment that stands on each plate.
+    `standing`: name of the segment on each plate.
     """
     data, result = model.createData(), np.zeros(q.shape)
     felt = np.array([_carriers(skeleton, name) for name in standing], dtype=float)
@@ -82,7 +83,7 @@ def contact_torques(
 
 
 def _carriers(skeleton: Skeleton, segment: str) -> list[bool]:
-    """Which coordinates (n,) move this segment."""
+    """Mask of the coordinates (n,) that move this segment."""
     above: set[str] = set()
     name: str | None = segment
     while name is not None:
@@ -95,11 +96,11 @@ def _carriers(skeleton: Skeleton, segment: str) -> list[bool]:
 def standing_segments(
     recording: MotionRecording, model: Any, samples: slice, world: FloatArray
 ) -> tuple[str, ...]:
-    """The segment at the end of a limb that is nearest to each plate's centre of pressure.
+    """For each plate, the limb's end segment nearest to its centre of pressure.
 
-    Judged over the samples of a trial in which the plate bears a load.
+    Only samples of a trial with a load on the plate are used.
 
-    Raises InputError: two segments are about equally near: it has to be told.
+    Raises InputError: two segments are about equally near, so the segments must be stated.
     """
     skeleton = recording.skeleton
     parents = {s.parent for s in skeleton.segments}
@@ -137,29 +138,29 @@ def _segment_origins(model: Any, q: FloatArray, joints: IntArray) -> FloatArray:
     return places
 
 
-#: No joint rests further from zero, rad; degrees do.
+#: Largest rest angle of a joint, rad; angles in degrees exceed it.
 _LARGEST_REST: Final = 6.3
 
 
 @dataclass(frozen=True)
 class RowChoice:
-    """Which rows and columns, and how the signals are smoothed.
+    """Choice of rows and columns, and the filter of the signals.
 
     Attributes
     ----------
     rows : {"base", "all"}
-        The root's wrench, or every coordinate (needs measured torque, and a fixed root has no
-        other rows).
+        The root's wrench, or every coordinate (requires measured torque; the only choice for a
+        fixed root).
     cutoff_hz : float or None
         Cut-off of the zero-phase low-pass; None for exact data.
     trim_s : float or None
-        Left out at both ends of a trial, where the filter and the spline see one side only. None:
-        one period of the cut-off, nothing without a filter.
+        Length left out at both ends of a trial, where filter and spline are one-sided. None: one
+        period of the cut-off, nothing without a filter.
     terms : tuple of JointTerm
     passive_joints : tuple of str
-        Hinges without motor or muscle, whose rows join the root's: their torque is zero.
+        Hinges without motor or active muscle; their rows, of zero torque, are added to the root's.
     standing : tuple of str or None
-        The segment on each plate, for rows of joints; None: from the centre of pressure.
+        Segment on each plate, for rows of joints; None: from the centre of pressure.
     """
 
     rows: Literal["base", "all"] = "base"
@@ -185,16 +186,16 @@ class RowChoice:
         terms: Sequence[TermKind] = (),
         passive_joints: Mapping[str, float] | None = None,
     ) -> RowChoice:
-        """Rows and columns for a skeleton, by default those of a body or of a robot.
+        """Choose rows and columns for a skeleton, by default those of a body or of a robot.
 
         Parameters
         ----------
         skeleton : Skeleton
         rows : {"base", "all"}, optional
-            Default: the root's wrench of a floating root, all rows of a fixed one.
+            Default: the root's wrench for a floating root, all rows for a fixed one.
         cutoff_hz : float or None
         terms : sequence of {"viscosity", "friction", "inertia", "offset"}
-            What every hinge of a robot adds.
+            Terms of every hinge of a robot.
         passive_joints : mapping of names to rad, optional
             Relaxed hinges and their rest angles; k, h and f of each are columns.
 
@@ -205,7 +206,7 @@ class RowChoice:
         Raises
         ------
         InputError
-            No such joint or term, a rest angle in degrees, or terms whose rows are not used.
+            An unknown joint or term, a rest angle in degrees, or terms whose rows are not used.
         """
         joints = dict(passive_joints or {})
         hinges = skeleton.coordinates[len(skeleton.root_coordinates) :]
@@ -230,12 +231,12 @@ class RowChoice:
         return cls(chosen, cutoff_hz, terms=columns, passive_joints=tuple(joints))
 
     def indices(self, skeleton: Skeleton) -> IntArray:
-        """The coordinates whose rows are used.
+        """Indices of the coordinates whose rows are used.
 
         Raises
         ------
         InputError
-            A term on a row that is not used, or rows of a root that is fixed.
+            A term on a row that is not used, or rows of a fixed root.
         """
         everything = np.arange(len(skeleton.coordinates))
         joints = [skeleton.coordinate(name) for name in self.passive_joints]
@@ -252,12 +253,12 @@ class RowChoice:
         return everything
 
     def kept(self, samples: int, rate_hz: float) -> slice:
-        """The samples of a trial that are not left out at its ends.
+        """Samples of a trial that are not left out at its ends.
 
         Raises
         ------
         InputError
-            None are left.
+            No samples remain.
         """
         trim_s = self.trim_s
         if trim_s is None:
@@ -270,20 +271,20 @@ class RowChoice:
         return slice(cut, samples - cut)
 
     def row_names(self, skeleton: Skeleton) -> tuple[str, ...]:
-        """``fx ... mz`` for the root's wrench, then the coordinates' names."""
+        """Names of the rows: ``fx ... mz`` for the root's wrench, then the coordinates' names."""
         names = [skeleton.coordinates[j] for j in self.indices(skeleton)]
         return tuple(ROOT_ROWS + tuple(names[6:]) if skeleton.floating else names)
 
     def row_units(self, skeleton: Skeleton) -> tuple[str, ...]:
-        """N or N m."""
+        """Units of the rows, N or N m."""
         return tuple("N" if n in ROOT_ROWS[:3] else "N m" for n in self.row_names(skeleton))
 
     def column_names(self, skeleton: Skeleton) -> tuple[str, ...]:
-        """Inertial parameters, then the joint terms."""
+        """Names of the columns: inertial parameters, then the joint terms."""
         return parameter_names(skeleton) + tuple(t.name for t in self.terms)
 
     def column_units(self, skeleton: Skeleton) -> tuple[str, ...]:
-        """SI."""
+        """SI units of the columns."""
         return parameter_units(skeleton) + tuple(t.unit for t in self.terms)
 
 
@@ -300,7 +301,7 @@ class TrialRows:
 
 
 def each_trial(recording: MotionRecording, choice: RowChoice) -> Iterator[TrialRows]:
-    """The rows of trial after trial; only one is held at a time.
+    """Yield the rows of one trial after another; only one trial is in memory at a time.
 
     Parameters
     ----------
@@ -314,8 +315,8 @@ def each_trial(recording: MotionRecording, choice: RowChoice) -> Iterator[TrialR
     Raises
     ------
     InputError
-        Plates or torque are missing, a trial is too short, the cut-off is out of range, or it is
-        not clear which segment stands on a plate.
+        Plates or torque are missing, a trial is too short, the cut-off is out of range, or the
+        segment on a plate is not clear.
     """
     check_measured(recording, choice)
     model = skeleton_model(recording.skeleton)
@@ -328,7 +329,7 @@ def each_trial(recording: MotionRecording, choice: RowChoice) -> Iterator[TrialR
 
 
 def check_measured(recording: MotionRecording, choice: RowChoice) -> None:
-    """Raise InputError if what the rows need was not measured."""
+    """Refuse a recording without the measurements that the rows need."""
     skeleton = recording.skeleton
     if skeleton.floating and recording.wrenches is None and recording.torque is None:
         raise InputError(
@@ -364,22 +365,23 @@ def _trial(
 def _left_side(
     recording: MotionRecording, choice: RowChoice, model: Any, samples: slice, q: FloatArray
 ) -> FloatArray:
-    """w (S, R): torques of motors and muscles, and what the plates do to root and joints."""
+    """Left side w (S, R): torques of motors and muscles, and the plates' forces on root and
+    joints."""
     skeleton, rows = recording.skeleton, choice.indices(recording.skeleton)
-    rate, left = recording.sample_rate_hz, np.zeros(q.shape)
+    rate, torque = recording.sample_rate_hz, np.zeros(q.shape)
     if recording.torque is not None:
-        left += lowpass(recording.torque[samples], choice.cutoff_hz, rate, axis=0)
-        left[:, [skeleton.coordinate(name) for name in choice.passive_joints]] = 0.0
+        torque += lowpass(recording.torque[samples], choice.cutoff_hz, rate, axis=0)
+        torque[:, [skeleton.coordinate(name) for name in choice.passive_joints]] = 0.0
         if skeleton.floating:
-            left[:, :6] = root_wrench(left[:, :6], q)
+            torque[:, :6] = root_wrench(torque[:, :6], q)
     if recording.wrenches is not None and recording.plate_origins_m is not None:
         world = about_world_origin(recording.wrenches[samples], recording.plate_origins_m)
         smooth = lowpass(world, choice.cutoff_hz, rate, axis=0)
         if skeleton.floating:
-            left[:, :6] += wrench_on_root(smooth, q)
+            torque[:, :6] += wrench_on_root(smooth, q)
         joints = rows[rows >= len(skeleton.root_coordinates)]
         if len(joints):
             standing = choice.standing or standing_segments(recording, model, samples, world)
             felt = contact_torques(model, skeleton, smooth, q, standing)
-            left[:, joints] += felt[:, joints]
-    return left[:, rows]
+            torque[:, joints] += felt[:, joints]
+    return torque[:, rows]

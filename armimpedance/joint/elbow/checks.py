@@ -1,4 +1,4 @@
-"""Can these samples be used? Refusals before a fit, and signal to noise of the channels."""
+"""Refuse samples that no method can use, and estimate the channels' signal to noise."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from armimpedance.joint.elbow.elbow_result import ChannelSnr
 from armimpedance.joint.elbow.samples import JointSamples
 
 SHORTEST_S: Final = 2.0
-#: A value at the extreme for longer than this is clipped (s).
+#: A channel that stays at its extreme for longer than this is clipped (s) ...
 CLIPPED_S: Final = 0.01
-#: ... if it is also that many times as frequent as its neighbour: a smooth peak of a quantised
-#: signal stays at its top level some 2.4 times as long as at the one below.
+#: ... if this value is also so many times as frequent as the next one. A smooth peak of a quantised
+#: signal stays at its top level about 2.4 times as long as at the level below.
 HEAPED: Final = 8.0
-#: A value that does not change for longer than this belongs to a stuck sensor (s).
+#: A sensor whose value does not change for longer than this is stuck (s).
 STUCK_S: Final = 0.5
-#: No joint moves about its operating point by more than this (rad, rms): a value in degrees does.
+#: Largest motion of a joint about its operating point (rad, rms); angles in degrees exceed it.
 LARGEST_RMS_RAD: Final = 1.0
-#: The signal to noise of a record of some seconds is read off to about this (dB).
+#: Uncertainty of the signal to noise of a record of a few seconds (dB).
 SNR_SLACK_DB: Final = 0.5
 
 
 def check_samples(samples: JointSamples) -> None:
-    """Refuse what no method can use.
+    """Refuse samples that no method can use.
 
     Raises InputError: a trial that is too short, a constant channel, a stuck or a clipped sensor,
     angles that cannot be radians.
@@ -89,7 +89,7 @@ def _check_channel(values: FloatArray, rate: float, where: str) -> None:
         raise InputError(f"{where} is {low:g} throughout: {hint}", expected="a varying channel")
     for extreme in (low, high):
         at = values == extreme
-        # Cheap first: a continuous signal meets its extreme once.
+        # The cheap test first: a continuous signal reaches its extreme only once.
         if at.sum() <= CLIPPED_S * rate or longest_run(at) <= CLIPPED_S * rate:
             continue
         if at.sum() > HEAPED * _neighbours(values, extreme):
@@ -113,7 +113,7 @@ def longest_run(equal: np.ndarray) -> int:
 
 
 def _neighbours(values: FloatArray, extreme: float) -> int:
-    """How many samples have the value next to the extreme."""
+    """Number of samples that have the value next to the extreme."""
     others = values[values != extreme]
     nearest = others[np.abs(others - extreme).argmin()]
     return int((values == nearest).sum())
@@ -121,16 +121,15 @@ def _neighbours(values: FloatArray, extreme: float) -> int:
 
 # Signal to noise of the raw channels, from the channels alone.
 #
-# Sensors' noise is white, the motion of a limb is not: what is left high up in the spectrum is
-# taken as a floor that reaches down to zero frequency. An anti-alias filter in the amplifier lowers
-# the floor that is seen there, and noise that is not white is not seen at all: the figure is then
-# too good.
+# Sensor noise is white, the motion of a limb is not: the level at high frequencies is taken as a
+# noise floor at all frequencies. The signal to noise is too high if an anti-alias filter in the
+# amplifier lowers the floor at high frequencies, or if the noise is not white.
 
-#: The floor is read between these parts of the Nyquist frequency, in two halves.
+#: Edges of the two bands in which the floor is measured, as shares of the Nyquist frequency.
 FLOOR_BAND: Final = (0.5, 0.7, 0.9)
-#: Above this the spectrum's top is rounding or leakage, not a sensor.
+#: Above this signal to noise the floor is rounding or leakage, not sensor noise.
 HIGHEST_DB: Final = 110.0
-#: A spectrum that still falls by this factor from one half to the other shows no floor.
+#: A spectrum that falls by more than this factor between the two bands has no visible floor.
 STILL_FALLING: Final = 2.0
 SEGMENT_S: Final = 1.0
 
@@ -142,7 +141,7 @@ class ChannelSpectrum(FrozenRecord):
     `frequency_hz` (f,).
     `density` (f,): one-sided, unit^2/Hz.
     `variance`: variance of the channel about each trial's mean.
-    `floor`: density of the white floor; None where none is seen.
+    `floor`: density of the white noise floor; None if no floor is visible.
     """
 
     frequency_hz: Annotated[FloatArray, "f"]
@@ -158,7 +157,7 @@ class ChannelSpectrum(FrozenRecord):
 
     @property
     def snr_db(self) -> float | None:
-        """dB of power, signal over noise; None without a floor, -inf where all is noise."""
+        """Signal to noise, dB of power; None without a floor, -inf if all is noise."""
         noise = self.noise_variance
         if noise is None:
             return None
@@ -180,9 +179,9 @@ class Spectra:
 
 
 def spectra_of(samples: JointSamples) -> Spectra:
-    """Spectra of torque and angle with their floors.
+    """Spectra of torque and angle with their noise floors.
 
-    `samples`: as recorded; filtered samples show no floor.
+    `samples`: as recorded; filtered samples have no visible floor.
     """
     channels = (samples.torque, samples.angle)
     return Spectra(*(channel_spectrum(samples, channel) for channel in channels))
@@ -210,7 +209,7 @@ def channel_spectrum(samples: JointSamples, channel: FloatArray) -> ChannelSpect
 
 
 def _without_line(segments: FloatArray) -> FloatArray:
-    """Each segment (n, S) without its mean and slope."""
+    """Return each segment (n, S) without its mean and slope."""
     t = np.arange(segments.shape[1]) - (segments.shape[1] - 1) / 2
     centred = segments - segments.mean(axis=1, keepdims=True)
     # slope (n,) = centred (n, S) t (S,) / |t|^2
@@ -218,7 +217,7 @@ def _without_line(segments: FloatArray) -> FloatArray:
 
 
 def _floor(frequency: FloatArray, density: FloatArray, variance: float) -> float | None:
-    """Mean density high up, lines such as hum left out; None where it is none."""
+    """Mean density at high frequencies, lines such as hum left out; None if no floor is visible."""
     nyquist = frequency[-1]
     levels = []
     for low, high in zip(FLOOR_BAND[:-1], FLOOR_BAND[1:], strict=True):

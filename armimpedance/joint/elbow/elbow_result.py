@@ -1,4 +1,4 @@
-"""What a fit of one joint says: I, B and K at an operating point or over time."""
+"""Results of a fit of one joint: I, B and K at an operating point, or over time."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ LIMB: Final = {
 }
 NAMES: Final = tuple(LIMB)
 UNITS: Final = tuple(means.unit for means in LIMB.values())
-#: Warnings that a short text shows.
+#: Largest number of warnings in a short text.
 _MOST_WARNINGS: Final = 5
 
 
 @dataclass(frozen=True)
 class ChannelSnr:
-    """Signal to noise of the raw channels, dB of power over the whole band; None: not known."""
+    """Signal to noise of the raw channels, dB of power over the whole band; None if not known."""
 
     torque_db: float | None
     angle_db: float | None
@@ -49,10 +49,10 @@ class ChannelSnr:
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Are the residuals white? What a model left behind shows here, and what a filter put in.
+    """Test of the residuals for whiteness; a misfit or a filter makes them correlated.
 
-    `statistic`, `p`: statistic of Ljung and Box over `lags` lags, and the probability of one as
-    large from white residuals.
+    `statistic`, `p`: statistic of Ljung and Box over `lags` lags, and the probability that white
+    residuals give one as large.
     `largest_correlation`: the largest autocorrelation at any lag but zero.
     """
 
@@ -79,26 +79,26 @@ class ElbowFit(FittedResult, FrozenRecord):
     n : int
         Rows of the regression.
     cond_raw, cond_scaled : float
-        Condition of its columns as they are, and scaled to unit length.
+        Condition number of its columns as they are, and scaled to unit length.
     rank : int
     r2 : float
-        Part of the angle's power in the band that the torque explains by I, B and K.
+        Share of the angle's power in the band that the torque explains by I, B and K.
     snr : ChannelSnr
     whiteness : Whiteness
     joint : int
         Axis of the recording, counted from 1.
     preparation : tuple of str
-        Filter, decimation and band: what was chosen, and why, one sentence each.
+        Filter, decimation and band: the choice and its reason, one sentence each.
     warnings : tuple of str
     details : mapping
-        What a method adds: its discrete model, the orders that were compared.
+        Further results of a method: its discrete model, the orders that were compared.
     parts : mapping str -> ElbowFit
-        The same of single conditions or trials, where they were fitted too.
+        Fits of single conditions or trials, where these were made.
     checks : tuple of Finding
-        Every assumption of the model that was held against the record.
+        Every assumption of the model that was tested on the record.
     allowing : Parameters or None
-        I, B, K were there a late answer or a skew that the record is too weak to exclude. Where one
-        is seen, they are `parameters`.
+        I, B, K if there were a reflex or a skew that the record is too weak to exclude. If one is
+        detected, they are `parameters`.
 
     Examples
     --------
@@ -135,7 +135,7 @@ class ElbowFit(FittedResult, FrozenRecord):
             raise RecordError("the parameters of a joint", expected=", ".join(NAMES))
 
     def __getitem__(self, name: str) -> NamedParameter:
-        """I, B or K with the joint that it is of.
+        """I, B or K, with the number of its joint.
 
         Raises InputError: there is no parameter of this name.
         """
@@ -158,7 +158,7 @@ class ElbowFit(FittedResult, FrozenRecord):
 
     @property
     def summary(self) -> FitSummary:
-        """What FIT.json holds of every fit."""
+        """Fields that FIT.json has for every fit."""
         return FitSummary(
             method=self.method,
             n=self.n,
@@ -173,7 +173,7 @@ class ElbowFit(FittedResult, FrozenRecord):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds: the contract's fields, how the fit was made, and its parts."""
+        """Fields of FIT.json: those of every fit, how the fit was made, and its parts."""
         return {
             **self.summary.to_dict(),
             "covariance": self.parameters.covariance,
@@ -200,22 +200,22 @@ class ElbowFit(FittedResult, FrozenRecord):
 
 
 def short_text(head: str, lines: list[str], warnings: tuple[str, ...]) -> str:
-    """A text of a few lines: the numbers, then the first warnings."""
-    told = [f"warning: {warning}" for warning in warnings[:_MOST_WARNINGS]]
-    left = len(warnings) - len(told)
-    return "\n".join([head, *lines, *told, *([f"... and {left} more warnings"] if left else [])])
+    """Text of a few lines: the numbers, then the first warnings."""
+    shown = [f"warning: {warning}" for warning in warnings[:_MOST_WARNINGS]]
+    more = len(warnings) - len(shown)
+    return "\n".join([head, *lines, *shown, *([f"... and {more} more warnings"] if more else [])])
 
 
 def plain(value: Any) -> Any:
-    """Records as mappings, for JSON."""
+    """Return records as mappings, for JSON."""
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     return [plain(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
-# What an analysis of one joint over time says: I constant, B and K with their bands.
+# Result of an analysis of one joint over time: I constant, B and K with their bands.
 
-#: What the columns of COURSE.csv are; ``time_s`` may be a variable of another name.
+#: Columns of COURSE.csv; a variable of another name may take the place of ``time_s``.
 COURSE: Final = {
     **LIMB,
     "G": Meaning("gain of the reflex pathway", "N m s/rad"),
@@ -235,14 +235,14 @@ COURSE: Final = {
 
 @dataclass(frozen=True, eq=False)
 class ReflexCourse(FrozenRecord):
-    """The reflex pathway: its gain's course, and what is constant.
+    """The reflex pathway: its gain over time, and its constants.
 
-    The gain stands behind the low-pass: torque ``G(t) LP[v(t - delay)]``, v the velocity or one
+    The gain comes after the low-pass: torque ``G(t) LP[v(t - delay)]``, v the velocity or one
     side of it.
 
     `G`, `sd_G` (L,): N m s/rad.
     `cutoff_hz`, `sd_cutoff_hz`: of a low-pass whose poles are all alike.
-    `side`: which velocities are answered.
+    `side`: velocities that the reflex responds to.
     """
 
     G: Annotated[FloatArray, "l"]
@@ -255,7 +255,7 @@ class ReflexCourse(FrozenRecord):
     side: str
 
     def constants(self) -> dict[str, Any]:
-        """All but the course."""
+        """All fields except those over time."""
         return {
             **{"delay_s": self.delay_s, "sd_delay_s": self.sd_delay_s},
             **{"cutoff_hz": self.cutoff_hz, "sd_cutoff_hz": self.sd_cutoff_hz},
@@ -281,21 +281,21 @@ class VaryingImpedance(WrittenResult, FrozenRecord):
     sd_B, sd_K : (L,)
         Standard errors; the band is pointwise.
     parameters : Parameters
-        What is constant: I. Its degrees of freedom serve the bands too.
+        The constant parameter I. Its degrees of freedom serve the bands too.
     snr : ChannelSnr
     joint : int
         Axis of the recording, counted from 1.
     preparation, warnings : tuple of str
     details : mapping
-        What a method adds: noise level chosen, knots, coefficients of a law.
+        Further results of a method: noise level chosen, knots, coefficients of a law.
     notes : tuple of str
-        How the EMG amplitudes were made, where there are any.
+        Processing of the EMG amplitudes, if there are any.
     checks : tuple of Finding
-        What was held against the data: the subject's own torque, the electrodes.
+        Assumptions that were tested: the subject's own torque, the electrodes.
     reflex : ReflexCourse or None
-        The reflex pathway, where one was looked for and seen.
+        The reflex pathway, if one was searched for and detected.
     over : str
-        What `time_s` holds: "time_s", or the variable of which B and K are functions.
+        Name of what `time_s` holds: "time_s", or the variable of which B and K are functions.
 
     Examples
     --------
@@ -344,8 +344,8 @@ class VaryingImpedance(WrittenResult, FrozenRecord):
 
     def band(self, name: str, level: float = 0.95) -> FloatArray:
         """Pointwise limits of B or K, or of the reflex's gain G, (L, 2)."""
-        held: Any = self.reflex if name == "G" else self
-        return t_interval(getattr(held, name), getattr(held, f"sd_{name}"), self.dof, level)
+        source: Any = self.reflex if name == "G" else self
+        return t_interval(getattr(source, name), getattr(source, f"sd_{name}"), self.dof, level)
 
     @property
     def dof(self) -> float:
@@ -353,7 +353,7 @@ class VaryingImpedance(WrittenResult, FrozenRecord):
         return self.parameters.dof
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a point: time, B and K with 95 % limits and standard errors, I, trial."""
+        """One row per point: time, B and K with 95 % limits and standard errors, I, trial."""
         import pandas as pd
 
         low, high = self.inertia.ci95
@@ -381,7 +381,7 @@ class VaryingImpedance(WrittenResult, FrozenRecord):
 
     @property
     def content(self) -> Content:
-        """One row a point, its numbers to ten digits."""
+        """Content of COURSE.csv: one row per point, numbers to ten digits."""
         table = self.to_frame()
         rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
         columns = list(table.columns)
@@ -402,7 +402,7 @@ class VaryingImpedance(WrittenResult, FrozenRecord):
             "method": self.method,
             "parameters": self.parameters.to_dict(),
             "warnings": list(self.warnings),
-            "checks": [one.to_dict() for one in self.checks],
+            "checks": [check.to_dict() for check in self.checks],
             "course": course.to_dict("list"),
         }
 

@@ -1,4 +1,4 @@
-"""The compliance of a joint over frequency, without any model: what a fit is held against."""
+"""Compliance of a joint over frequency, without a model: fits are compared with it."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class FrequencyResponse(FrozenRecord):
 def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> FrequencyResponse:
     """Averaged cross-spectra of half-overlapping Hann segments of all trials.
 
-    ``H = S_r,theta / S_r,tau``; the reference r is the device's perturbation or command where the
-    recording has it (no voluntary torque is in it), the angle where that is told to be imposed,
-    else the torque itself. Frequencies at which the reference holds nothing are left out.
+    ``H = S_r,theta / S_r,tau``. The reference r is the device's perturbation or command if the
+    recording has it (it is free of voluntary torque), the angle if that is stated to be imposed,
+    else the torque itself. Frequencies at which the reference has no power are left out.
 
     `samples`: torque and angle as recorded.
     `segment_s`: length of a segment, s.
     Returns: the compliance, rad/N m, and the coherence at each frequency, Hz.
-    Raises InputError: no trial holds a segment.
+    Raises InputError: every trial is shorter than a segment.
     """
     length = round(segment_s * samples.sample_rate_hz)
     reference = _reference(samples)
@@ -61,7 +61,7 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
     cross = (r.conj() * tau).mean(axis=0)
     both = (tau.conj() * theta).mean(axis=0)
     total = (np.abs(tau) ** 2).mean(axis=0) * (np.abs(theta) ** 2).mean(axis=0)
-    # six decades below its peak a low-passed perturbation is rounding, or the converter's
+    # six decades below its peak, a low-passed perturbation is only rounding or converter noise
     seen = (power > 1e-6 * power.max()) & (np.arange(len(power)) > 0) & (total > 0)
     return FrequencyResponse(
         frequency_hz=np.flatnonzero(seen) / segment_s,
@@ -84,18 +84,18 @@ def model_compliance(frequency_hz: FloatArray, parameters: FloatArray) -> np.nda
 
 
 def _reference(samples: JointSamples) -> FloatArray:
-    """What holds nothing of the subject's own torque: recorded, told, or else the torque."""
-    told = {
+    """Reference signal: stated or recorded as free of the subject's torque, else the torque."""
+    signals = {
         "perturbation": samples.perturbation,
         "command": samples.command,
         "angle": samples.angle,
     }
-    signal = told.get(source_of(samples) or "torque")
+    signal = signals.get(source_of(samples) or "torque")
     return samples.torque if signal is None else signal
 
 
 def _segments(samples: JointSamples, length: int) -> np.ndarray:
-    """Sample numbers (n, length) of half-overlapping segments, none across trials."""
+    """Sample numbers (n, length) of half-overlapping segments that lie within one trial."""
     starts = [
         np.arange(first, last - length + 1, max(length // 2, 1))
         for first, last in zip(samples.offsets[:-1], samples.offsets[1:], strict=True)

@@ -1,20 +1,20 @@
-"""What was imposed on the joint: told, recorded, or asked of the record; and I, B, K accordingly.
+"""Decide what was imposed on the joint (stated, recorded, or inferred), and give I, B, K.
 
-A command or a perturbation that was recorded, or a word on what the rig imposes, settles what the
-instruments are made of. Where there is neither, the same record is fitted with its torque and with
-its angle as the instrument: the subject's own torque, which stands in one of them, biases that one.
+A recorded command or perturbation, or a statement of what the rig imposes, determines the
+instruments. Without these the record is fitted twice, with its torque and with its angle as the
+instrument. The subject's own torque is part of one of them, and biases that fit.
 
-1. Results within one standard error of each other, the smaller, or within `SMALL`: it does not
-   matter.
-2. Else either is kept whose likelihood (see `likelihood`) is less than `NATS` below the best, and
-   by as much more as the record departs from a limb of second order.
-3. A device of finite impedance, which answers the limb, is kept beside it unless angle or torque
-   alone are as likely within `ALIKE`.
-4. What is reported holds the intervals of all that were kept.
+1. If the results differ by less than the smaller standard error, or by less than `SMALL`, the
+   question does not matter.
+2. Otherwise an experiment is kept if its likelihood (see `limb_and_device`) is less than `NATS`
+   below the best; to `NATS` is added the misfit of a limb of second order.
+3. A device of finite impedance, whose motion depends on the limb, is kept as well unless an imposed
+   angle or torque is as likely within `ALIKE`.
+4. The reported interval covers the intervals of all that were kept.
 
-What was told without a record of a command is held against the same likelihoods: a word that the
-record contradicts is named, by `NATS` where the other limit is likelier, by half as much more where
-a device that gives way is; from half of `NATS` on the interval holds what is likelier too.
+A statement without a recorded command is tested by the same likelihoods. It is reported as
+contradicted if the other limit is likelier by `NATS`, or a device of finite impedance by half as
+much more. From half of `NATS` on the interval covers the likelier experiment too.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ from armimpedance.joint.elbow.stationary.side_by_side import with_comparisons
 from armimpedance.joint.elbow.stationary.weights import weighed_band
 from armimpedance.numerics.regression import Parameters, t_factor
 
-# The interval that holds several intervals, where a record does not choose among them.
+# One interval that covers several, where a record does not choose among them.
 
 
 def hull(own: Parameters, others: Sequence[Parameters], centre: FloatArray) -> Parameters:
-    """Parameters at `centre` whose 95 % intervals hold those of `own` and of the others.
+    """Parameters at `centre` whose 95 % intervals cover those of `own` and of the others.
 
     `centre` (p,).
-    `own`: its correlations and degrees of freedom are kept.
+    `own`: the result has its correlations and degrees of freedom.
     """
     limits = np.array([p.interval() for p in (own, *others)])
     low, high = limits[..., 0].min(axis=0), limits[..., 1].max(axis=0)
@@ -58,31 +58,35 @@ def hull(own: Parameters, others: Sequence[Parameters], centre: FloatArray) -> P
 
 
 def middle(several: Sequence[Parameters]) -> FloatArray:
-    """The middle (p,) of the interval that holds all of theirs, no farther than their values."""
+    """Middle (p,) of the interval that covers all of theirs, limited to the range of their
+    values."""
     limits = np.array([p.interval() for p in several])
     values = np.array([p.values for p in several])
     centre = (limits[..., 0].min(axis=0) + limits[..., 1].max(axis=0)) / 2
     return np.clip(centre, values.min(axis=0), values.max(axis=0))
 
 
-def shifted(found: Parameters, one: Parameters, other: Parameters) -> Parameters:
-    """What `found`, which was made of `one`, would be had it been made of `other`."""
-    scale = np.maximum(other.sd / one.sd, 1.0)
+def shifted(result: Parameters, made_from: Parameters, instead: Parameters) -> Parameters:
+    """Move a result from one estimate to another: add the difference, and widen if necessary.
+
+    `result`: was made from `made_from`; it is returned as if it had been made from `instead`.
+    """
+    scale = np.maximum(instead.sd / made_from.sd, 1.0)
     # C' (p, p) = diag(scale) C diag(scale)
     return replace(
-        found,
-        values=found.values + other.values - one.values,
-        covariance=found.covariance * np.outer(scale, scale),
+        result,
+        values=result.values + instead.values - made_from.values,
+        covariance=result.covariance * np.outer(scale, scale),
     )
 
 
-#: Results that differ by less than this part of themselves are alike, however sure.
+#: Results that differ by less than this share count as equal, however small their errors.
 SMALL: Final = 0.01
-#: An experiment this much less likely than the best is given up, nats.
+#: An experiment that is less likely than the best by this is excluded, nats.
 NATS: Final = 12.0
-#: One this near to the best needs no device of finite impedance, nats.
+#: If a limit is this near to the best, no device of finite impedance is needed, nats.
 ALIKE: Final = 1.0
-#: A device of finite impedance starts at these multiples of the limb's own.
+#: Start values of a device of finite impedance, as multiples of the limb's I, B, K.
 _DEVICES: Final = (0.3, 3.0)
 _NAME: Final = "imposed"
 _WHICH: Final[dict[Rig, str]] = {
@@ -108,8 +112,8 @@ _SAY: Final = (
 class Way:
     """I, B, K with one instrument.
 
-    `alone`: of the method by itself, before it was compared with other ways.
-    `floors`, `band`: weighed by the sensors' noise alone, and as used.
+    `alone`: the method's own result, before the comparison with other methods.
+    `floors`, `band`: the band weighted by the sensors' noise only, and as used in the fit.
     """
 
     estimate: Estimate
@@ -120,17 +124,18 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What was imposed, and I, B, K accordingly.
+    """Result of the question what was imposed, with the I, B, K that follow.
 
-    `ways`: one, or those among which the record does not choose, the likeliest first.
-    `kept`: what may have been imposed: the ways' instruments, then "both"; empty where it was told,
+    `ways`: fits with one instrument each: a single one, or all that the record does not exclude,
+    the likeliest first.
+    `kept`: what may have been imposed: the ways' instruments, then "both"; empty if it was stated,
     recorded, or does not matter.
-    `other`: of a device of finite impedance, where it is kept; else of the angle as instrument,
-    where that does not matter; where something was told, of what is likelier, but not surely.
-    `nats`: by how much more likely the best must be.
-    `lead`: by how much more likely it is than the next; where something was told that the record
-    contradicts, than that.
-    `otherwise`: K with the other instrument, where something was told and this is not alike.
+    `other`: a further result that the interval must cover: of a device of finite impedance, if that
+    is kept; of the angle as instrument, if the choice does not matter; or of a likelier experiment
+    than the stated one, if the difference is not significant.
+    `nats`: limit by which the best must be more likely than the others.
+    `lead`: by how much it is more likely than the next, or than a statement that is contradicted.
+    `otherwise`: K with the other instrument, if an instrument was stated and the two differ.
     """
 
     ways: tuple[Way, ...]
@@ -142,25 +147,26 @@ class Answer:
 
     @property
     def gives_way(self) -> bool:
-        """Whether a device of finite impedance alone is kept: no way is its own."""
+        """True if only a device of finite impedance is kept; then no way has the right
+        instrument."""
         return self.kept == ("both",)
 
-    def parameters(self, found: Sequence[Parameters]) -> Parameters:
-        """I, B, K over all that was kept.
+    def parameters(self, final: Sequence[Parameters]) -> Parameters:
+        """I, B, K that cover all that was kept.
 
-        `found`: one of each way, after all that is known of it.
+        `final`: the final parameters of each way.
         """
         if not self.kept:
             if self.other is None:
-                return found[0]
-            # The other result beside what the first became.
-            beside = shifted(found[0], self.ways[0].estimate.parameters, self.other)
-            return hull(found[0], [beside], found[0].values)
-        several = self._several(found)
+                return final[0]
+            # The other result, moved as the first one was moved by the later checks.
+            beside = shifted(final[0], self.ways[0].estimate.parameters, self.other)
+            return hull(final[0], [beside], final[0].values)
+        several = self._several(final)
         return several[0] if len(several) == 1 else hull(several[0], several[1:], middle(several))
 
-    def finding(self, found: Sequence[Parameters]) -> Finding:
-        """What was imposed, and how that is known; `found` as of `parameters`."""
+    def finding(self, final: Sequence[Parameters]) -> Finding:
+        """Report what was imposed, and how that is known; `final` as in `parameters`."""
         if self.otherwise is not None or (not self.kept and self.other is None):
             return self._told()
         if not self.kept and self.other is not None:
@@ -178,7 +184,7 @@ class Answer:
                 message += f": I, B, K rest on a model of it; {_RECORD}"
                 return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
             return Finding(_NAME, "ok", message, f"{self.nats:.0f} nats")
-        limits = [p.interval()[2] for p in self._several(found)]
+        limits = [p.interval()[2] for p in self._several(final)]
         stiffness = [
             f"K {low:.3g} to {high:.3g} if {_WHICH[rig]}"
             for rig, (low, high) in zip(self.kept, limits, strict=True)
@@ -207,50 +213,50 @@ class Answer:
         )
         return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
 
-    def _several(self, found: Sequence[Parameters]) -> list[Parameters]:
-        """Of each that was kept."""
-        own = [] if self.gives_way else list(found)
+    def _several(self, final: Sequence[Parameters]) -> list[Parameters]:
+        """Parameters of every experiment that was kept."""
+        own = [] if self.gives_way else list(final)
         return own if self.other is None else [*own, self.other]
 
 
 def answered(prepared: PreparedSamples, method: ElbowMethod) -> Answer:
-    """I, B, K by a method, with the instrument that the experiment asks for.
+    """Estimate I, B, K by a method, with the instrument that suits the experiment.
 
-    Raises InputError, NotIdentifiableError, EstimationError: as of the method; where the record is
-    asked, neither of the two ways gives a joint.
+    Raises InputError, NotIdentifiableError, EstimationError: like the method; if the instrument is
+    not known, only when both instruments fail.
     """
     source = source_of(prepared.source)
     if source is None:
         return _asked(prepared, method)
-    told = _with(prepared, method, source)
+    way = _with(prepared, method, source)
     if source in ("perturbation", "command"):
-        return Answer((told,))
-    return _held_against(told, prepared, method)
+        return Answer((way,))
+    return _held_against(way, prepared, method)
 
 
-def _held_against(told: Way, prepared: PreparedSamples, method: ElbowMethod) -> Answer:
-    """What was told, and whether the record contradicts it."""
-    own: Rig = "torque" if told.band.source == "torque" else "angle"
+def _held_against(way: Way, prepared: PreparedSamples, method: ElbowMethod) -> Answer:
+    """Test a stated instrument against the record."""
+    own: Rig = "torque" if way.band.source == "torque" else "angle"
     other: Literal["torque", "angle"] = "angle" if own == "torque" else "torque"
     try:
-        ways = {own: told, other: _with(prepared, method, other)}
+        ways = {own: way, other: _with(prepared, method, other)}
     except (EstimationError, NotIdentifiableError):
-        return Answer((told,))
+        return Answer((way,))
     if _alike(ways):
-        return Answer((told,))
+        return Answer((way,))
     odds = _odds(ways["torque"].floors)
     loss, otherwise = odds.loss, float(ways[other].alone.values[2])
-    # held against the other limit alone, or against a device that gives way, which explains more
+    # against the other limit, and against a device of finite impedance, which explains more
     sure = (loss[own] - loss[other] - odds.enough, loss[own] - odds.enough - NATS / 2)
     if max(sure) > 0:
         lead = max(loss[own], loss[own] - loss[other])
-        return Answer((told,), nats=odds.enough, lead=lead, otherwise=otherwise)
+        return Answer((way,), nats=odds.enough, lead=lead, otherwise=otherwise)
     if loss[own] < NATS / 2:
-        return Answer((told,), nats=odds.enough, otherwise=otherwise)
+        return Answer((way,), nats=odds.enough, otherwise=otherwise)
     limb = ways[other].alone
     if loss["both"] < loss[other]:
-        limb = _parameters(odds.gives_way, told.alone.dof)
-    return Answer((told,), other=limb, nats=odds.enough, lead=loss[own], otherwise=otherwise)
+        limb = _parameters(odds.gives_way, way.alone.dof)
+    return Answer((way,), other=limb, nats=odds.enough, lead=loss[own], otherwise=otherwise)
 
 
 def _with(prepared: PreparedSamples, method: ElbowMethod, source: Source) -> Way:
@@ -278,15 +284,19 @@ def _asked(prepared: PreparedSamples, method: ElbowMethod) -> Answer:
 
 
 def _alike(ways: dict[Rig, Way]) -> bool:
-    """Whether torque and angle as instruments give the same."""
-    one, other = (ways[rig].alone for rig in ("torque", "angle"))
-    enough = np.maximum(np.minimum(one.sd, other.sd), SMALL * one.values)
-    return bool((np.abs(one.values - other.values) <= enough).all())
+    """Return True if torque and angle as instruments give the same I, B, K."""
+    with_torque, with_angle = (ways[rig].alone for rig in ("torque", "angle"))
+    enough = np.maximum(np.minimum(with_torque.sd, with_angle.sd), SMALL * with_torque.values)
+    return bool((np.abs(with_torque.values - with_angle.values) <= enough).all())
 
 
 @dataclass(frozen=True, eq=False)
 class _Odds:
-    """How much less likely than the best each experiment is, and how much says something, nats."""
+    """Likelihood of each experiment relative to the best.
+
+    `loss`: nats below the best. `enough`: loss from which an experiment is excluded. `gives_way`:
+    fit of a device of finite impedance.
+    """
 
     loss: dict[Rig, float]
     enough: float
@@ -294,7 +304,7 @@ class _Odds:
 
 
 def _odds(floors: Band) -> _Odds:
-    """`floors`: with the torque as the instrument."""
+    """Compare the three experiments; `floors`: with the torque as the instrument."""
     fits = _fits(floors)
     best = min(fit.nats for fit in fits.values())
     loss = {rig: fit.nats - best for rig, fit in fits.items()}
@@ -302,27 +312,29 @@ def _odds(floors: Band) -> _Odds:
 
 
 def _likely(prepared: PreparedSamples, ways: dict[Rig, Way]) -> Answer:
-    """What the likelihood keeps; a limit that gave no joint is none."""
+    """Keep the experiments that the likelihood does not exclude; those whose fit failed are left
+    out.
+    """
     torque = ways.get("torque")
     odds = _odds(band_of(prepared, "torque") if torque is None else torque.floors)
     loss, enough = odds.loss, odds.enough
     ordered = sorted(ways, key=lambda rig: loss[rig])
     kept: list[Rig] = [rig for rig in ordered if loss[rig] < enough]
-    alone = not kept or prepared.source.imposed == "both"
-    if alone or min(loss["torque"], loss["angle"]) > ALIKE:
+    only_device = not kept or prepared.source.imposed == "both"
+    if only_device or min(loss["torque"], loss["angle"]) > ALIKE:
         kept.append("both")
-    like = ways[ordered[0]].alone
+    reference = ways[ordered[0]].alone
     return Answer(
         tuple(ways[rig] for rig in kept if rig != "both") or (ways[ordered[0]],),
         tuple(kept),
-        _parameters(odds.gives_way, like.dof) if "both" in kept else None,
+        _parameters(odds.gives_way, reference.dof) if "both" in kept else None,
         enough,
         sorted(loss.values())[1],
     )
 
 
 def _fits(floors: Band) -> dict[Rig, RigFit]:
-    """Each experiment at its most likely."""
+    """Most likely fit of each experiment."""
     start = start_values(floors)
     fits: dict[Rig, RigFit] = {
         "torque": most_likely(floors, "torque", start),

@@ -1,4 +1,4 @@
-"""Limb and device in one likelihood: what does the record say of which imposed its motion?
+"""Likelihood of a record under three experiments: imposed torque, imposed angle, or neither.
 
 Per line, ``s = i w``: limb ``v = Z Theta - Tau``, device ``u = Tau + Z_d Theta``, each of second
 order; v is the subject's own torque, u the perturbation. Both are Gaussian and independent, their
@@ -8,12 +8,12 @@ the measured x = (Tau, Theta), whose sensors' noise has N = diag(s_tau^2, s_thet
     -l = sum ln det C + y^H C^-1 y - ln |det M|^2,   C = diag(S_u, S_v) + M N M^H.
 
 An imposed torque, Z_d = 0, and an imposed angle, Z_d infinite and u the angle itself, are limits
-of the same density: the three likelihoods compare (P. Whittle, Ark. Mat. 2, 1953, for the
-likelihood of periodograms). Maximised by Fisher's scoring.
+of the same density, so the three likelihoods can be compared (P. Whittle, Ark. Mat. 2, 1953, for
+the likelihood of periodograms). They are maximised by Fisher's scoring.
 
-All three stand on a limb of second order. One whose impedance departs from it (a reflex, soft
-tissue) is explained by whichever experiment bends the same way; `departure` says by how much the
-record asks for another limb, and differences below that choose nothing.
+All three assume a limb of second order. If the true impedance departs from that (a reflex, soft
+tissue), the experiment whose error has a similar shape fits best, right or wrong. `departure`
+measures this misfit in nats; smaller differences between the experiments decide nothing.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ Rig = Literal["torque", "angle", "both"]
 _STEPS: Final = 60
 _HALVINGS: Final = 12
 _LONGEST: Final = 1.0
-#: A step that gains less than this many nats has settled.
+#: The search ends when a step gains less than this many nats.
 _SETTLED: Final = 0.05
-#: Fisher's covariance is too small by this, for the spectra's courses are found with I, B, K:
-#: of 120 records with five devices 84 % lay within 2 of its standard deviations, and the outer ones
-#: farther than a normal law has them.
+#: Factor on Fisher's covariance, which is too small because the spectra are estimated together with
+#: I, B, K: of 120 records with five devices, 84 % lay within 2 of its standard deviations, and the
+#: tails were longer than those of a normal distribution.
 SLACK: Final = 2.5
-#: Powers of s in what u leaks from its ends, from the first to before the second.
+#: Range of the powers of s in the leakage from the ends of u; the second is excluded.
 _LEAKS: Final = (-4, 2)
-#: Knots of a spectrum whose power may be the ends'.
+#: Number of lowest knots of a spectrum whose power may be leakage from the ends.
 _LOWEST: Final = 2
-#: Sensors' noise that is not seen, as a part of the channel's power: keeps C regular.
+#: Least sensor noise, as a share of the channel's power: it keeps C regular.
 _LEAST: Final = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class RigFit:
-    """One experiment at its most likely.
+    """Most likely parameters under one experiment.
 
-    `nats`: ``-l``; less is more likely.
+    `nats`: ``-l``; a smaller value is more likely.
     `values` (3,): I, B, K of the limb.
-    `covariance` (3, 3): inverse of Fisher's information, `SLACK` times.
+    `covariance` (3, 3): inverse of Fisher's information, times `SLACK`.
     """
 
     nats: float
@@ -65,9 +65,12 @@ class RigFit:
 
 @dataclass(frozen=True, eq=False)
 class _Lines:
-    """All trials' N lines: x (N, 2), powers of s (N, 3), hats (N, k), noise (2,), ends by trial.
+    """Spectral lines of all trials, N in all.
 
-    `base` (N,): an impedance that the hats bend, real and imaginary part, in place of I, B, K.
+    `x` (N, 2): torque and angle. `powers` (N, 3): s^2, s, 1. `hats` (N, k): shape functions of the
+    spectra. `noise` (2,): power of the sensors' noise. `ends`: leakage terms of u and v, per trial.
+
+    `base` (N,): an impedance whose real and imaginary part the hats modify, instead of I, B, K.
     """
 
     x: Complex
@@ -80,13 +83,13 @@ class _Lines:
 
     @property
     def impedances(self) -> int:
-        """Parameters of limb and device; those of S_u and S_v follow."""
+        """Number of parameters of limb and device; those of S_u and S_v follow them."""
         if self.base is not None:
             return 2 * self.hats.shape[1]
         return 6 if self.rig == "both" else 3
 
     def limb(self, eta: FloatArray) -> tuple[Complex, Complex]:
-        """Z (N,) and its derivative by its own parameters (N, q)."""
+        """Impedance Z (N,) of the limb and its derivatives by the limb's parameters (N, q)."""
         if self.base is None:
             slope = self.powers * np.exp(eta[:3])
             return slope.sum(axis=1), slope
@@ -95,29 +98,29 @@ class _Lines:
 
 
 def most_likely(floors: Band, rig: Rig, *starts: FloatArray) -> RigFit:
-    """Fit one experiment to a band whose sensors' floors are known.
+    """Fit one experiment to a band whose sensor noise is known.
 
-    `rig`: what was imposed; "both": neither, the device's impedance is fitted along.
-    `starts` one or several (3,), with "both" (6,): I, B, K of the limb, and of the device, to start
-    from.
+    `rig`: what was imposed; "both": neither, the device's impedance is fitted as well.
+    `starts`: one or several start values (3,): I, B, K of the limb; with "both" (6,): also those of
+    the device.
     """
     lines = _lines(floors, rig)
     return min((_search(lines, np.log(start)) for start in starts), key=lambda fit: fit.nats)
 
 
 def departure(floors: Band, fits: Mapping[Rig, RigFit]) -> float:
-    """By how many nats, beyond chance, a free impedance is likelier than the best of the fits.
+    """Nats, beyond chance, by which a free impedance is likelier than the best of the fits.
 
-    About the likelier of the two limits the impedance is bent, in real and imaginary part, by
-    as many hats as a spectrum has: 2 k parameters, of which chance makes k nats. With the torque or
+    The impedance of the likelier of the two limits is modified, in real and imaginary part, by
+    as many hats as a spectrum has: 2 k parameters, which gain k nats by chance. With the torque or
     the angle imposed, such a limb describes any two channels.
     """
     rig: Rig = "torque" if fits["torque"].nats < fits["angle"].nats else "angle"
     lines = _lines(floors, rig)
     count = lines.hats.shape[1]
-    free = replace(lines, base=lines.powers @ fits[rig].values)
-    eta = np.concatenate([np.zeros(2 * count), _start_spectra(free, np.zeros(2 * count))])
-    _, state = _climb(free, eta)
+    bendable = replace(lines, base=lines.powers @ fits[rig].values)
+    eta = np.concatenate([np.zeros(2 * count), _start_spectra(bendable, np.zeros(2 * count))])
+    _, state = _climb(bendable, eta)
     best = min(fit.nats for fit in fits.values())
     return max(best - state.nats - count, 0.0)
 
@@ -139,14 +142,14 @@ def _lines(floors: Band, rig: Rig) -> _Lines:
 
 
 def _leakage(bins: Bins) -> Complex:
-    """What a signal with ends of its own leaks, (n, 6): jumps of it and its derivatives, 1/s^j."""
+    """Leakage (n, 6) of a signal whose ends differ: jumps of it and its derivatives, 1/s^j."""
     relative = bins.s / np.abs(bins.s[-1])
     return np.asarray(relative[:, None] ** np.arange(*_LEAKS), dtype=np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """The density at some parameters: M, C (N, 2, 2), y less the ends (N, 2), spectra (N, 2)."""
+    """Likelihood at given parameters: M, C (N, 2, 2), y without the ends (N, 2), spectra (N, 2)."""
 
     M: Complex
     C: Complex
@@ -182,16 +185,16 @@ def _state(lines: _Lines, eta: FloatArray) -> _State:
 
 
 def _without_ends(lines: _Lines, y: Complex, C: Complex) -> Complex:
-    """Less the polynomial that each trial's ends leave in either row."""
+    """Return y without the polynomial that each trial's ends leave in either row."""
     out, first = np.empty_like(y), 0
-    for both in lines.ends:
-        own = slice(first, first + len(both[0]))
-        first = own.stop
-        for row, ends in enumerate(both):
-            weight = 1 / np.sqrt(C[own, row, row].real)
+    for leakages in lines.ends:
+        at = slice(first, first + len(leakages[0]))
+        first = at.stop
+        for row, ends in enumerate(leakages):
+            weight = 1 / np.sqrt(C[at, row, row].real)
             columns = real_rows(ends * weight[:, None])
-            left = without(columns, real_rows(y[own, row] * weight))[0]
-            out[own, row] = (left[: len(ends)] + 1j * left[len(ends) :]) / weight
+            residual = without(columns, real_rows(y[at, row] * weight))[0]
+            out[at, row] = (residual[: len(ends)] + 1j * residual[len(ends) :]) / weight
     return out
 
 
@@ -201,7 +204,7 @@ def _search(lines: _Lines, start: FloatArray) -> RigFit:
 
 
 def _climb(lines: _Lines, eta: FloatArray) -> tuple[FloatArray, _State]:
-    """The most likely parameters near to `eta`, and their density."""
+    """Return the most likely parameters near `eta`, and their likelihood."""
     state = _state(lines, eta)
     for _ in range(_STEPS):
         information, score = _normal(lines, eta, state)
@@ -230,10 +233,10 @@ def _fit_of(lines: _Lines, eta: FloatArray, state: _State) -> RigFit:
 
 
 def _start_spectra(lines: _Lines, start: FloatArray) -> FloatArray:
-    """Logarithms (2 k,) of S_u, S_v: the mean power about each knot.
+    """Logarithms (2 k,) of S_u, S_v at the start: the mean power about each knot.
 
-    The lowest begin no higher than their neighbour above: what the ends leave there is then taken
-    off first, and a spectrum that does rise is found to.
+    The lowest knots start no higher than the next one above: leakage from the ends is then removed
+    first, and the search still finds a spectrum that does rise there.
     """
     count = lines.hats.shape[1]
     flat = _state(lines, np.concatenate([start, np.zeros(2 * count)]))
@@ -248,20 +251,20 @@ def _normal(lines: _Lines, eta: FloatArray, state: _State) -> tuple[FloatArray, 
 
     A parameter a moves the covariance Sigma of x by dSigma_a, ``T_a = M dSigma_a M^H`` is
     ``diag(dS_a) - dM_a M^-1 diag(S) - (...)^H``, and ``L^-1 T_a L^-H`` with ``C = L L^H`` is W_a (4
-    N,). The information is W^T W; a column of a spectrum, or of an impedance that is bent, is one
-    (N, 4) times a hat.
+    N,). The information is W^T W; a column of a spectrum, or of a modified impedance, is an
+    (N, 4) array times a hat.
     """
     M, S, H = state.M, state.spectra, lines.hats
     inverse, G = _inverse_root(state.C), np.linalg.inv(M) * S[:, None, :]
 
-    # of dM, whose one entry of column Theta is a slope: -slope a b^H + (...)^H, a and b (N, 2)
+    # dM has a single entry, a slope in column Theta: -slope a b^H + (...)^H, a and b (N, 2)
     b = (inverse @ np.conj(G[:, 1])[..., None])[..., 0]
     limb, device = (inverse[:, :, row, None] * np.conj(b)[:, None, :] for row in (1, 0))
-    alone, bent = [], []
+    plain, bent = [], []
     if lines.base is None:
-        alone = [_both(-slope, limb) for slope in lines.limb(eta)[1].T]
+        plain = [_both(-slope, limb) for slope in lines.limb(eta)[1].T]
         if lines.rig == "both":
-            alone += [_both(-slope, device) for slope in (lines.powers * np.exp(eta[3:6])).T]
+            plain += [_both(-slope, device) for slope in (lines.powers * np.exp(eta[3:6])).T]
     else:
         bent = [_both(-slope, limb) for slope in (lines.base, 1j * lines.base)]
     for row in range(2):
@@ -269,12 +272,12 @@ def _normal(lines: _Lines, eta: FloatArray, state: _State) -> tuple[FloatArray, 
         bent.append(_both(S[:, row] / 2, a[:, :, None] * np.conj(a)[:, None, :]))
     z = (inverse @ state.y[..., None])[..., 0]
     R = _flat(z[:, :, None] * np.conj(z)[:, None, :] - np.eye(2))
-    A = np.stack(alone).reshape(len(alone), -1) if alone else np.zeros((0, R.size))
+    A = np.stack(plain).reshape(len(plain), -1) if plain else np.zeros((0, R.size))
     P = np.stack(bent)
-    # (A P_b) H (m, k) of each b, H^T diag(P_a P_b) H (k, k) of each pair
+    # (A P_b) H (m, k) for each b, H^T diag(P_a P_b) H (k, k) for each pair
     sides = [A.reshape(len(A), *R.shape) * part for part in P]
     across = np.concatenate([side.sum(axis=2) @ H for side in sides], axis=1)
-    blocks = [[H.T @ ((one * other).sum(axis=1)[:, None] * H) for other in P] for one in P]
+    blocks = [[H.T @ ((left * right).sum(axis=1)[:, None] * H) for right in P] for left in P]
     information = np.block([[A @ A.T, across], [across.T, np.block(blocks)]])
     score = np.concatenate([A @ R.ravel(), *[(part * R).sum(axis=1) @ H for part in P]])
     return information, score
@@ -292,26 +295,27 @@ def _inverse_root(C: Complex) -> Complex:
 
 
 def _both(factor: Complex | FloatArray, A: Complex) -> FloatArray:
-    """``f A + (f A)^H`` as `_flat` has it; `factor` (N,), `A` (N, 2, 2)."""
+    """``f A + (f A)^H`` in the coordinates of `_flat`; `factor` (N,), `A` (N, 2, 2)."""
     A = factor[:, None, None] * A
     off = np.sqrt(2) * (A[:, 0, 1] + np.conj(A[:, 1, 0]))
     return np.stack([2 * A[:, 0, 0].real, 2 * A[:, 1, 1].real, off.real, off.imag], axis=1)
 
 
 def _flat(A: Complex) -> FloatArray:
-    """Hermitian (N, 2, 2) as (N, 4) with the same inner products as traces."""
+    """Hermitian matrices (N, 2, 2) as vectors (N, 4); inner products equal the traces of
+    products."""
     off = np.sqrt(2) * A[:, 0, 1]
     return np.stack([A[:, 0, 0].real, A[:, 1, 1].real, off.real, off.imag], axis=1)
 
 
-# Does the joint follow the recorded command? One that it does not follow is no instrument.
+# Does the joint follow the recorded command? If it does not, the command cannot be an instrument.
 
-#: A command that explains less of the angle's power is left out.
+#: A command that explains a smaller share of the angle's power than this is not used.
 LEAST: Final = 0.1
 
 
 def with_usable_command(prepared: PreparedSamples) -> PreparedSamples:
-    """The same, without a command that the joint does not follow; a note says so."""
+    """Return the samples without a command that the joint does not follow; a note says so."""
     samples = prepared.source
     if samples.command is None:
         return prepared
@@ -323,11 +327,11 @@ def with_usable_command(prepared: PreparedSamples) -> PreparedSamples:
 
 
 def follows(band: Band) -> float:
-    """Part of the angle's power in the band that the command explains."""
-    left = whole = 0.0
+    """Share of the angle's power in the band that the command explains."""
+    unexplained = whole = 0.0
     for bins in band.trials:
         if bins.command is not None:
             error = bins.angle - explained_motion(bins.angle, bins.command)
-            left += float((np.abs(error) ** 2).sum())
+            unexplained += float((np.abs(error) ** 2).sum())
             whole += float((np.abs(bins.angle) ** 2).sum())
-    return 1 - left / whole if whole else 0.0
+    return 1 - unexplained / whole if whole else 0.0

@@ -14,28 +14,28 @@ from armimpedance.core.records import Recording
 from armimpedance.limb.arm import arm_of
 from armimpedance.numerics.signals import refuse_degrees
 
-#: What must be in `recording.json`, and why.
+#: Text of an error: what `recording.json` must state, and why.
 TORQUE_FIELD: Final = (
     '"interaction" (measured between limb and device) or "commanded" (the motor\'s: arm and device)'
 )
 
-#: What a rig imposes on one joint: its angle, its torque, or, of finite impedance, neither.
+#: What a rig imposes on a joint: angle, torque, or (with a finite impedance) neither, "both".
 Imposed = Literal["position", "torque", "both"]
 
-#: Of an arm whose forearm alone is asked for, m.
+#: Stand-in length of an upper arm that is not stated, m: the forearm does not depend on it.
 _ANY_UPPER_ARM_M: Final = 0.3
 
 _IMPOSED_ON_JOINT: Final = f"of a joint one of {', '.join(get_args(Imposed))}"
 
-#: What is told of samples whose torque is the commanded one.
+#: Warning for samples whose torque is the commanded one.
 COMMANDED: Final = "the torque is the motor's command: I, B, K are those of arm and device"
 
 
 @dataclass(frozen=True, eq=False)
 class JointSamples(FrozenRecord):
-    """What is fitted: ``tau = I theta'' + B theta' + K theta`` about an operating point (3).
+    """Torque and angle of one joint for ``tau = I theta'' + B theta' + K theta`` (3).
 
-    Samples of T trials, one trial after another.
+    The angle is about an operating point. Samples of T trials, one trial after another.
 
     Attributes
     ----------
@@ -50,19 +50,20 @@ class JointSamples(FrozenRecord):
     torque_is : {"interaction", "commanded"}
         Measured between limb and device, or the motor's command, which moves both.
     perturbation : (N,) or None
-        N m, what the device was told to add: no motion and no voluntary torque of the subject is
-        in it, so it can serve as an instrument.
+        N m, the torque that the device was commanded to add. It depends neither on the motion nor
+        on the subject's voluntary torque, so it can serve as an instrument.
     command : (N,) or None
-        rad, the angle that the device was told to take: an instrument as well.
+        rad, the angle that the device was commanded to take: an instrument as well.
     imposed : {"position", "torque", "both"} or None
-        What the device imposed whatever the limb did; "both": a device of finite impedance, whose
-        angle and torque answer the limb. None: not told, the record is asked.
+        Quantity that the device imposed whatever the limb did. "both": a device of finite
+        impedance, whose angle and torque depend on the limb. None: not stated; it is determined
+        from the record.
     joint : int
         Axis of the recording, counted from 1.
     notes : tuple of str
     expected_inertia : float or None
-        kg m^2, of the limb beyond the joint by the subject's size; None: it is not known which
-        joint this is, or of whom.
+        kg m^2, of the limb beyond the joint, from the subject's size; None if the joint or the
+        subject's size is not known.
     """
 
     sample_rate_hz: float
@@ -106,7 +107,7 @@ def from_recording(
 ) -> JointSamples:
     """Take one joint's samples from a recording of kind "joint".
 
-    A `Recording` holds the torque by the limb on the device; here it is the one on the limb.
+    A `Recording` has the torque of the limb on the device; the samples have that on the limb.
 
     Parameters
     ----------
@@ -114,7 +115,7 @@ def from_recording(
     joint : int
         Axis of the recording, counted from 1.
     imposed : {"position", "torque", "both"}, optional
-        What the rig imposed; it stands above what the recording says.
+        What the rig imposed; it overrides the recording.
 
     Returns
     -------
@@ -124,8 +125,8 @@ def from_recording(
     ------
     InputError
         Another kind of recording, no such joint, angles that cannot be radians, a recording that
-        does not say whether it holds the interaction torque or the commanded one, or something
-        imposed that no rig imposes on a joint.
+        does not state whether its torque is the interaction torque or the commanded one, or a value
+        of `imposed` that is not among the three.
     """
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
@@ -136,20 +137,20 @@ def from_recording(
     if not 1 <= joint <= recording.axes:
         raise InputError(f"no joint {joint}", expected=f"1 to {recording.axes}")
     refuse_degrees(recording.position[:, [joint - 1]], (f"q{joint}",))
-    told, notes = _imposed(recording, imposed)
+    stated, notes = _imposed(recording, imposed)
     if recording.perturbation != "stochastic":
         notes = (
             *notes,
             "taken as a random perturbation, though recording.json does not say stochastic",
         )
-    told_to = {}
+    instruments = {}
     for columns in (perturbation_columns(recording.axes), command_columns("joint", recording.axes)):
         column = columns[joint - 1]
         signal = recording.extra.get(column)
         if signal is not None and not _varies(signal, recording.offsets):
             signal, notes = None, (*notes, f"{column} does not vary in every trial: not used")
-        told_to[column] = signal
-    perturbation, command = told_to.values()
+        instruments[column] = signal
+    perturbation, command = instruments.values()
     return JointSamples(
         sample_rate_hz=recording.sample_rate_hz,
         trials=tuple(str(t) for t in recording.trials["trial"]),
@@ -159,20 +160,20 @@ def from_recording(
         torque_is=recording.torque,
         perturbation=perturbation,
         command=command,
-        imposed=told,
+        imposed=stated,
         joint=joint,
         notes=notes,
         expected_inertia=_expected_inertia(recording),
     )
 
 
-#: Pieces of a trial that are held against each other: none shorter (s), and at most so many.
+#: Shortest piece of a trial, s, and largest number of pieces, for the comparison over time.
 PIECE_S: Final = 10.0
 MOST_PIECES: Final = 6
 
 
 def pieces_of(samples: JointSamples) -> dict[str, JointSamples]:
-    """Pieces of long trials, by where each begins; none of trials too short for two of them.
+    """Pieces of long trials, labelled by their start; too short trials are not divided.
 
     Parameters
     ----------
@@ -181,7 +182,7 @@ def pieces_of(samples: JointSamples) -> dict[str, JointSamples]:
     Returns
     -------
     dict from a label, such as ``20 s`` or ``trial 2 at 0 s``, to JointSamples
-        Of one trial each.
+        Each value holds one piece of one trial.
     """
     pieces = {}
     for row, trial in enumerate(samples.trials):
@@ -210,11 +211,11 @@ def _cut(samples: JointSamples, trial: str, at: slice) -> JointSamples:
 
 
 def _expected_inertia(recording: Recording) -> float | None:
-    """Of forearm and hand about the elbow, after D. A. Winter's table (see
+    """Inertia of forearm and hand about the elbow, after D. A. Winter's table (see
     `limb.arm.anthropometry`).
 
-    The joint is an elbow where its angle stands in the table of trials, or the length of forearm
-    and hand was told; the body's mass has to be known as well.
+    None unless the body's mass is known and the joint is an elbow: the table of trials has its
+    angle, or the length of forearm and hand is stated.
     """
     subject = recording.subject
     elbow = subject.forearm_hand_m is not None or "q_elbow_rad" in recording.trials
@@ -229,18 +230,18 @@ def _expected_inertia(recording: Recording) -> float | None:
     return float(about_centre + arm.forearm_hand_kg * arm.forearm_hand_com_m**2)
 
 
-def _imposed(recording: Recording, asked: str | None) -> tuple[Imposed | None, tuple[str, ...]]:
-    """What was imposed, by the option or the file, and a note where the two differ."""
-    told = recording.imposed if asked is None else asked
-    if told not in (None, *get_args(Imposed)):
-        raise InputError(f"imposed {told!r}", expected=_IMPOSED_ON_JOINT)
+def _imposed(recording: Recording, option: str | None) -> tuple[Imposed | None, tuple[str, ...]]:
+    """Return what was imposed, from the option or the file, and a note where the two differ."""
+    stated = recording.imposed if option is None else option
+    if stated not in (None, *get_args(Imposed)):
+        raise InputError(f"imposed {stated!r}", expected=_IMPOSED_ON_JOINT)
     notes: tuple[str, ...] = ()
-    if asked is not None and recording.imposed not in (None, asked):
-        notes = (f"{asked} taken as imposed, as asked; recording.json says {recording.imposed}",)
-    return cast(Imposed | None, told), notes
+    if option is not None and recording.imposed not in (None, option):
+        notes = (f"{option} taken as imposed, as asked; recording.json says {recording.imposed}",)
+    return cast(Imposed | None, stated), notes
 
 
 def _varies(signal: FloatArray, offsets: IntArray) -> bool:
-    """Whether it varies in every trial."""
+    """Return True if the signal varies in every trial."""
     ends = zip(offsets[:-1], offsets[1:], strict=True)
     return all(bool(np.ptp(signal[first:last]) > 0) for first, last in ends)

@@ -22,7 +22,7 @@ from armimpedance.numerics.regression import (
 )
 from armimpedance.numerics.signals import filtered_sign
 
-# The terms of a passive joint's torque, and what the fitted columns say of k, h, f, q_r, K.
+# The terms of a passive joint's torque, and k, h, f, q_r, K from the fitted columns.
 #
 # Venture elbow, eqs. (3)-(6): ``k (q - q_r) + h qd + f sign(qd)``; with the poster's quadratic term
 # ``+ K (q - q_r)^2``. With a free rest angle the columns are q, qd, sign(qd), 1 [, q^2], and their
@@ -30,7 +30,7 @@ from armimpedance.numerics.signals import filtered_sign
 
 RestAngle = float | Literal["free"]
 
-#: What the parameters are.
+#: Meaning of the parameters.
 PASSIVE_PARAMETERS: Final = {
     "k": Meaning("stiffness", "N m/rad"),
     "h": Meaning("viscosity", "N m s/rad"),
@@ -39,19 +39,19 @@ PASSIVE_PARAMETERS: Final = {
     "K": Meaning("quadratic stiffness", "N m/rad^2"),
     "C": Meaning("cubic stiffness", "N m/rad^3"),
 }
-#: Numbers that follow from them, each a line: ``"tau": Derived(Meaning(...), lambda p: ...)``.
+#: Numbers derived from them, one per line: ``"tau": Derived(Meaning(...), lambda p: ...)``.
 PASSIVE_DERIVED: Final[Mapping[str, Derived]] = {}
 UNITS: Final = {name: means.unit for name, means in PASSIVE_PARAMETERS.items()}
 
 
 @dataclass(frozen=True)
 class Terms:
-    """Which terms are fitted.
+    """Selection of the fitted terms.
 
-    `rest_angle`: q_r in rad where it is known.
-    `quadratic`: whether ``K (q - q_r)^2`` is fitted too.
-    `friction`: whether ``f sign(qd)`` is fitted; False: the joint is known to have no dry friction.
-    `cubic`: whether ``C (q - q_r)^3`` is fitted too: only the columns, to see whether it is there.
+    `rest_angle`: q_r in rad if it is known, else "free".
+    `quadratic`: True to fit ``K (q - q_r)^2`` too.
+    `friction`: True to fit ``f sign(qd)``; False: the joint is known to have no dry friction.
+    `cubic`: True to fit ``C (q - q_r)^3`` too; only as a column, to test for it.
     """
 
     rest_angle: RestAngle
@@ -72,24 +72,24 @@ class Terms:
 
     @property
     def free(self) -> bool:
-        """Whether the rest angle is fitted."""
+        """True if the rest angle is fitted."""
         return self.rest_angle == "free"
 
     @property
     def reference(self) -> float:
-        """What is taken off q in the columns, rad."""
+        """Angle that is subtracted from q in the columns, rad."""
         return 0.0 if self.rest_angle == "free" else float(self.rest_angle)
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the p columns, by the parameter that they carry."""
+        """Names of the p columns, by their parameters."""
         dry = ("f",) if self.friction else ()
-        more = ("offset",) if self.free else ()
+        offset = ("offset",) if self.free else ()
         return (
             "k",
             "h",
             *dry,
-            *more,
+            *offset,
             *(("K",) if self.quadratic else ()),
             *(("C",) if self.cubic else ()),
         )
@@ -114,9 +114,9 @@ class Terms:
         return np.stack([about, qd, *more], axis=-1)
 
     def parameters(self, fit: Fit) -> Parameters:
-        """k, h [, f] [, q_r] [, K] with their covariance, from the columns' fit.
+        """Parameters k, h [, f] [, q_r] [, K] with their covariance, from the columns' fit.
 
-        Raises EstimationError: no angle at which the elastic torque vanishes.
+        Raises EstimationError: there is no angle at which the elastic torque vanishes.
         """
         return fit.transform(self._from_columns(), self.names, tuple(UNITS[n] for n in self.names))
 
@@ -128,7 +128,7 @@ class Terms:
 
         def curved(x: FloatArray) -> FloatArray:
             b, c, K = x[0], x[-2], x[-1]
-            # the root of K q^2 + b q + c = 0 that stays when K goes to zero
+            # the root of K q^2 + b q + c = 0 that is finite as K goes to zero
             root = b**2 - 4 * K * c
             rest = -2 * c / (b + np.sign(b) * np.sqrt(root)) if root >= 0 else np.nan
             return np.array([b + 2 * K * rest, *x[1:-2], rest, K])
@@ -136,8 +136,8 @@ class Terms:
         return curved
 
 
-#: Rows left out at both ends of a trial, in periods of the cut-off: the filter has no neighbours
-#: there, and an acceleration that is wrong by its own size turns k by 1 % and h by half.
+#: Rows left out at both ends of a trial, in periods of the cut-off. The filter is wrong there, and
+#: an acceleration with an error of its own size changes k by 1 % and h by half.
 _END_PERIODS: Final = 1.5
 
 
@@ -164,14 +164,14 @@ class Equations(FrozenRecord):
 
     @property
     def n_rows(self) -> int:
-        """Rows of all trials."""
+        """Number of rows of all trials."""
         return sum(len(y) for y in self.Y)
 
     def fit(self, covariance: CovarianceKind = "classical", nuisance_per_trial: int = 0) -> Fit:
         """Least squares over all trials.
 
-        `covariance`: clustered ones take a trial as one observation.
-        `nuisance_per_trial`: parameters that were projected out of each trial's rows.
+        `covariance`: a clustered one treats a trial as one observation.
+        `nuisance_per_trial`: number of parameters projected out of each trial's rows.
         Raises NotIdentifiableError: W loses rank; names the parameters.
         Raises InputError: no more rows than parameters.
         """
@@ -201,11 +201,11 @@ def plain_equations(samples: PassiveSamples, terms: Terms) -> Equations:
 
 
 def parallel_equations(samples: PassiveSamples, terms: Terms) -> Equations:
-    """The rows of a single joint with every column filtered like Y.
+    """Rows of a single joint with every column filtered like Y.
 
-    q is filtered once; H of the filtered motion is the filtered H to first order, so Y, q and qd
-    have been through the filter once, and the sign goes through it once. The square of q - q_r
-    is that of the filtered angle.
+    q is filtered once. H of the filtered motion is the filtered H to first order, so Y, q and qd
+    have passed the filter once; the sign is filtered once too. The square of q - q_r is that of the
+    filtered angle.
     """
     q, qd, y = samples.q[:, 0], samples.qd[:, 0], samples.torque
     cutoff, rate = samples.cutoff_hz, samples.sample_rate_hz
@@ -216,9 +216,9 @@ def parallel_equations(samples: PassiveSamples, terms: Terms) -> Equations:
 
 
 def inner(trial: slice, samples: PassiveSamples) -> slice:
-    """The samples of a trial less `_END_PERIODS` periods of the cut-off at both ends.
+    """Samples of a trial without `_END_PERIODS` periods of the cut-off at both ends.
 
-    Raises InputError: nothing is left.
+    Raises InputError: no samples remain.
     """
     if samples.cutoff_hz is None:
         return trial

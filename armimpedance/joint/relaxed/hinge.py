@@ -1,9 +1,9 @@
 """One hinge of a skeleton that moves freely while the other coordinates move as measured.
 
-The generalised force of hinge j is ``H_j = I(t) qdd + B(t) qd + g(t, q)``: its own turning makes
-no centrifugal torque about its own axis, and what the other coordinates do enters through one
-rotation by q or two, so that g is a trigonometric polynomial of degree 2 in q. Five angles and two
-unit motions give all of it.
+The generalised force of hinge j is ``H_j = I(t) qdd + B(t) qd + g(t, q)``. Its own rotation causes
+no centrifugal torque about its own axis. The other coordinates act through one or two rotations by
+q, so g is a trigonometric polynomial of degree 2 in q. Five angles and two unit motions determine
+all coefficients.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class HingeDynamics:
 
     `coefficients` tuple of T (2 SUBSTEPS (S_t - 1) + 1, 7), on a grid of ``2 SUBSTEPS`` points per
     sample: I (kg m^2), B (N m s/rad), then g in N m: 1, cos q, sin q, cos 2q, sin 2q.
-    `weights` tuple of T (S_t, 3, 5): g of the limb's weight alone, were x, y or z up.
+    `weights` tuple of T (S_t, 3, 5): g of the limb's weight only, if x, y or z pointed up.
     """
 
     coefficients: tuple[FloatArray, ...]
@@ -42,16 +42,16 @@ class HingeDynamics:
         object.__setattr__(self, "weights", weights)
 
     def select(self, rows: list[int]) -> HingeDynamics:
-        """The dynamics of these trials only."""
+        """Dynamics of these trials only."""
         parts = (self.coefficients, self.weights)
-        return HingeDynamics(*(tuple(one[r] for r in rows) for one in parts))
+        return HingeDynamics(*(tuple(part[r] for r in rows) for part in parts))
 
     def pointing(self, up: str) -> HingeDynamics:
-        """The dynamics were another axis up (``x``, ``-x``, ``y``, ``-y`` or ``-z``) than z."""
+        """Dynamics if another axis than z (``x``, ``-x``, ``y``, ``-y`` or ``-z``) pointed up."""
         sign, axis = (-1 if up.startswith("-") else 1), "xyz".index(up[-1])
         parts = []
         for whole, weight in zip(self.coefficients, self.weights, strict=True):
-            # (S, 5) at the samples; between them on a line
+            # (S, 5) at the samples, linear between them
             more = sign * weight[:, axis] - weight[:, 2]
             at = np.arange(len(whole)) / (2 * SUBSTEPS)
             grid = [np.interp(at, np.arange(len(more)), column) for column in more.T]
@@ -59,7 +59,7 @@ class HingeDynamics:
         return HingeDynamics(tuple(parts), self.weights)
 
     def cut(self, edges: list[int]) -> HingeDynamics:
-        """A single trial cut at these samples, the first 0 and the last its number of samples."""
+        """Cut a single trial at these samples; the first is 0, the last its number of samples."""
         per = 2 * SUBSTEPS
         parts = list(zip(edges[:-1], edges[1:], strict=True))
         whole, weight = self.coefficients[0], self.weights[0]
@@ -89,7 +89,7 @@ def hinge_coefficients(
         for a, angle in enumerate(_ANGLES):
             position[joint] = angle
             at_angles[i, a] = pin.rnea(model, data, position, velocity, acceleration)[joint]
-        # still at the last angle: one unit of acceleration, one unit of velocity
+        # at the last angle still: one unit of acceleration, then one unit of velocity
         acceleration[joint] = 1.0
         own[i, 0] = pin.rnea(model, data, position, velocity, acceleration)[joint]
         acceleration[joint], velocity[joint] = 0.0, 1.0
@@ -99,7 +99,9 @@ def hinge_coefficients(
 
 
 def weight_harmonics(model: Any, joint: int, q: FloatArray) -> FloatArray:
-    """g (N, 3, 5) of the limb's weight at the joint, were x, y or z up, from coordinates (N, n)."""
+    """Coefficients of g (N, 3, 5) of the limb's weight, if x, y or z pointed up, from coordinates
+    (N, n).
+    """
     import pinocchio as pin
 
     q = q.copy()
@@ -123,5 +125,5 @@ def _harmonics(at_angles: FloatArray) -> FloatArray:
 
 
 def harmonics_at(q: FloatArray) -> FloatArray:
-    """``1, cos q, sin q, cos 2q, sin 2q``, (..., 5)."""
+    """Harmonics ``1, cos q, sin q, cos 2q, sin 2q``, (..., 5)."""
     return np.stack([np.ones_like(q), np.cos(q), np.sin(q), np.cos(2 * q), np.sin(2 * q)], axis=-1)

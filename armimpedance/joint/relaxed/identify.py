@@ -1,4 +1,4 @@
-"""The verb of this room: parameters of passive joints from their samples."""
+"""Estimate the parameters of passive joints from their samples."""
 
 from __future__ import annotations
 
@@ -22,16 +22,18 @@ from armimpedance.numerics.regression import Fit, Parameters
 if TYPE_CHECKING:
     from armimpedance.joint.relaxed.passive_fit import PassiveFit
 
-# What a reader of a passive joint's parameters must know.
+# Warnings for a reader of a passive joint's parameters.
 
-#: A scaled condition number above which the columns are hard to tell apart.
+#: Scaled condition number above which the columns are hard to separate.
 _HARD: Final = 30.0
 
 
 def joint_notes(
     fitted: PassiveFit, samples: PassiveSamples, fits: TwoFits, elsewhere: str | None
 ) -> tuple[str, ...]:
-    """Warnings on one joint, the samples' own first; `elsewhere` says where the data rest."""
+    """Warnings on one joint, the samples' own first; `elsewhere`: sentence on a contradicted rest
+    angle.
+    """
     notes = [*samples.notes, *fits.classical.warnings, *([elsewhere] if elsewhere else [])]
     h = fitted.parameters["h"]
     f = fitted.parameters["f"].value if fitted.terms.friction else 0.0
@@ -57,34 +59,34 @@ def joint_notes(
 def natural_frequency(fitted: PassiveFit, samples: PassiveSamples) -> float:
     """Angular frequency of the free joint, rad/s.
 
-    ``sqrt((k + dg/dq) / I)`` at the mean angle where the limb's dynamics is known; otherwise that
+    ``sqrt((k + dg/dq) / I)`` at the mean angle if the limb's dynamics are known; otherwise that
     of the recorded swing, ``rms(qd) / sd(q)``.
     """
     q, qd = samples.q[:, 0], samples.qd[:, 0]
-    seen = float(np.sqrt((qd**2).mean()) / np.std(q))
+    swing = float(np.sqrt((qd**2).mean()) / np.std(q))
     if samples.hinges is None:
-        return seen
+        return swing
     mean = np.concatenate(samples.hinges[0].coefficients).mean(axis=0)
     step, at = 1e-4, float(q.mean())
     slope = (harmonics_at(np.array(at + step)) - harmonics_at(np.array(at - step))) / (2 * step)
     stiffness = fitted.parameters["k"].value + float(mean[2:] @ slope)
-    return float(np.sqrt(stiffness / mean[0])) if stiffness > 0 else seen
+    return float(np.sqrt(stiffness / mean[0])) if stiffness > 0 else swing
 
 
 def limit_cycle_rad(f: float, h: float, omega: float) -> float:
-    """Amplitude ``4 |f| / (pi h omega)`` of the swing that a negative friction keeps up, rad.
+    """Amplitude ``4 |f| / (pi h omega)`` of the swing that a negative friction sustains, rad.
 
-    Describing function of the sign, which gives as much per cycle as viscosity takes.
+    By the describing function of the sign: friction supplies the energy that viscosity absorbs.
     """
     return 4 * abs(f) / (np.pi * h * omega)
 
 
 def _negative_friction(f: float, h: float, omega: float) -> str:
-    said = f"negative friction {f:.3g} N m: not dissipative"
+    message = f"negative friction {f:.3g} N m: not dissipative"
     if h <= 0:
-        return f"{said}; with h <= 0 nothing would end the swing that it drives"
+        return f"{message}; with h <= 0 nothing would end the swing that it drives"
     amplitude = limit_cycle_rad(f, h, omega)
-    return f"{said}; a limit cycle of amplitude {amplitude:.3g} rad at {omega:.3g} rad/s"
+    return f"{message}; a limit cycle of amplitude {amplitude:.3g} rad at {omega:.3g} rad/s"
 
 
 def identify_passive(
@@ -97,25 +99,25 @@ def identify_passive(
     cross_validate: bool = True,
     progress: Progress | None = None,
 ) -> PassiveFits:
-    """Stiffness, viscosity and friction of every joint of the samples, one after another.
+    """Estimate stiffness, viscosity and friction of every joint of the samples.
 
     Parameters
     ----------
     samples : PassiveSamples
     rest_angle : float, "free", or a mapping of joints to either
-        q_r in rad; a joint that a mapping does not name is free. The source never gives q_r; free,
-        it widens the interval of k.
+        q_r in rad; a joint that a mapping does not name is free. The source does not state q_r; a
+        free q_r widens the interval of k.
     method : str, optional
-        One of `METHODS`; its default if absent, or `parallel` where the samples hold neither the
-        limb's dynamics nor a measured torque.
+        One of `METHODS`; by default the table's default, or `parallel` if the samples have neither
+        the limb's dynamics nor a measured torque.
     quadratic : bool
-        Whether ``K (q - q_r)^2`` is fitted too.
+        True to fit ``K (q - q_r)^2`` too.
     friction : bool
-        Whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry friction.
+        True to fit ``f sign(qd)``; False for a joint that is known to have no dry friction.
     cross_validate : bool
-        Whether every trial (or third of a single trial) is predicted from the others.
+        True to predict every trial (or third of a single trial) from the others.
     progress : function, optional
-        Called with how many joints are done, of how many.
+        Called with the number of joints that are done and their total.
 
     Returns
     -------
@@ -129,7 +131,7 @@ def identify_passive(
     NotIdentifiableError
         The motion cannot show a parameter; it is named.
     EstimationError
-        The search does not settle.
+        The search does not converge.
     """
     raw = samples.hinges is not None or samples.measured_torque is not None
     name = method or (METHODS.default if raw else "parallel")
@@ -144,13 +146,13 @@ def identify_passive(
 
 
 def _rest_angle(
-    given: RestAngle | Mapping[str, RestAngle], joint: str, joints: Sequence[str]
+    stated: RestAngle | Mapping[str, RestAngle], joint: str, joints: Sequence[str]
 ) -> RestAngle:
-    if not isinstance(given, Mapping):
-        return given
-    if set(given) - set(joints):
-        raise InputError(f"rest angles of {', '.join(given)}", expected=f"of {', '.join(joints)}")
-    return given.get(joint, "free")
+    if not isinstance(stated, Mapping):
+        return stated
+    if set(stated) - set(joints):
+        raise InputError(f"rest angles of {', '.join(stated)}", expected=f"of {', '.join(joints)}")
+    return stated.get(joint, "free")
 
 
 def _identify(
@@ -160,7 +162,7 @@ def _identify(
     equations = METHODS[method].equations(samples, terms)
     elsewhere = rest_angle_note(equations, terms, samples.sample_rate_hz)
     fits = _solved(samples, terms, method, elsewhere)
-    # the torque equations' own fit, with the parameters that the method found
+    # the torque equations' own fit, with the parameters estimated by the method
     torque_fit = replace(equations.fit(), coefficients=fits.classical.coefficients)
     W, Y = equations.stacked()
     dry = terms.columns.index("f") if terms.friction else slice(0)
@@ -186,7 +188,7 @@ def _identify(
 
 
 def _solved(samples: PassiveSamples, terms: Terms, method: str, elsewhere: str | None) -> TwoFits:
-    """The method's fits; where its search fails, a rest angle that cannot be is the likely why."""
+    """Fits of the method; if its search fails, name a wrong rest angle as the probable reason."""
     try:
         return METHODS[method].solve(samples, terms)
     except EstimationError as error:
@@ -203,7 +205,7 @@ def _parameters(fits: TwoFits, terms: Terms) -> Parameters:
 def _cross_validation(
     samples: PassiveSamples, terms: Terms, method: str, torque_fit: Fit
 ) -> tuple[tuple[CrossValidation, ...], tuple[str, ...]]:
-    """Each trial predicted from the others, and a sentence for each that cannot be."""
+    """Predict each trial from the others; a sentence for each trial for which that fails."""
     parts = samples if samples.n_trials > 1 else samples.in_thirds()
     predicted, failed = [], []
     for row, name in enumerate(parts.trials):

@@ -1,13 +1,12 @@
-"""Joint motion and torque fitted together, where the limb's dynamics is not known.
+"""Fit joint motion and torque together if the limb's dynamics are not known.
 
-Errors in both: the angle q(t) is a spline, and both the measured angle and the measured torque,
-unfiltered, are what it and the parameters predict plus noise. The spline and the parameters are
-fitted in turn, each by weighted least squares; the weights are the noise levels that splines
-leave.
+Both channels have errors: the angle q(t) is a spline, and the measured angle and torque,
+unfiltered, are the predictions of spline and parameters plus noise. The spline and the parameters
+are fitted in turn, each by weighted least squares; the weights come from the residuals of splines.
 
-Near a reversal the sign of the velocity is not known. Any choice of it errs now and then, which
-takes off f and puts it on h; its expected value, by the error of the spline's velocity, errs in
-neither direction (J. Berkson, J. Am. Stat. Assoc. 45 (1950) 164-180).
+Near a reversal the sign of the velocity is not known. A hard choice is sometimes wrong, which makes
+f too small and h too large. The expected sign, given the error of the spline's velocity, gives no
+bias (J. Berkson, J. Am. Stat. Assoc. 45 (1950) 164-180).
 """
 
 from __future__ import annotations
@@ -26,21 +25,21 @@ from armimpedance.joint.relaxed.samples import PassiveSamples
 _DEGREE: Final = 5
 _MOST_TURNS: Final = 50
 
-#: Turns in which a sample may still change the side of a reversal on which it lies.
+#: Number of turns in which samples near a reversal may still change their sign.
 _TURNS_OF_SIGN: Final = 5
 
-#: Knots per period of the cut-off: the spline follows what the filter lets through. Without a
-#: cut-off, for data without noise, it has a knot at every second sample.
+#: Knots per period of the cut-off, so that the spline follows all that the filter passes. Without a
+#: cut-off, for data without noise, there is a knot at every second sample.
 _KNOTS_PER_PERIOD: Final = 3.0
 
-#: Done when no parameter moves by more than this part of its standard error, or of its size.
+#: Converged when no parameter changes by more than this share of its standard error, or its size.
 _STILL: Final = 0.01
 _STILL_EXACT: Final = 1e-9
 
-#: Samples over which the velocity's standard error is taken: several knots' worth.
+#: Number of samples over which the velocity's standard error is averaged: several knots.
 _MIDDLE: Final = 50
 
-#: By how much fewer pieces a spline is given each time that a smoother one is tried.
+#: Factor by which the number of pieces falls for each smoother spline that is tried.
 _COARSER: Final = 1.4
 
 
@@ -69,7 +68,7 @@ class TrialSpline:
         return tuple(spline(seconds, nu=d) for d in range(3))
 
     def sign(self, qd: FloatArray) -> FloatArray:
-        """Expected sign of velocities (S,) that the spline shows."""
+        """Expected sign of the spline's velocities (S,)."""
         from scipy.special import erf
 
         if self.qd_sd == 0:
@@ -80,7 +79,7 @@ class TrialSpline:
 def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
     """Fit motion and torque of a single joint together.
 
-    Raises EstimationError: spline and parameters do not settle.
+    Raises EstimationError: spline and parameters do not converge.
     Raises InputError: the torque was not measured.
     """
     trials = [trial_spline(samples, s) for s in samples.slices()]
@@ -107,7 +106,7 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
 
 
 def trial_spline(samples: PassiveSamples, part: slice) -> TrialSpline:
-    """A trial of a single joint, with knots for what the samples' filter lets through.
+    """Spline of a trial of a single joint, with knots for what the samples' filter passes.
 
     Raises InputError: the torque was not measured.
     """
@@ -122,35 +121,35 @@ def trial_spline(samples: PassiveSamples, part: slice) -> TrialSpline:
 
 
 def smoothest(trial: TrialSpline) -> tuple[TrialSpline, FloatArray]:
-    """A trial with as few knots as predict its angle best, and the spline's coefficients (c,).
+    """The trial's spline with the number of knots that predicts best, and its coefficients (c,).
 
     Generalised cross-validation (P. Craven, G. Wahba, Numer. Math. 31 (1979) 377-403): the noise
     of a velocity grows with the knots to the power of 1.5, that of an acceleration of 2.5.
     """
     count = len(trial.q)
     rate = (count - 1) / trial.knots[-1]
-    pieces, best, found = len(trial.knots) - 2 * _DEGREE - 1, np.inf, trial
+    pieces, best, smooth = len(trial.knots) - 2 * _DEGREE - 1, np.inf, trial
     curve = _least_squares(trial.B, trial.q)
     while pieces >= 1:
         tried = _spline(trial.q, trial.torque, rate, pieces)
         tried_curve = _least_squares(tried.B, trial.q)
-        left = float(((trial.q - tried.B @ tried_curve) ** 2).mean())
-        score = left / (1 - tried.B.shape[1] / count) ** 2
+        square = float(((trial.q - tried.B @ tried_curve) ** 2).mean())
+        score = square / (1 - tried.B.shape[1] / count) ** 2
         if score < best:
-            best, found, curve = score, tried, tried_curve
+            best, smooth, curve = score, tried, tried_curve
         pieces = int(pieces / _COARSER)
-    return found, curve
+    return smooth, curve
 
 
 def _spline(q: FloatArray, torque: FloatArray, rate_hz: float, pieces: int) -> TrialSpline:
-    """A trial whose spline has equal pieces."""
+    """Trial with a spline of equal pieces."""
     from scipy.interpolate import BSpline
 
     seconds = np.arange(len(q)) / rate_hz
     edges = np.linspace(0, seconds[-1], pieces + 1)
     knots = np.concatenate([[0.0] * _DEGREE, edges, [edges[-1]] * _DEGREE])
     B = BSpline.design_matrix(seconds, knots, _DEGREE)
-    # B' = D (scaled differences of coefficients) on the basis of one degree less
+    # B' = D (scaled differences of coefficients) in the basis of one degree less
     spread = knots[_DEGREE + 1 : -1] - knots[1 : -_DEGREE - 1]
     lower = BSpline.design_matrix(seconds, knots[1:-1], _DEGREE - 1)
     B1 = _DEGREE * (lower / spread) @ _differences(B.shape[1])
@@ -167,8 +166,8 @@ def _velocity_error(q: FloatArray, B: Any, B1: Any) -> float:
     middle = B1[count // 2 : count // 2 + _MIDDLE].toarray()
     # var(qd) (n,) = s^2 diag(B1 (B^T B)^-1 B1^T)
     gain = (middle.T * splu((B.T @ B).tocsc()).solve(middle.T)).sum(axis=0).mean()
-    left = q - B @ _least_squares(B, q)
-    return float(np.sqrt(gain * (left @ left) / (count - knots)))
+    residual = q - B @ _least_squares(B, q)
+    return float(np.sqrt(gain * (residual @ residual) / (count - knots)))
 
 
 def _differences(count: int) -> Any:
@@ -187,7 +186,7 @@ def _least_squares(B: Any, y: FloatArray) -> FloatArray:
 
 
 def _torque_weight(trials: list[TrialSpline], curves: list[FloatArray]) -> float:
-    """Variance of the angle's noise over the torque's, each from what a spline leaves."""
+    """Variance of the angle's noise over the torque's, each from the residual of a spline."""
     angle = torque = 0.0
     for trial, curve in zip(trials, curves, strict=True):
         angle += float(((trial.q - trial.B @ curve) ** 2).sum())
@@ -204,7 +203,7 @@ def _spline_given(
     terms: Terms,
     weight: float,
 ) -> FloatArray:
-    """The spline (c,) that fits angle and torque best for given signs (S,) and parameters (p,)."""
+    """Spline (c,) that fits angle and torque best for given signs (S,) and parameters (p,)."""
     from scipy.sparse.linalg import spsolve
 
     q, qd = trial.B @ curve, trial.B1 @ curve
@@ -216,9 +215,9 @@ def _spline_given(
             size = x[terms.columns.index(name)]
             slope = slope + power * size * (q - terms.reference) ** (power - 1)
     G = trial.B.multiply(slope[:, None]).tocsr() + x[1] * trial.B1
-    left = trial.B.T @ trial.B + weight * (G.T @ G)
+    normal = trial.B.T @ trial.B + weight * (G.T @ G)
     right = trial.B.T @ trial.q + weight * (G.T @ (trial.torque - predicted + G @ curve))
-    return np.asarray(spsolve(left.tocsc(), right))
+    return np.asarray(spsolve(normal.tocsc(), right))
 
 
 def _equations(

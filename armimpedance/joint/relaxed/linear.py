@@ -1,18 +1,18 @@
 """Least squares on a joint's equations, with the source's covariance and a robust one.
 
-Robust covariance of a fit to few seconds of a swing, whose residuals remember: equal-weighted
-cosines (E. Lazarus, D. J. Lewis, J. H. Stock, M. W. Watson, J. Bus. Econ. Stat. 36 (2018) 541-559;
-U. K. Mueller, J. Econometrics 141 (2007) 1331-1352). The long-run variance of the scores is the
-mean of squares of their B slowest cosine sums, and t has B degrees of freedom. Noise of an
-acceleration is strong just below the filter's cut-off and nearly absent where the joint swings. The
-Bartlett weights of a Newey-West estimator smear the one over the other and make the interval of k
+The robust covariance is for a few seconds of a swing with correlated residuals. It uses
+equal-weighted cosines (E. Lazarus, D. J. Lewis, J. H. Stock, M. W. Watson, J. Bus. Econ. Stat. 36
+(2018) 541-559; U. K. Mueller, J. Econometrics 141 (2007) 1331-1352). The long-run variance of the
+scores is the mean of squares of their B slowest cosine sums, and t has B degrees of freedom. Noise
+of an acceleration is strong just below the filter's cut-off and nearly absent at the frequency of
+the swing. The Bartlett weights of a Newey-West estimator mix the two, which makes the interval of k
 twice too wide; cosines do not.
 
-They take the noise to be as large everywhere as it is on average. After a release all of the swing
-is in its first seconds, noise of the posture counts by the cosine of the swinging angle, and the
-fit takes off residuals where few rows decide: k was covered in 86 %. Where every column went
-through one filter, residuals forget within few of its periods, and leaving out piece by piece
-counts all three.
+Cosines assume that the noise is equally large everywhere. But after a release the whole swing is in
+the first seconds, noise of the posture depends on the cosine of the swinging angle, and the fit
+reduces residuals where few rows decide: k was covered in 86 %. If every column passed the same
+filter, residuals are independent after a few of its periods, and a jackknife over pieces accounts
+for all three effects.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.numerics.regression import Fit, long_run_covariance
 from armimpedance.numerics.signals import lowpass, refuse_degrees, smoothed_derivatives
 
-#: The band about the swing's own frequencies whose noise counts, Hz.
+#: Band about the swing's frequencies whose noise affects the parameters, Hz.
 BAND_HZ: Final = 0.25
 
-#: A piece, in periods of the cut-off: residuals behind the filter remember two or three.
+#: Length of a piece, in periods of the cut-off; residuals are correlated over two or three.
 _PIECE_PERIODS: Final = 12.0
 _FEWEST_PIECES: Final = 8
 
-#: Fewest and most cosines: fewer say little, more would pool the noise of other frequencies.
+#: Limits of the number of cosines: fewer are imprecise, more would include other frequencies.
 _FEWEST: Final = 6
 _MOST: Final = 40
 
@@ -48,7 +48,7 @@ class TwoFits:
     """One estimate with two covariances.
 
     `classical`: fit with the source's covariance (10), for independent residuals.
-    `robust`: fit with a covariance for autocorrelated residuals; intervals are made of it.
+    `robust`: fit with a covariance for autocorrelated residuals, used for the intervals.
     """
 
     classical: Fit
@@ -58,9 +58,9 @@ class TwoFits:
 def solver(
     equations: Callable[[PassiveSamples, Terms], Equations], *, filtered: bool = False
 ) -> Callable[[PassiveSamples, Terms], TwoFits]:
-    """The estimator that solves these equations of a single joint by least squares.
+    """Return an estimator that solves these equations of a single joint by least squares.
 
-    `filtered`: every column went through the filter of Y.
+    `filtered`: True if every column passed the filter of Y.
     """
 
     def solve(samples: PassiveSamples, terms: Terms) -> TwoFits:
@@ -75,7 +75,7 @@ def solve_linear(
 ) -> TwoFits:
     """Least squares with both covariances.
 
-    `cutoff_hz`: of the low-pass that every column and Y went through; residuals then forget within
+    `cutoff_hz`: of the low-pass that every column and Y passed; residuals are then independent over
     pieces of some periods.
     Raises NotIdentifiableError: W loses rank; names the parameters.
     Raises InputError: no more rows than parameters.
@@ -87,16 +87,16 @@ def solve_linear(
             rows = _PIECE_PERIODS * sample_rate_hz / cutoff_hz
             return TwoFits(classical, with_pieces(classical, equations, rows))
         except NotIdentifiableError:
-            pass  # a motion so short that one piece holds all of it: the cosines say what they can
+            pass  # the motion is so short that it lies in one piece: use cosines
     return TwoFits(classical, with_long_run(classical, equations.W, E, sample_rate_hz))
 
 
 def with_pieces(fit: Fit, equations: Equations, piece_rows: float) -> Fit:
-    """The same fit with the jackknife's covariance (CR3) of pieces of its trials.
+    """Return the fit with the jackknife covariance (CR3) over pieces of its trials.
 
     `fit`: the fit of `equations`.
-    `piece_rows`: longest piece; shorter where that makes fewer than `_FEWEST_PIECES`.
-    Raises NotIdentifiableError: one piece alone informs a parameter.
+    `piece_rows`: longest piece; shorter if there were fewer than `_FEWEST_PIECES`.
+    Raises NotIdentifiableError: a parameter depends on a single piece.
     """
     longest = min(piece_rows, equations.n_rows / _FEWEST_PIECES)
     pieces = [max(int(np.ceil(len(w) / longest)), 1) for w in equations.W]
@@ -111,7 +111,7 @@ def with_pieces(fit: Fit, equations: Equations, piece_rows: float) -> Fit:
 def with_long_run(
     fit: Fit, W: Sequence[FloatArray], E: Sequence[FloatArray], sample_rate_hz: float
 ) -> Fit:
-    """The same fit with the covariance of autocorrelated residuals.
+    """Return the fit with a covariance for autocorrelated residuals.
 
     `W` sequence of (S_t, p).
     `fit`: a fit of one output.
@@ -124,19 +124,19 @@ def with_long_run(
 
 
 def number_of_cosines(rows: int, sample_rate_hz: float) -> int:
-    """B: cosine j has ``j / (2 T)`` Hz, T the seconds of all rows; at most a quarter of them."""
+    """Number B of cosines; cosine j has ``j / (2 T)`` Hz, T the seconds of all rows."""
     seconds = rows / sample_rate_hz
     within = round(2 * seconds * BAND_HZ)
     return int(np.clip(np.clip(within, _FEWEST, _MOST), 1, max(rows // 4, 1)))
 
 
-# Where the data put the rest angle, where somebody stated another one.
+# The rest angle that the data show, to test a stated one.
 
-#: Of the interval that must exclude the stated angle.
+#: Confidence level of the interval that must exclude the stated angle.
 _LEVEL: Final = 0.99
-#: How far outside of it the stated angle must lie, rad: that moves k by some 4 %.
+#: Distance from the interval beyond which the stated angle is contradicted, rad: about 4 % of k.
 _CLEARLY_RAD: Final = 0.05
-#: A stiffness of fewer robust standard errors puts the rest angle nowhere.
+#: Least stiffness, in robust standard errors, that determines a rest angle.
 _LEAST_STIFFNESS: Final = 5.0
 
 
@@ -149,18 +149,18 @@ class FreeRestAngle:
     high: float
 
     def contradicts(self, stated: float) -> bool:
-        """Whether an angle lies clearly outside of the interval."""
+        """Return True if an angle lies clearly outside the interval."""
         return not self.low - _CLEARLY_RAD <= stated <= self.high + _CLEARLY_RAD
 
 
 def free_rest_angle(
     equations: Equations, terms: Terms, sample_rate_hz: float
 ) -> FreeRestAngle | None:
-    """Fit the rest angle too, to the equations of one that is stated.
+    """Fit the rest angle as well, from equations with a stated one.
 
     `equations`: equations of a single joint, by these terms.
     `terms`: terms of the model, with a stated rest angle.
-    Returns: None where the motion does not show it.
+    Returns: None if the motion does not show it.
     """
     try:
         fits = solve_linear(_with_offset(equations), sample_rate_hz)
@@ -176,7 +176,7 @@ def free_rest_angle(
 
 
 def rest_angle_note(equations: Equations, terms: Terms, sample_rate_hz: float) -> str | None:
-    """A sentence where the data contradict the stated rest angle, else None."""
+    """Sentence if the data contradict the stated rest angle, else None."""
     if terms.free:
         return None
     fitted = free_rest_angle(equations, terms, sample_rate_hz)
@@ -190,9 +190,9 @@ def rest_angle_note(equations: Equations, terms: Terms, sample_rate_hz: float) -
 
 
 def _with_offset(equations: Equations) -> Equations:
-    """The same rows with the column of ones that a free rest angle needs.
+    """Add to the rows the column of ones that a free rest angle needs.
 
-    Angles count from the stated one, so that the fitted one comes out as the difference.
+    Angles are relative to the stated one, so the fitted one is the difference from it.
     """
 
     def more(W: FloatArray) -> FloatArray:
@@ -216,22 +216,21 @@ def from_joint_recording(
     cutoff_hz: float | None = 8.0,
     torque_sign: Literal[1, -1] | None = None,
 ) -> PassiveSamples:
-    """Filter angle and torque of every trial alike; the torque column holds the passive torque.
+    """Filter angle and torque of every trial alike; the torque column is the passive torque.
 
-    The passive torque is the left side of ``k (q - q_r) + h qd + f sign(qd)``: positive stiffness
-    and viscosity for a passive joint. Laboratories store the limb's torque on the device too,
-    which is the opposite. Without `torque_sign` the sign stays as it is, unless stiffness **and**
-    the power that viscosity and friction take up are both negative beyond doubt (upper one-sided
-    95 % limits below zero): no passive joint can do that, so the sign is turned, and a note says
-    so.
+    The passive torque is ``k (q - q_r) + h qd + f sign(qd)``, with positive stiffness and viscosity
+    for a passive joint. Some laboratories store the limb's torque on the device, which is the
+    opposite. Without `torque_sign` the sign is kept, unless stiffness **and** the power that
+    viscosity and friction absorb are both significantly negative (upper one-sided 95 % limits below
+    zero). A passive joint cannot do that, so the sign is then reversed, and a note reports it.
 
     Parameters
     ----------
     recording : Recording
-        A recording of kind "joint"; its joints are called ``q1``, ``q2``, ... in messages and
+        A recording of kind "joint"; its joints have the names ``q1``, ``q2``, ... in messages and
         results.
     cutoff_hz : float or None
-        Cut-off of the zero-phase low-pass that angle and torque go through.
+        Cut-off of the zero-phase low-pass on angle and torque.
     torque_sign : 1, -1 or None
         Factor of the torque column.
 
@@ -279,7 +278,7 @@ def from_joint_recording(
 
 
 def _impossible(samples: PassiveSamples) -> bool:
-    """Whether every joint's stiffness and dissipation are negative beyond doubt."""
+    """Return True if every joint's stiffness and dissipation are significantly negative."""
     return all(_negative(samples.only(j)) for j in range(len(samples.joints)))
 
 

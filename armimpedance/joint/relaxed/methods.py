@@ -1,4 +1,4 @@
-"""What an estimator of passive joints is, and the table of those that there are."""
+"""Table of the estimators of passive joints."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PassiveMethod:
-    """An estimator.
+    """An estimator of a passive joint's parameters.
 
-    `assumes`: what must hold for the estimate to be right, in one sentence.
-    `equations`: the torque equations of a single joint that its validation uses.
-    `solve`: the estimate of a single joint.
+    `assumes`: assumption of the estimate, in one sentence.
+    `equations`: torque equations of a single joint for its validation.
+    `solve`: estimates a single joint's parameters.
     """
 
     assumes: str
@@ -42,9 +42,9 @@ def _filtered(samples: PassiveSamples, terms: Terms) -> Equations:
 
 
 def _least_squares(samples: PassiveSamples, terms: Terms) -> TwoFits:
-    """The source's: smoothed motion, sign of its velocity, ordinary least squares.
+    """The source's method: smoothed motion, sign of its velocity, ordinary least squares.
 
-    The sign is not filtered as the torque is, and the ends of the trials count: h and f come out
+    Unlike the torque, the sign is not filtered, and the ends of the trials are used: h and f are
     biased.
     """
     from armimpedance.joint.relaxed.linear import solver
@@ -53,16 +53,16 @@ def _least_squares(samples: PassiveSamples, terms: Terms) -> TwoFits:
 
 
 def _parallel(samples: PassiveSamples, terms: Terms) -> TwoFits:
-    """Least squares with every column, the sign included, through the filter of the torque."""
+    """Least squares with every column, including the sign, passed through the torque's filter."""
     from armimpedance.joint.relaxed.linear import solver
 
     return solver(_filtered, filtered=True)(samples, terms)
 
 
 def _output_error(samples: PassiveSamples, terms: Terms) -> TwoFits:
-    """The measured motion itself is fitted, and no noisy derivative enters.
+    """Fit the measured motion itself, without noisy derivatives.
 
-    A hinge whose inertia is known is simulated forward (`swing`). Where only angle and torque were
+    A hinge with known inertia is simulated forward (`swing`). If only angle and torque were
     measured, a spline of the motion and the torque are fitted together (`joint_spline`).
     """
     from armimpedance.joint.relaxed.joint_spline import solve_joint_spline

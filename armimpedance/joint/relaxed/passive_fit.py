@@ -1,4 +1,4 @@
-"""What is said of one passive joint."""
+"""Result of the fit of one passive joint, or of several."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from armimpedance.numerics.regression import (
 from armimpedance.numerics.signals import EmgLevel
 from armimpedance.show.files import FittedResult
 
-#: What the reported numbers are.
+#: Meaning of the reported numbers.
 _REPORTED: Final = {
     **PASSIVE_PARAMETERS,
     **{name: one.means for name, one in PASSIVE_DERIVED.items()},
@@ -40,7 +40,7 @@ _REPORTED: Final = {
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """A part that was left out of the fit, and how well the rest predicts it."""
+    """A part that was left out of the fit, and the quality of its prediction from the rest."""
 
     left_out: str
     validation: Validation
@@ -48,7 +48,7 @@ class CrossValidation:
 
 @dataclass(frozen=True, repr=False)
 class PassiveFit(FittedResult, FrozenRecord):
-    """The parameters of one passive joint and how far to trust them.
+    """Parameters of one passive joint, with the tests of the model.
 
     Attributes
     ----------
@@ -58,23 +58,23 @@ class PassiveFit(FittedResult, FrozenRecord):
     method : str
     terms : Terms
     parameters : Parameters
-        k, h, f [, q_r] [, K]: `plain_sd` is the source's (10) (denominator: rows less parameters),
-        `sd` and the intervals count that residuals are correlated.
+        k, h, f [, q_r] [, K]: `plain_sd` is the source's (10) (denominator: rows less parameters);
+        `sd` and the intervals allow for correlated residuals.
     torque_fit : Fit
-        The torque equations with this joint's parameters: predicts and validates. Its condition
-        numbers are those of W; the source does not say which of the two it prints.
+        The torque equations with this joint's parameters, for prediction and validation. Its
+        condition numbers are those of W; the source does not say which of the two it prints.
     direct : Validation
-        On the rows of the fit, torque in N m.
+        Validation on the rows of the fit, torque in N m.
     cross : tuple of CrossValidation
-        One trial left out at a time; thirds of a single trial.
+        Validation with one trial left out at a time, or a third of a single trial.
     friction_share_percent : float
         Root mean square of the friction torque over that of the joint torque.
     cutoff_hz : float or None
-        Cut-off of the filter that the samples went through.
+        Cut-off of the samples' filter.
     warnings : tuple of str
-        What `checks` warn of among them.
+        Warnings, including those of `checks`.
     checks : tuple of Finding
-        What was held against the data.
+        Assumptions that were tested on the data.
 
     Examples
     --------
@@ -102,20 +102,21 @@ class PassiveFit(FittedResult, FrozenRecord):
     checks: tuple[Finding, ...] = ()
 
     def doubted(self, *findings: Finding) -> PassiveFit:
-        """The same fit with more checks, and their sentences among its warnings."""
+        """Return the fit with more checks, and their sentences among its warnings."""
         warnings = (*self.warnings, *warnings_of(findings))
         return replace(self, checks=(*self.checks, *findings), warnings=warnings)
 
     def with_mass_sd(self, told: float | None) -> PassiveFit:
-        """The same fit with intervals that allow for the mass of the limb.
+        """Return the fit with intervals that allow for the uncertainty of the limb's mass.
 
-        Every torque of a free limb is proportional to its mass, the parameters with it: ``C + s^2
-        x x^T`` with x the parameters, zero for an angle, and s the sd of the mass as a fraction.
+        Every torque of a free limb is proportional to its mass, and so are the parameters. The
+        covariance becomes ``C + s^2 x x^T`` with x the parameters (zero for an angle) and s the sd
+        of the mass as a fraction.
 
         Parameters
         ----------
         told : float or None
-            The sd as a fraction; None: nobody said, and that between tables is taken.
+            The sd as a fraction; None: not stated, the sd between tables is used.
 
         Raises
         ------
@@ -127,25 +128,25 @@ class PassiveFit(FittedResult, FrozenRecord):
                 f"a mass known to {100 * told:g} %", expected="0 or more, less than 50 %"
             )
         sd = TABLE_MASS_SD if told is None else told
-        known = self.parameters
-        x = np.where([name == "q_r" for name in known.names], 0.0, known.values)
-        wider = replace(known, covariance=known.covariance + sd**2 * np.outer(x, x))
+        own = self.parameters
+        x = np.where([name == "q_r" for name in own.names], 0.0, own.values)
+        wider = replace(own, covariance=own.covariance + sd**2 * np.outer(x, x))
         return replace(self, parameters=wider).doubted(mass_finding(told))
 
     @property
     def rms_Nm(self) -> float:
-        """Root mean square of the torque that the fit leaves."""
+        """Root mean square of the residual torque, N m."""
         return float(self.direct.rms[0])
 
     @property
     def reported(self) -> Parameters:
-        """The parameters, and after them what follows from them."""
+        """The parameters, followed by the numbers derived from them."""
         return with_derived(self.parameters, PASSIVE_DERIVED)
 
     @property
     def named(self) -> tuple[NamedParameter, ...]:
-        """The parameters and what follows from them, each with the joint's number."""
-        return tuple(replace(one, joint=self.number) for one in self.reported)
+        """The parameters and the derived numbers, each with the joint's number."""
+        return tuple(replace(parameter, joint=self.number) for parameter in self.reported)
 
     @property
     def summary(self) -> FitSummary:
@@ -153,18 +154,18 @@ class PassiveFit(FittedResult, FrozenRecord):
         return summary_of([self])
 
     def equations(self, samples: PassiveSamples) -> Equations:
-        """The torque equations of this joint, as the method makes them, from any samples of it.
+        """Torque equations of this joint by the fit's method, from any samples of it.
 
         Raises
         ------
         InputError
             The samples do not hold this joint.
         """
-        one = samples.only(samples.joint(self.joint))
-        return METHODS.named(self.method).equations(one, self.terms)
+        own = samples.only(samples.joint(self.joint))
+        return METHODS.named(self.method).equations(own, self.terms)
 
     def validate(self, samples: PassiveSamples) -> Validation:
-        """How well the parameters predict the torque of another recording of this joint.
+        """Quality of the prediction of the torque in another recording of this joint.
 
         Raises
         ------
@@ -174,12 +175,12 @@ class PassiveFit(FittedResult, FrozenRecord):
         return self.torque_fit.validate(*self.equations(samples).stacked())
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values: the summary, and what else is known of the joint."""
+        """Plain values: the summary, and the details of the joint."""
         return {**self.summary.to_dict(), "joints": [joint_object(self)]}
 
     def __repr__(self) -> str:
-        said = len(self.warnings)
-        more = [counted(said, "warning")] if said else []
+        number = len(self.warnings)
+        more = [counted(number, "warning")] if number else []
         head = f"{self.joint}: {self.method}, R^2 {self.direct.r2:.4f}"
         return "\n".join([head, *map(repr, self.reported), *more])
 
@@ -191,7 +192,7 @@ def _method_of(fits: Sequence[PassiveFit]) -> str:
 
 
 def _prefixes(fits: Sequence[PassiveFit]) -> list[str]:
-    """What stands before a joint's own sentences: its name, where there are several."""
+    """Prefix of a joint's own sentences: its name, if there are several joints."""
     return [f"{fit.joint}: " if len(fits) > 1 else "" for fit in fits]
 
 
@@ -206,38 +207,38 @@ def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
     """
     method = _method_of(fits)
     torques = [f.torque_fit for f in fits]
-    rows = np.array([one.n_rows for one in torques], dtype=float)
-    left = rows * [f.rms_Nm**2 for f in fits]
+    rows = np.array([item.n_rows for item in torques], dtype=float)
+    squares = rows * [f.rms_Nm**2 for f in fits]
     about_zero, about_mean = np.array([(1 - f.direct.r2, 1 - f.direct.vaf) for f in fits]).T
     of = list(zip(_prefixes(fits), fits, strict=True))
     return FitSummary(
         method=method,
         n=int(rows.sum()),
-        cond_raw=max(one.cond_raw for one in torques),
-        cond_scaled=max(one.cond_scaled for one in torques),
-        rank=sum(one.rank for one in torques),
-        r2=_together(left, about_zero),
-        vaf=_together(left, about_mean),
-        parameters=tuple(one for f in fits for one in f.named),
+        cond_raw=max(item.cond_raw for item in torques),
+        cond_scaled=max(item.cond_scaled for item in torques),
+        rank=sum(item.rank for item in torques),
+        r2=_together(squares, about_zero),
+        vaf=_together(squares, about_mean),
+        parameters=tuple(item for f in fits for item in f.named),
         warnings=tuple(name + w for name, f in of for w in f.warnings),
-        checks=tuple(_named(one, name) for name, f in of for one in f.checks),
+        checks=tuple(_named(item, name) for name, f in of for item in f.checks),
     )
 
 
 def counted(number: int, what: str) -> str:
-    """A number and what it counts, in the plural where it is not one."""
+    """Number and noun, in the plural unless the number is one."""
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
 def _together(left: np.ndarray, unexplained: np.ndarray) -> float:
-    """``1 - sum left / sum whole``, each whole being ``left / unexplained``."""
+    """Pool ``1 - sum left / sum whole``, each whole being ``left / unexplained``."""
     if len(left) == 1 or not (unexplained > 0).all():
         return float(1 - unexplained.mean())
     return float(1 - left.sum() / (left / unexplained).sum())
 
 
 def joint_object(fit: PassiveFit) -> dict[str, Any]:
-    """What FIT.json says of a joint beside its parameters."""
+    """Fields of a joint in FIT.json besides its parameters."""
     return {
         "joint": fit.number,
         "name": fit.joint,
@@ -256,19 +257,19 @@ def joint_object(fit: PassiveFit) -> dict[str, Any]:
 
 
 def quality_object(validation: Validation) -> dict[str, float]:
-    """What FIT.json says of a validation."""
+    """Fields of a validation in FIT.json."""
     return {"rms_Nm": float(validation.rms[0]), "r2": validation.r2, "vaf": validation.vaf}
 
 
-# What is said of several passive joints of one recording.
+# Result for several passive joints of one recording.
 
-#: Joints that a short text shows.
+#: Largest number of joints in a short text.
 _MOST_SHOWN: Final = 8
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
-    """The fits of several joints of one recording: a sequence, and by a joint's name.
+    """Fits of several joints of one recording: a sequence, also indexed by a joint's name.
 
     Attributes
     ----------
@@ -276,11 +277,11 @@ class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
     samples : PassiveSamples
         Samples to which the models were fitted.
     notes : tuple of str
-        Remarks that a reader must know of the recording.
+        Notes on the recording for a reader of the result.
     emg : EmgLevel or None
-        How active the muscles were; None where that is not known.
+        Activity of the muscles; None if it is not known.
     validations : tuple of Validation
-        How well each joint's torque in another recording is predicted; none without one.
+        Quality of the prediction of each joint's torque in another recording; else empty.
     validated_on : str
         Name of that recording.
 
@@ -310,7 +311,7 @@ class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
         return iter(self.fits)
 
     def __getitem__(self, which: Any) -> Any:
-        """One fit by its number from 0 or its joint's name; a slice gives a tuple.
+        """Fit by its number from 0 or its joint's name; a slice gives a tuple.
 
         Raises InputError: no joint of this name was fitted.
         """
@@ -322,11 +323,11 @@ class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
         return summary_of(self.fits)
 
     def each(self, change: Callable[[PassiveFit], PassiveFit]) -> PassiveFits:
-        """The same with every joint's fit changed."""
+        """Apply a function to every joint's fit."""
         return replace(self, fits=tuple(change(fit) for fit in self.fits))
 
     def predicting(self, samples: PassiveSamples, name: str) -> PassiveFits:
-        """The same with how well they predict another recording of these joints.
+        """Return the fits with the validation on another recording of these joints.
 
         Raises
         ------
@@ -337,7 +338,7 @@ class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
         return replace(self, validations=validations, validated_on=name)
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds."""
+        """Content of FIT.json."""
         content = self.summary.to_dict()
         content["joints"] = [joint_object(fit) for fit in self.fits]
         content["emg"] = None if self.emg is None else self.emg.to_dict()
@@ -352,8 +353,8 @@ class PassiveFits(FittedResult, FrozenRecord, Sequence[PassiveFit]):
         for fit in self.fits[:_MOST_SHOWN]:
             shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.reported)
             lines.append(f"{fit.joint}: {shown}; R^2 {fit.direct.r2:.4f}")
-        left, said = len(self) - len(lines), sum(len(fit.warnings) for fit in self.fits)
-        more = [f"... and {left} more"] if left else []
-        more += [counted(said, "warning")] if said else []
+        further, number = len(self) - len(lines), sum(len(fit.warnings) for fit in self.fits)
+        more = [f"... and {further} more"] if further else []
+        more += [counted(number, "warning")] if number else []
         head = f"{self.fits[0].method}, {counted(len(self), 'passive joint')}"
         return "\n".join([head, *lines, *more])

@@ -1,8 +1,8 @@
 """Samples of passive joints: motion and passive torque, both after the same filter.
 
 The passive torque is the right-hand side of Venture's equation (6),
-``k (q - q_r) + h qd + f sign(qd)``: what resists the motion is positive. For a relaxed limb it is
--H, minus the torque of inertia, Coriolis and gravity.
+``k (q - q_r) + h qd + f sign(qd)``; torque that resists the motion is positive. For a relaxed limb
+it is -H, minus the torque of inertia, Coriolis and gravity.
 """
 
 from __future__ import annotations
@@ -48,20 +48,20 @@ class PassiveSamples(FrozenRecord):
     torque : (N, j)
         Passive torque, N m, after the filter.
     measured_q : (N, j)
-        Before the filter.
+        Angles before the filter, rad.
     cutoff_hz : float or None
-        Cut-off of the zero-phase second-order Butterworth low-pass that q and what the torque is
-        made of went through; None: no filter.
+        Cut-off of the zero-phase second-order Butterworth low-pass of q and of the torque or its
+        components; None: no filter.
     qdd : (N, j) or None
-        rad/s^2, after the filter; None where nothing was made of it.
+        rad/s^2, after the filter; None if it was not computed.
     measured_torque : (N, j) or None
-        Before the filter, where it is measured and not computed from the motion.
+        Torque before the filter, N m, if it is measured and not computed from the motion.
     hinges : tuple of j HingeDynamics or None
-        How each joint moves with the other coordinates as measured, where a skeleton is known.
+        Dynamics of each joint, with the other coordinates as measured, if a skeleton is known.
     trials : tuple of T str
         Names of the trials, for messages.
     notes : tuple of str
-        Remarks that a reader of the result must know.
+        Notes for a reader of the result.
     """
 
     sample_rate_hz: float
@@ -96,29 +96,31 @@ class PassiveSamples(FrozenRecord):
         return len(self.offsets) - 1
 
     def slices(self) -> list[slice]:
-        """The samples of each trial."""
+        """Slices of the samples of each trial."""
         return trial_slices(self.offsets)
 
     def joint(self, name: str) -> int:
-        """Which column bears this joint's name.
+        """Column of the joint with this name.
 
         Raises
         ------
         InputError
-            None does.
+            There is no such joint.
         """
         if name not in self.joints:
             raise InputError(f"no joint {name!r}", expected=f"one of {', '.join(self.joints)}")
         return self.joints.index(name)
 
     def only(self, joint: int) -> PassiveSamples:
-        """The samples of one joint, numbered from 0."""
-        one = slice(joint, joint + 1)
-        hinges = self.hinges and self.hinges[one]
-        return replace(self, joints=self.joints[one], hinges=hinges, **self._signals(np.s_[:, one]))
+        """Samples of one joint, numbered from 0."""
+        column = slice(joint, joint + 1)
+        hinges = self.hinges and self.hinges[column]
+        return replace(
+            self, joints=self.joints[column], hinges=hinges, **self._signals(np.s_[:, column])
+        )
 
     def select(self, rows: list[int]) -> PassiveSamples:
-        """The samples of these trials only (rows from 0)."""
+        """Samples of these trials only (rows from 0)."""
         kept = [self.slices()[r] for r in rows]
         index = np.concatenate([np.arange(s.start, s.stop) for s in kept])
         hinges = self.hinges and tuple(h.select(rows) for h in self.hinges)
@@ -131,13 +133,13 @@ class PassiveSamples(FrozenRecord):
         )
 
     def _signals(self, at: Any) -> dict[str, Any]:
-        """A part of every signal (N, j)."""
+        """Parts of all signals (N, j), selected by `at`."""
         names = ("q", "qd", "torque", "measured_q", "qdd", "measured_torque")
         signals = {name: getattr(self, name) for name in names}
         return {name: None if x is None else x[at] for name, x in signals.items()}
 
     def in_thirds(self) -> PassiveSamples:
-        """A single trial cut into three that follow each other.
+        """Cut a single trial into three consecutive ones.
 
         Raises
         ------
@@ -153,7 +155,8 @@ class PassiveSamples(FrozenRecord):
         return replace(self, offsets=np.array(edges), hinges=hinges, trials=names)
 
     def pointing(self, up: str) -> PassiveSamples:
-        """A single joint of a skeleton, were another axis up (``x``, ``-x``, ...) than z.
+        """Samples of a single joint of a skeleton as if another axis (``x``, ``-x``, ...) pointed
+        up.
 
         Raises
         ------
@@ -170,30 +173,31 @@ class PassiveSamples(FrozenRecord):
         return replace(self, hinges=(hinge,), torque=self.torque - weight[:, None])
 
     def with_torque_turned(self, sentence: str) -> PassiveSamples:
-        """A copy whose torque has the other sign, and a note that says so."""
+        """Return a copy with the torque of opposite sign, and a note on it."""
         turned = None if self.measured_torque is None else -self.measured_torque
         notes = (*self.notes, sentence)
         return replace(self, torque=-self.torque, measured_torque=turned, notes=notes)
 
 
-# Coordinates no livelier than they show: what is held still is taken as still.
+# Coordinates that do not move visibly are replaced by their mean.
 #
-# Noise of the coordinates about a joint pushes it in a simulation, at its own resonance too, where
-# no cut-off can take it away from motion. But a limb that somebody holds moves by less than its
-# markers' noise, and its mean is then the better guess (generalised cross-validation: P. Craven, G.
-# Wahba, Numer. Math. 31 (1979) 377-403).
+# In a simulation, noise of the other coordinates drives the joint, also at its resonance, where no
+# filter can separate noise from motion. If a limb that is held moves by less than its markers'
+# noise, its mean is a better estimate (generalised cross-validation: P. Craven, G. Wahba, Numer.
+# Math. 31 (1979) 377-403).
 
 
 def as_still_as_shown(
     coordinates: FloatArray, sample_rate_hz: float, cutoff_hz: float | None
 ) -> FloatArray:
-    """One trial's coordinates (S, n) after the low-pass, or their mean where it predicts better.
+    """Return one trial's coordinates (S, n) after the low-pass, or their mean if it predicts
+    better.
 
-    Motion of less than about three quarters of its noise counts as none.
+    Motion of less than about three quarters of its noise is treated as none.
 
     `coordinates` (S, n).
     `cutoff_hz`: of the zero-phase second-order Butterworth low-pass; None: the coordinates have no
-    noise and stay as they are.
+    noise and are not changed.
     """
     if cutoff_hz is None:
         return coordinates
@@ -205,9 +209,10 @@ def as_still_as_shown(
 
 
 def _score(signal: FloatArray, smooth: FloatArray, freedom: float) -> FloatArray:
-    """Mean square (n,) that would be left of samples that the smooth (S, n) had not seen."""
-    left = ((signal - smooth) ** 2).mean(axis=0)
-    return np.asarray(left / (1 - freedom / len(signal)) ** 2)
+    """Mean square error (n,) with which the smooth curve (S, n) predicts samples not used for
+    it."""
+    residual = ((signal - smooth) ** 2).mean(axis=0)
+    return np.asarray(residual / (1 - freedom / len(signal)) ** 2)
 
 
 def _freedom(samples: int, cutoff_hz: float, rate_hz: float) -> float:
@@ -217,9 +222,9 @@ def _freedom(samples: int, cutoff_hz: float, rate_hz: float) -> float:
     return samples * float(np.mean(1 / (1 + ratio**4)))
 
 
-# Passive samples from the joint motion of a skeleton whose inertia is known.
+# Passive samples from the joint motion of a skeleton with known inertia.
 #
-# Import this module only where a skeleton is used: it loads Pinocchio.
+# Import this module only if a skeleton is used: it loads Pinocchio.
 
 
 def from_motion(
@@ -228,7 +233,7 @@ def from_motion(
     *,
     cutoff_hz: float | None = 8.0,
 ) -> PassiveSamples:
-    """Smooth every trial for itself, and take the passive torque ``-H_j`` from the skeleton.
+    """Filter every trial separately, and take the passive torque ``-H_j`` from the skeleton.
 
     All coordinates are measured, so all enter H (Venture elbow, eq. (6), Gamma = 0 and Q = 0).
 
@@ -238,8 +243,8 @@ def from_motion(
         Recording whose skeleton has masses and inertias.
     joints : names of coordinates
     cutoff_hz : float or None
-        Cut-off of the zero-phase low-pass; None for data without noise. The default keeps an
-        elbow's swing of 1.5 Hz and takes most of the markers' noise off its acceleration; joints
+        Cut-off of the zero-phase low-pass; None for data without noise. The default passes an
+        elbow's swing of 1.5 Hz and removes most of the markers' noise from its acceleration; joints
         that swing at 5 Hz need 15.
 
     Returns
@@ -262,7 +267,7 @@ def from_motion(
     smooth = [smoothed_derivatives(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
     q, qd, qdd = (np.concatenate([trial[d] for trial in smooth]) for d in range(3))
     torque = -_inverse_dynamics(model, q, qd, qdd)
-    # the torque keeps the noise of what is held still: it cancels that of the angle; see stillness
+    # the torque keeps the noise of still coordinates, because it cancels that of the angle
     still = [as_still_as_shown(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
     fine = [_between_samples(q, motion.sample_rate_hz) for q in still]
     return PassiveSamples(
@@ -297,7 +302,7 @@ def _columns(joints: Sequence[str], names: tuple[str, ...], root: tuple[str, ...
 
 
 def _inverse_dynamics(model: Any, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-    """H (N, n)."""
+    """Joint torques H (N, n) by inverse dynamics."""
     import pinocchio as pin
 
     data = model.createData()
@@ -306,7 +311,7 @@ def _inverse_dynamics(model: Any, q: FloatArray, qd: FloatArray, qdd: FloatArray
 
 
 def _between_samples(smooth: FloatArray, rate_hz: float) -> tuple[FloatArray, ...]:
-    """The smoothed motion (S, n) and its derivatives at ``2 SUBSTEPS`` points per sample."""
+    """Smoothed motion (S, n) and its derivatives at ``2 SUBSTEPS`` points per sample."""
     from scipy.interpolate import make_interp_spline
 
     samples = np.arange(len(smooth)) / rate_hz

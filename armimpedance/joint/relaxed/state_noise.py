@@ -1,4 +1,4 @@
-"""A linear state with a random push, seen through noise: whitening and smoothing, many at once.
+"""Whiten and smooth a linear state with a random push, measured with noise; many at once.
 
 ``d_(i+1) = Phi_i d_i + u_i + b_i w_i`` with w white of variance ``ratio``, and ``y_i = d_i[0] +
 n_i`` with n white of variance one; d_0 is given. The Kalman filter turns any sequence of
@@ -19,10 +19,10 @@ from armimpedance.core.arrays import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class StateSteps:
-    """The steps from one sample to the next, and which samples were measured.
+    """Steps from one sample to the next, and the measured samples.
 
-    `transition` (S - 1, T, 2, 2), `seen` (S, T) bool.
-    `push` (S - 1, T, 2): what a unit of w does in a step.
+    `transition` (S - 1, T, 2, 2). `seen` (S, T) bool: True if measured.
+    `push` (S - 1, T, 2): effect of a unit of w in a step.
     """
 
     transition: FloatArray
@@ -30,7 +30,7 @@ class StateSteps:
     seen: BoolArray
 
     def spread(self, ratios: FloatArray) -> FloatArray:
-        """Covariances P (S, V, T, 2, 2) of the states, given all that was measured before."""
+        """Covariances P (S, V, T, 2, 2) of the states, given all earlier measurements."""
         S, T = self.seen.shape
         P = np.zeros((S, len(ratios), T, 2, 2))
         b = self.push[:, None, :, :, None]
@@ -39,19 +39,19 @@ class StateSteps:
             # P (2, 2) = Phi (P - P H^T F^-1 H P) Phi^T + ratio b b^T, F = H P H^T + 1
             first = P[i, ..., 0]
             share = (self.seen[i] / (first[..., 0] + 1))[..., None, None]
-            left = P[i] - share * first[..., :, None] * first[..., None, :]
-            P[i + 1] = self.transition[i] @ left @ self.transition[i].swapaxes(-1, -2) + Q[i]
+            updated = P[i] - share * first[..., :, None] * first[..., None, :]
+            P[i + 1] = self.transition[i] @ updated @ self.transition[i].swapaxes(-1, -2) + Q[i]
         return P
 
     def whiten(
         self, measured: FloatArray, inputs: FloatArray, start: FloatArray, ratios: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """White rows (V, T, S, m) and the logarithms (V,) of the determinants they lost.
+        """White rows (V, T, S, m) and the log determinants (V,) of the whitening.
 
         `measured` (S, T, m), `inputs` (S - 1, T, 2, m).
         `start` (T, 2, m): the first states.
         `ratios` (V,): variances of w over that of n.
-        Returns: (rows, logarithms): rows of samples that were not measured are zero.
+        Returns: (rows, logarithms); rows of samples that were not measured are zero.
         """
         S, T, m = measured.shape
         first = self.spread(ratios)[..., 0]
@@ -71,7 +71,7 @@ class StateSteps:
     def smooth(
         self, measured: FloatArray, inputs: FloatArray, start: FloatArray, ratio: float
     ) -> FloatArray:
-        """The states (S, T, 2) that all measurements together make likeliest.
+        """Likeliest states (S, T, 2) given all measurements.
 
         `measured` (S, T), `inputs` (S - 1, T, 2).
         `start` (T, 2): the first state.
@@ -79,19 +79,19 @@ class StateSteps:
         S, T = measured.shape
         P = self.spread(np.array([ratio]))[:, 0]
         gain = P[..., 0] / (P[..., 0, 0] + 1)[..., None] * self.seen[..., None]
-        ahead, left = np.empty((S, T, 2)), np.empty((S, T))
+        ahead, innovation = np.empty((S, T, 2)), np.empty((S, T))
         state = start
         for i in range(S):
-            ahead[i], left[i] = state, measured[i] - state[:, 0]
+            ahead[i], innovation[i] = state, measured[i] - state[:, 0]
             if i < S - 1:
-                state = state + gain[i] * left[i][:, None]
+                state = state + gain[i] * innovation[i][:, None]
                 state = (self.transition[i] @ state[..., None])[..., 0] + inputs[i]
-        left *= self.seen / (P[..., 0, 0] + 1)
+        innovation *= self.seen / (P[..., 0, 0] + 1)
         later = np.zeros((T, 2))
         for i in range(S - 1, -1, -1):
             # r_(i-1) (2,) = H^T (F^-1 v - K^T Phi^T r_i) + Phi^T r_i
             if i < S - 1:
                 later = (self.transition[i].swapaxes(-1, -2) @ later[..., None])[..., 0]
-            later[:, 0] += left[i] - (gain[i] * later).sum(axis=-1)
+            later[:, 0] += innovation[i] - (gain[i] * later).sum(axis=-1)
             ahead[i] += (P[i] @ later[..., None])[..., 0]
         return ahead

@@ -2,9 +2,9 @@
 
 ``I(t) qdd + B(t) qd + g(t, q) = -(k (q - q_r) + h qd + f s [+ K (q - q_r)^2])`` with s the sign of
 qd. Between reversals s is constant and a step is plain Runge-Kutta. In the step where qd passes
-zero, s is the mean of the sign along a velocity that is linear from one end to the other: a
-quadratic in s with one root in (-1, 1), which at qd = 0 is the friction that holds the joint
-still. No step chatters, and the motion stays a smooth function of the parameters.
+zero, s is the mean of the sign along a velocity that is linear over the step. This gives a
+quadratic in s with one root in (-1, 1); at qd = 0 it is the friction that holds the joint
+still. The sign does not chatter, and the motion is a smooth function of the parameters.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def simulate_swings(
     terms: Terms,
     sample_rate_hz: float,
 ) -> FloatArray:
-    """Angles and velocities (S, 2, B) of B swings.
+    """Simulate B swings: angles and velocities (S, 2, B).
 
     `coefficients` (2 SUBSTEPS (S - 1) + 1, 7, B): coefficients of the hinge, as in `HingeDynamics`.
     `parameters` (p, B): parameters of the columns of `terms`.
@@ -51,7 +51,7 @@ def simulate_swings(
         q1, v1 = _step(q, v, sign, at, parameters, terms, step)
         turned = v * v1 <= 0
         if turned.any():
-            # v1(s) = free - kick s, and q1 moves by half a step of the same change
+            # v1(s) = free - kick s, and q1 changes by half a step times the same change
             mean = _mean_sign(v, v1 + kick[i] * sign, kick[i])
             change = np.where(turned, kick[i] * (sign - mean), 0.0)
             q1, v1 = q1 + step / 2 * change, v1 + change
@@ -84,7 +84,7 @@ def _step(
 def _acceleration(
     q: FloatArray, v: FloatArray, sign: FloatArray, at: FloatArray, x: FloatArray, terms: Terms
 ) -> FloatArray:
-    """``-(tau_passive + B qd + g(q)) / I`` for coefficients (7, B)."""
+    """Acceleration ``-(tau_passive + B qd + g(q)) / I`` for coefficients (7, B)."""
     c, s = np.cos(q), np.sin(q)
     gravity = at[2] + at[3] * c + at[4] * s + at[5] * (c * c - s * s) + at[6] * (2 * s * c)
     about = q - terms.reference
@@ -102,62 +102,60 @@ def _acceleration(
 def _mean_sign(before: FloatArray, free: FloatArray, kick: FloatArray) -> FloatArray:
     """Mean s of the sign along a velocity from `before` to ``free - kick s``.
 
-    With r the sign before, ``s = r (|before| - |after|) / (|before| + |after|)`` where the velocity
-    turns; put ``after = free - kick s`` in.
+    With r the sign before, ``s = r (|before| - |after|) / (|before| + |after|)`` if the velocity
+    changes its sign; ``after = free - kick s`` is substituted.
     """
     r = np.where(before >= 0, 1.0, -1.0)
     v, a = np.abs(before), r * free
     # kick s^2 + (v - a + kick) s - (v + a) = 0 for s towards r
     linear = v - a + kick
     root = np.sqrt(np.maximum(linear**2 + 4 * kick * (v + a), 0.0))
-    # the form that keeps its digits as kick goes to zero
+    # the form that is accurate as kick goes to zero
     lower = linear + np.where(linear >= 0, root, -root)
     safe = np.where(lower == 0, 1.0, lower)
     first = 2 * (v + a) / safe
-    other = np.where(kick == 0, first, -lower / (2 * np.where(kick == 0, 1.0, kick)))
-    s = np.where(np.abs(first) <= 1, first, other)
-    # at rest friction holds against what it can
+    second = np.where(kick == 0, first, -lower / (2 * np.where(kick == 0, 1.0, kick)))
+    s = np.where(np.abs(first) <= 1, first, second)
+    # at rest, friction balances the other torques up to its strength
     hold = np.where(kick > 0, free / np.where(kick == 0, 1.0, kick), np.sign(free))
     return np.asarray(np.clip(np.where(v == 0, hold, r * s), -1.0, 1.0))
 
 
-# Output error of a hinge: the swing that the parameters would make, fitted to the measured one.
+# Output error of a hinge: the swing simulated with the parameters is fitted to the measured one.
 #
-# The hinge moves by its equation with the other coordinates as measured, and the measured angle,
-# unfiltered, is what it does plus noise: no derivative of a noisy signal enters, and no sign. The
-# other coordinates' noise pushes the hinge too, at random, so that the swing forgets: a torque that
-# is white, whose size the residual likelihood chooses, stands for that, and whitens what is left.
-# Without it the fit is plain output error; where it is large the fit trusts no longer than a few
-# samples. All trials are fitted together, each with an initial angle and velocity of its own.
-# Gauss-Newton on steps of one sample about the likeliest motion so far, from the `parallel`
-# estimate.
+# The hinge moves by its equation with the other coordinates as measured. The measured angle,
+# unfiltered, is this motion plus noise, so no derivative or sign of a noisy signal is used. Noise
+# of the other coordinates also drives the hinge at random. A white random torque describes this;
+# its size is chosen by the residual likelihood, and it whitens the residual. Without it the fit is
+# plain output error; if it is large, the fit uses the model over a few samples only. All trials are
+# fitted together, each with its own initial angle and velocity. The search is Gauss-Newton on steps
+# of one sample about the likeliest motion so far, starting from the `parallel` estimate.
 
 _MOST_STEPS: Final = 30
 
-#: Differences for the steps' derivatives: of parameters in standard errors, of angle (rad),
-#: velocity (rad/s) and torque (N m).
+#: Steps of the numerical derivatives: parameters in standard errors, angle (rad), velocity (rad/s)
+#: and torque (N m).
 _DIFFERENCE: Final = 1.0
 _STATE_DIFFERENCES: Final = (1e-5, 1e-4)
 _TORQUE_DIFFERENCE: Final = 1e-3
 
-#: What the random torque of a step moves in it, over the noise of the angle: none, and 21 sizes.
+#: Tried motions by the random torque in a step, over the noise of the angle: none, and 21 sizes.
 _PUSHES: Final = np.concatenate([[0.0], 10 ** np.linspace(-4, 1, 21)])
 
-#: Done when the step, in standard errors along its own direction, is shorter than this, or than
-#: a billionth of the parameters.
+#: The search has converged when its step, in standard errors along its own direction, is below
+#: this, or below a billionth of the parameters.
 _STILL: Final = 0.02
 _STILL_EXACT: Final = 1e-9
-#: After all steps, as a reversal that just happens or just does not may bring about, this will do.
+#: After the last step this suffices: a reversal that barely happens can prevent convergence.
 _STILL_ENOUGH: Final = 0.5
 
 
 @dataclass(frozen=True)
 class Swings:
-    """The hinge from sample to sample; T trials of at most S samples.
+    """Steps of the hinge from sample to sample; T trials of at most S samples.
 
     `measured` (S, T), `seen` (S, T) bool.
-    `coefficients` (2 SUBSTEPS + 1, 7, (S - 1) T): of every step from one sample to the next, sample
-    by sample.
+    `coefficients` (2 SUBSTEPS + 1, 7, (S - 1) T): for every step from one sample to the next.
     """
 
     coefficients: FloatArray
@@ -167,7 +165,9 @@ class Swings:
     sample_rate_hz: float
 
     def step(self, x: FloatArray, states: FloatArray, torque: float = 0.0) -> FloatArray:
-        """States (S - 1, T, 2) one sample after each of `states` (S, T, 2), under a torque too."""
+        """States (S - 1, T, 2) one sample after each of `states` (S, T, 2), with an additional
+        torque.
+        """
         S, T, _ = states.shape
         count = (S - 1) * T
         at = self.coefficients
@@ -181,9 +181,9 @@ class Swings:
 
 
 class Linear(NamedTuple):
-    """The steps about some motion, linear in the state, the push and the p parameters.
+    """The steps about a motion, linear in the state, the push and the p parameters.
 
-    `by_parameters` is (S - 1, T, 2, p); `jump` (S - 1, T, 2) the end of a step less the next state.
+    `by_parameters` (S - 1, T, 2, p). `jump` (S - 1, T, 2): end of a step less the next state.
     """
 
     steps: StateSteps
@@ -192,25 +192,24 @@ class Linear(NamedTuple):
 
 
 class SwingSolution(NamedTuple):
-    """One Gauss-Newton step: the fit of the white rows, and the likeliest motion (S, T, 2)."""
+    """Result of a Gauss-Newton step: fit of the white rows, and the likeliest motion (S, T, 2)."""
 
     fit: Fit
     states: FloatArray
 
 
 def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
-    """Fit the swing of a single joint whose hinge dynamics are known.
+    """Fit the swing of a single joint with known hinge dynamics.
 
-    Raises EstimationError: the simulated swing does not settle on the measured one.
-    Raises NotIdentifiableError, InputError: the same cases as in `solve_linear`, which finds the
-    `parallel` start.
+    Raises EstimationError: the simulated swing does not converge to the measured one.
+    Raises NotIdentifiableError, InputError: as `solve_linear`, which gives the `parallel` start.
     """
     fit, _ = settled(samples, terms)
     return TwoFits(fit, fit)
 
 
 def settled(samples: PassiveSamples, terms: Terms) -> SwingSolution:
-    """The fit, and the likeliest states.
+    """Fit a single joint's swing; return the fit and the likeliest states.
 
     Raises EstimationError, NotIdentifiableError, InputError: as `solve_swing`.
     """
@@ -235,12 +234,12 @@ def settled(samples: PassiveSamples, terms: Terms) -> SwingSolution:
 
 
 def swings_of(samples: PassiveSamples, terms: Terms) -> Swings:
-    """The steps of all trials from sample to sample."""
+    """Steps of all trials from sample to sample."""
     if samples.hinges is None:
         raise InputError("no skeleton to simulate", expected="samples from a motion recording")
     parts = samples.hinges[0].coefficients
     per, S = 2 * SUBSTEPS, int(np.diff(samples.offsets).max())
-    # (points, 7, T), shorter trials hold their last row; then (points of a step, 7, S - 1, T)
+    # (points, 7, T), shorter trials repeat their last row; then (points of a step, 7, S - 1, T)
     padded = np.stack(
         [np.pad(c, ((0, per * (S - 1) + 1 - len(c)), (0, 0)), mode="edge") for c in parts], axis=2
     )
@@ -253,14 +252,14 @@ def swings_of(samples: PassiveSamples, terms: Terms) -> Swings:
 
 
 def _padded(samples: PassiveSamples, signal: FloatArray) -> FloatArray:
-    """A signal (N,) trial beside trial (S, T); shorter trials hold their last value."""
+    """Arrange a signal (N,) trial beside trial (S, T); shorter trials repeat their last value."""
     parts = [signal[s] for s in samples.slices()]
     longest = max(map(len, parts))
     return np.stack([np.pad(part, (0, longest - len(part)), mode="edge") for part in parts], axis=1)
 
 
 def linearised(swings: Swings, x: FloatArray, states: FloatArray, sd: FloatArray) -> Linear:
-    """The steps linearised about states (S, T, 2) and parameters (p,)."""
+    """Linearise the steps about states (S, T, 2) and parameters (p,)."""
     ends = swings.step(x, states)
     columns = []
     for i, step in enumerate(_STATE_DIFFERENCES):
@@ -280,12 +279,12 @@ def linearised(swings: Swings, x: FloatArray, states: FloatArray, sd: FloatArray
 def _gauss_newton(
     swings: Swings, x: FloatArray, states: FloatArray, linear: Linear
 ) -> SwingSolution:
-    """Parameters, starts and motion that fit the linearised steps best, by the likeliest push."""
+    """Parameters, starts and motion that fit the linearised steps best, with the likeliest push."""
     S, T, p = *swings.measured.shape, len(x)
-    left = swings.measured - states[..., 0]
-    # columns: what is left, then what p parameters and two starts do; their sign makes W of them
+    residual = swings.measured - states[..., 0]
+    # columns: residual, then the effects of p parameters and two starts, with the sign of W
     measured, start = np.zeros((S, T, 1 + p + 2)), np.zeros((T, 2, 1 + p + 2))
-    measured[..., 0] = left
+    measured[..., 0] = residual
     start[:, [0, 1], [1 + p, 2 + p]] = -1.0
     inputs = np.zeros((S - 1, T, 2, 1 + p + 2))
     inputs[..., 0], inputs[..., 1 : 1 + p] = linear.jump, -linear.by_parameters
@@ -297,20 +296,20 @@ def _gauss_newton(
     change = fit.parameters - x
     begin = np.stack([alone - along @ change for alone, along in moves])
     inputs = linear.jump + linear.by_parameters @ change
-    motion = linear.steps.smooth(left, inputs, begin, float(ratios[best]))
+    motion = linear.steps.smooth(residual, inputs, begin, float(ratios[best]))
     return SwingSolution(fit, states + motion)
 
 
 def push_ratios(linear: Linear) -> FloatArray:
-    """Variances (V,) of a random torque over that of the angle's noise that are tried."""
+    """Tried variances (V,) of a random torque over that of the angle's noise."""
     return np.asarray((_PUSHES / np.median(np.abs(linear.steps.push[..., 0]))) ** 2)
 
 
 def _criterion(rows: FloatArray, lost: FloatArray, count: int, p: int) -> FloatArray:
-    """Minus twice the residual log-likelihood (V,) of white rows (V, T, S, 1 + p + 2)."""
+    """Minus twice the residual log likelihood (V,) of white rows (V, T, S, 1 + p + 2)."""
     Q, R = np.linalg.qr(rows[..., 1 + p :])
     free = rows[..., : 1 + p] - Q @ (Q.swapaxes(-1, -2) @ rows[..., : 1 + p])
-    # [W, Y] = Z R: R holds the determinant of W, and its last entry the residual
+    # [W, Y] = Z R: R gives the determinant of W, and its last entry the residual
     ordered = np.roll(free.reshape(len(rows), -1, 1 + p), -1, axis=-1)
     own = np.abs(np.diagonal(np.linalg.qr(ordered, mode="r"), axis1=-2, axis2=-1))
     starts = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
@@ -323,7 +322,7 @@ def _criterion(rows: FloatArray, lost: FloatArray, count: int, p: int) -> FloatA
 def _equations(
     swings: Swings, rows: FloatArray, x: FloatArray
 ) -> tuple[Equations, list[tuple[FloatArray, FloatArray]]]:
-    """The white rows (T, S, 1 + p + 2) as a regression; per trial what moves the start with it."""
+    """White rows (T, S, 1 + p + 2) as a regression, and per trial the dependence of the start."""
     W, Y, moves = [], [], []
     p = len(x)
     for trial, seen in zip(rows, swings.seen.T, strict=True):
@@ -337,7 +336,7 @@ def _equations(
 
 
 def _length(change: FloatArray, fit: Fit) -> float:
-    """``sqrt(dx^T C^-1 dx)`` of a step (p,): standard errors along its own direction."""
+    """Length ``sqrt(dx^T C^-1 dx)`` of a step (p,), in standard errors along its direction."""
     # C^-1 (p, p) = R^T R / sigma^2
     sigma = max(fit.residual_sd, np.finfo(np.float64).tiny)
     return float(np.linalg.norm(fit.triangle @ change) / sigma)

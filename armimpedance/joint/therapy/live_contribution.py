@@ -1,8 +1,8 @@
-"""The contribution while the robot moves: an update per sample, the results of the recorded form.
+"""Contribution while the robot moves: one update per sample, with the results of a recording.
 
-The kernel is symmetric, so that a sample's result is there half a kernel (about 50 ms) after it.
-Kernel, torques, sums and standard errors are those of a recording, one sample at a time; nothing is
-stored but the last kernel and the last window of samples, however long a movement lasts.
+The kernel is symmetric, so that the result of a sample is available half a kernel (about 50 ms)
+after it. Kernel, torques, sums and standard errors are those for a recording, one sample at a time.
+Only the last kernel and the last window of samples are stored, for movements of any length.
 """
 
 from __future__ import annotations
@@ -44,17 +44,16 @@ from armimpedance.joint.therapy.share.of_movement import (
 from armimpedance.joint.therapy.share.result import Contribution
 from armimpedance.numerics.signals import LastRows
 
-# Time stamps of a stream of samples: they follow each other at the sample rate.
+# Time stamps of a stream of samples at the sample rate.
 
 
 def next_time(last_s: float | None, stamp_s: float | None, step_s: float) -> float:
-    """The time of the next sample, from the last one's and what the sample itself says.
+    """Time of the next sample, from the last one and the sample's own time stamp.
 
     `last_s`: None before the first sample.
-    `stamp_s`: None where the samples bear no time: they are then `step_s` apart from 0 on.
-    `step_s`: the time between samples.
-    Raises InputError: a time stamp that is not finite, is repeated, or does not follow: samples are
-    missing.
+    `stamp_s`: None for samples without a time: these are `step_s` apart, from 0.
+    `step_s`: time between samples.
+    Raises InputError: a time stamp is not finite or is repeated, or samples are missing before it.
     """
     if stamp_s is None:
         return 0.0 if last_s is None else last_s + step_s
@@ -74,15 +73,15 @@ def next_time(last_s: float | None, stamp_s: float | None, step_s: float) -> flo
     return float(stamp_s)
 
 
-# What a running robot is told of each sample.
+# Results of a sample for the running robot.
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A value in per cent that can be told or not.
+    """A value in per cent, valid or not.
 
-    `percent`, `sd`: the value and its standard error; NaN where there is no denominator.
-    `valid`: whether it can be told.
+    `percent`, `sd`: value and standard error; NaN without a denominator.
+    `valid`: True if the value is well enough determined.
     """
 
     percent: float
@@ -92,16 +91,16 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class LiveSample:
-    """What is known of the sample half a kernel ago; per cent as in `Contribution`.
+    """Results of the sample half a kernel ago; per cent as in `Contribution`.
 
     `time_s`: time of that sample.
     `q_rad`, `user_Nm`, `arm_Nm`: angle of the moving axis, and torques about it.
-    `counts`: whether the axis moves.
-    `of_sample`: (3).
-    `in_movement`: whether it lies in the movement; before a movement the movement's values are NaN.
-    `ratio`, `projection`, `share`: of the movement so far. The share, beside the robot's inertia,
-    is what a display shows.
-    `running`: the projection in the running window.
+    `counts`: True if the axis moves.
+    `of_sample`: contribution (3) of the sample.
+    `in_movement`: True within the movement; before it, the values of the movement are NaN.
+    `ratio`, `projection`, `share`: of the movement so far. A display shows the share, which is
+    separate from the robot's inertia.
+    `running`: projection in the running window.
     """
 
     time_s: float
@@ -117,19 +116,19 @@ class LiveSample:
     running: Reading
 
 
-#: Sums that are kept: of the sample, of the movement so far, of the running window, and of the
-#: movement with the samples that do not count.
+#: Stored sums: over the sample, over the movement so far, over the running window, and over the
+#: movement including the samples that do not count.
 SAMPLE, MOVEMENT, WINDOW, EVERYTHING = range(4)
 
 
 class LiveContribution:
-    """The contribution about one axis, sample by sample.
+    """Contribution about one axis, sample by sample.
 
     `robot`: identified; it is adjusted to the arm's length here.
-    `axis`: the moving axis, column of `update`'s angles, from 0.
-    `window_s`: length of the running view's window, s.
-    `unrepeatable`: go on where the passive repetitions of this axis did not agree.
-    Raises InputError: no such axis, rate or window; a robot or an axis of the arm that was not
+    `axis`: moving axis, column of `update`'s angles, from 0.
+    `window_s`: length of the running window, s.
+    `unrepeatable`: True to continue if the passive repetitions of this axis did not agree.
+    Raises InputError: no such axis, rate or window, or the robot or this axis of the arm was not
     calibrated.
     """
 
@@ -166,7 +165,7 @@ class LiveContribution:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all samples: after a gap, or for the next trial."""
+        """Delete all samples: after a gap, or before the next trial."""
         self._measured = LastRows(2 * self._half + 1, self._robot.n_axes + 1)
         self._rows = LastRows(self._window, len(self._row))
         self._sums = np.zeros((4, FACTORS, len(self._row)))
@@ -185,20 +184,20 @@ class LiveContribution:
 
     @property
     def delay_s(self) -> float:
-        """How long after a sample its result comes, s."""
+        """Delay of a result after its sample, s."""
         return self._half / self._rate
 
     @property
     def complete(self) -> bool:
-        """Whether all samples of a movement that was stopped have come out of the kernel."""
+        """True if the kernel has given all samples of a stopped movement."""
         return self._last is not None and self._count > self._last + self._half
 
     def start(self, movement: str = "", *, trial: str = "live", condition: str = "") -> None:
-        """A movement begins with the next sample that `update` gets.
+        """Start a movement with the next sample given to `update`.
 
-        `movement`: as the arm's references call it; else there is no comparison by (19).
-        Raises InputError: the movement before has not been stopped, or has not come out of the
-        kernel yet.
+        `movement`: name as in the arm's references; with another name there is no comparison (19).
+        Raises InputError: the previous movement was not stopped, or the kernel has not yet given
+        all of it.
         """
         if self._first is not None and not self.complete:
             raise InputError(
@@ -210,9 +209,9 @@ class LiveContribution:
         self._names, self._first = (movement, trial, condition), self._count
 
     def stop(self) -> None:
-        """The movement ends with the last sample that `update` got.
+        """Stop the movement with the last sample given to `update`.
 
-        Raises InputError: there is none, or it has no sample yet.
+        Raises InputError: no movement was started, or it has no sample yet.
         """
         if self._first is None or self._last is not None or self._count == self._first:
             raise InputError("no movement to stop", expected="start(), then samples, then stop()")
@@ -221,15 +220,15 @@ class LiveContribution:
     def update(
         self, q: FloatArray, motor: FloatArray, time_s: float | None = None
     ) -> LiveSample | None:
-        """Take one sample; give the result of the one half a kernel ago.
+        """Add one sample; return the result of the sample half a kernel ago.
 
         `q` (n,): angles of all axes, rad.
         `motor` (n,): motor torques of all axes, N m, positive where they accelerate their axis.
-        `time_s`: its time stamp; without one, samples are taken to follow each other at their rate.
+        `time_s`: time stamp; without one, the samples are assumed to come at the sample rate.
         Returns: None until the kernel is full.
-        Raises InputError: angles or torques that are no numbers or not one for each axis, a time
-        stamp that is repeated, or does not follow: samples are missing. The sample is not taken;
-        `reset` begins anew.
+        Raises InputError: angles or torques are not numbers or not one for each axis, a time stamp
+        is repeated, or samples are missing before it. The sample is not added; call `reset` to
+        start again.
         """
         self._take(q, motor, time_s)
         if self._count < 2 * self._half + 1:
@@ -248,10 +247,10 @@ class LiveContribution:
         return self._sample(counts, inside)
 
     def movement(self) -> Contribution:
-        """The result of the movement as far as it has come out of the kernel.
+        """Result of the movement so far, for the samples that the kernel has given.
 
-        Raises InputError: no sample of it yet, no motor torque, an axis on which the arm is no
-        load, or that has not moved.
+        Raises InputError: no sample of the movement yet, no motor torque, no load from the arm on
+        this axis, or the axis has not moved.
         """
         if not self._sums[EVERYTHING, ONE, ONE] > 0:
             raise InputError("no sample of a movement yet", expected="start(), then samples")
@@ -277,7 +276,8 @@ class LiveContribution:
         self._count += 1
 
     def _torques(self) -> tuple[bool, FloatArray]:
-        """Fill the row of the sample in the kernel's middle; whether it counts, its products."""
+        """Fill the row of the sample in the kernel's middle; return its `counts` and its
+        products."""
         axis, n = self._axis, self._robot.n_axes
         # (q, qd, qdd | motor) (3, n + 1) = weights (3, 2 h + 1) measured (2 h + 1, n + 1)
         state = self._weights @ self._measured.last(2 * self._half + 1)
@@ -299,7 +299,7 @@ class LiveContribution:
         return bool(abs(qd[axis]) >= self._slides_rad_s), products_of(self._row)
 
     def _inside(self, index: int) -> bool:
-        """Whether the sample of this number is one of the movement."""
+        """True if the sample with this number is part of the movement."""
         begun = self._first is not None and index >= self._first
         return begun and (self._last is None or index <= self._last)
 
@@ -314,9 +314,9 @@ class LiveContribution:
 
     def _sample(self, counts: bool, inside: bool) -> LiveSample:
         sums, law = self._sums, self._law
-        each = Judgement(sums[SAMPLE], law).of_sample
+        of_sample = Judgement(sums[SAMPLE], law).of_sample
         movement = Judgement(sums[MOVEMENT], law, so_far=True)
-        # movement and window in one go: they share their matrix products
+        # movement and window together: they share their matrix products
         projections = Judgement(sums[MOVEMENT:EVERYTHING], law).projection
         projection, running = (
             Reading(float(percent), float(sd), bool(valid))
@@ -330,7 +330,9 @@ class LiveContribution:
             user_Nm=float(self._row[USER]),
             arm_Nm=float(self._row[ARM]),
             counts=counts,
-            of_sample=Reading(float(each.percent), float(each.sd), counts and bool(each.valid)),
+            of_sample=Reading(
+                float(of_sample.percent), float(of_sample.sd), counts and bool(of_sample.valid)
+            ),
             in_movement=inside,
             ratio=_reading(movement.ratio),
             projection=projection,

@@ -1,4 +1,4 @@
-"""A recording played to the live form, sample by sample: is it the same, and is it fast enough?"""
+"""Replay a recording through the live form, sample by sample, to test equality and speed."""
 
 from __future__ import annotations
 
@@ -32,15 +32,14 @@ _METRICS: Final = ("ratio", "projection", "share", "reference")
 
 @dataclass(frozen=True, repr=False)
 class LiveReport:
-    """How a recording went through the live form.
+    """Result of a replay through the live form.
 
-    `delay_s`: after a sample, until its result is there.
-    `median_s`, `p99_s`, `longest_s`: time of one update.
-    `largest_difference`: from the same recording's results in one piece, in points or N m, or as a
-    fraction of values above 1: of torques and of every value that is flagged valid, with its
-    standard error.
-    `flags_differ`: validity flags that came out differently.
-    `movements`: as the live form gave them.
+    `delay_s`: time from a sample to its result.
+    `median_s`, `p99_s`, `longest_s`: computing time of one update.
+    `largest_difference`: from the results of the whole recording, in points or N m, or relative
+    for values above 1; of torques, and of all valid values and their standard errors.
+    `flags_differ`: number of validity flags that differ.
+    `movements`: results of the live form.
     """
 
     n_updates: int
@@ -70,7 +69,7 @@ def replay(
     unrepeatable: bool = False,
     step: Callable[[], object] = no_step,
 ) -> LiveReport:
-    """Play every trial to the live form, time each update, compare with the recorded form.
+    """Play every trial to the live form, time each update, and compare with the recorded form.
 
     Parameters
     ----------
@@ -83,7 +82,7 @@ def replay(
     window_s : float
         Length of the running view's window, s.
     unrepeatable : bool
-        Go on where the passive repetitions of an axis did not agree.
+        True to continue if the passive repetitions of an axis did not agree.
     step : function, optional
         Called after every trial.
 
@@ -96,7 +95,7 @@ def replay(
     InputError
         As `movement_torques` and `contribution_of`; samples that are missing.
     EstimationError
-        A movement that the live form gave fewer samples of.
+        The live form gave fewer samples of a movement.
     """
     forms: dict[int, LiveContribution] = {}
     times, differences, flags, movements = [], [], 0, []
@@ -115,13 +114,13 @@ def replay(
         differences += [difference, _movement_difference(movements[-1], whole)]
         flags += differ + _flags_differ(movements[-1], whole)
         step()
-    each = np.concatenate(times)
+    update_times = np.concatenate(times)
     return LiveReport(
-        n_updates=len(each),
+        n_updates=len(update_times),
         delay_s=live.delay_s,
-        median_s=float(np.median(each)),
-        p99_s=float(np.quantile(each, 0.99)),
-        longest_s=float(each.max()),
+        median_s=float(np.median(update_times)),
+        p99_s=float(np.quantile(update_times, 0.99)),
+        longest_s=float(update_times.max()),
         largest_difference=max(differences),
         flags_differ=flags,
         movements=tuple(movements),
@@ -131,7 +130,7 @@ def replay(
 def _play(
     recording: Recording, row: int, torques: MovementTorques, live: LiveContribution
 ) -> tuple[list[LiveSample], FloatArray]:
-    """Results of the movement's samples, and the time of every update, s."""
+    """Results of the movement's samples, and the computing time of every update, s."""
     samples = recording.samples_of(row)
     time, q, motor = (
         recording.time_s[samples],
@@ -165,17 +164,17 @@ def _compare(
     arm: PassiveArm,
     window_s: float,
 ) -> tuple[float, int]:
-    """Largest difference over a movement's samples, and how many flags differ."""
-    each = sample_contribution(torques, robot, arm)
+    """Largest difference over a movement's samples, and number of flags that differ."""
+    per_sample = sample_contribution(torques, robot, arm)
     running = running_contribution(torques, robot, arm, window_s)
     so_far = contribution_so_far(torques, robot, arm)
 
     def course(*names: str) -> FloatArray:
         return np.array([attrgetter(".".join(names))(sample) for sample in samples])
 
-    pairs = [(course("user_Nm"), each.user), (course("arm_Nm"), each.arm)]
+    pairs = [(course("user_Nm"), per_sample.user), (course("arm_Nm"), per_sample.arm)]
     differ = []
-    for name, whole in (("of_sample", each), ("share", so_far), ("running", running)):
+    for name, whole in (("of_sample", per_sample), ("share", so_far), ("running", running)):
         flags = course(name, "valid")
         both = np.logical_and(flags, whole.valid)
         differ.append(int((flags != whole.valid).sum()))
@@ -183,7 +182,7 @@ def _compare(
             (course(name, "percent")[both], whole.percent[both]),
             (course(name, "sd")[both], whole.sd[both]),
         ]
-    # the live share is shown at once, the recorded one once it has been valid for a while
+    # the live share is shown at once, the recorded one only after it has been valid for a while
     return max(_difference(a, b) for a, b in pairs), differ[0] + differ[2]
 
 
@@ -192,16 +191,16 @@ def _movement_difference(live: Contribution, whole: Contribution) -> float:
     names += ["n_samples", "still_share", "duration_s"]
     both = [np.array([getattr(result, name) for name in names]) for result in (live, whole)]
     for metric in _METRICS:
-        told = getattr(live, metric), getattr(whole, metric)
-        if all(t is not None and t.valid for t in told):
-            both = [np.append(b, [t.percent, t.sd]) for b, t in zip(both, told, strict=True)]
+        metrics = getattr(live, metric), getattr(whole, metric)
+        if all(t is not None and t.valid for t in metrics):
+            both = [np.append(b, [t.percent, t.sd]) for b, t in zip(both, metrics, strict=True)]
     return _difference(*both)
 
 
 def _flags_differ(live: Contribution, whole: Contribution) -> int:
     def flags(result: Contribution) -> list[bool]:
-        told = (getattr(result, metric) for metric in _METRICS)
-        return [t is not None and t.valid for t in told]
+        metrics = (getattr(result, metric) for metric in _METRICS)
+        return [t is not None and t.valid for t in metrics]
 
     return sum(a != b for a, b in zip(flags(live), flags(whole), strict=True))
 

@@ -1,4 +1,4 @@
-"""All forms of a moving body: verb, command, text, table, plot, page."""
+"""Verb, command, text, table, plot and page of a moving body."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""What `body` does: the joint motion of any recording that shows it, and its equations fitted."""
+"""Read the joint motion of any suitable recording, and fit its equations."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from armimpedance.show.verbs.results import PathLike, naming, read
 
 @dataclass(frozen=True)
 class MassPrior:
-    """What is expected before the motion is seen; see `body`."""
+    """Prior of the masses; see `body`."""
 
     skeleton: Skeleton | None
     sd_percent: float | None
@@ -35,7 +35,7 @@ class MassPrior:
 
 @dataclass(frozen=True)
 class AskedEquations:
-    """Which rows and columns the equations have, and how the motion gets into them; see `body`."""
+    """Requested rows and columns of the equations, and treatment of the motion; see `body`."""
 
     rows: Literal["base", "all"] | None
     cutoff_hz: float | None

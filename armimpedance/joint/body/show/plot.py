@@ -1,4 +1,4 @@
-"""A body on force plates: the contact wrench that was measured and the one that is predicted."""
+"""Plot of a body on force plates: measured and predicted contact wrench."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _ROW_IN = 1.25
 _MOST_ROWS = 7
-#: A longer name of a motion takes the panels' room.
+#: Longest name of a motion in a title.
 _MOST_LETTERS = 40
 _PRINTED = {
     "fx": "F_x",
@@ -50,13 +50,13 @@ def plot_row(
     Parameters
     ----------
     measured, predicted : (S,)
-        N or N m.
+        Values, N or N m.
     name : str
-        With the unit; the axis label.
+        Label of the axis, with the unit.
     rate_hz : float
         Samples per second.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Axes to draw on; by default those of a new figure.
 
     Returns
     -------
@@ -74,14 +74,14 @@ def plot_row(
 
 
 def body_figure(fit: BodyFit) -> Figure:
-    """Draw a motion, one row below the other: measured and predicted.
+    """Draw the measured and predicted rows of a motion, one panel per row.
 
-    It is the held-out motion whose moments vary most; the fitted one if none is held out.
+    The motion is the held-out one whose moments vary most, or a fitted one if none is held out.
 
     Parameters
     ----------
     fit : BodyFit
-        A fit that holds its recording, as `joint.body.show.body` makes it.
+        A fit with its recording, from `joint.body.show.body`.
 
     Returns
     -------

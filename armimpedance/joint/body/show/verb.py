@@ -1,4 +1,4 @@
-"""Base parameters of a body or a robot, from its motion and what acts on it."""
+"""Base parameters of a body or a robot, from its motion and the forces on it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def _rest_angles(words: list[str]) -> dict[str, float]:
-    """Passive joints and their rest angles, from ``NAME=REST_RAD``."""
+    """Parse passive joints and their rest angles from ``NAME=REST_RAD``."""
     rests: dict[str, float] = {}
     for word in words:
         name, _, rest = word.partition("=")
@@ -131,8 +131,8 @@ def body(
 ) -> BodyFit:
     """Fit the combinations of masses, first moments and inertias that motion can show.
 
-    For a body on force plates the six equations of the root alone are fitted, so that no joint
-    torque is needed (Venture, poster). For a robot the torques of all joints are fitted.
+    For a body on force plates only the six equations of the root are fitted, so no joint torque is
+    needed (Venture, poster). For a robot the torques of all joints are fitted.
 
     Parameters
     ----------
@@ -140,12 +140,12 @@ def body(
         Joint motion or markers with force plates, or joint motion with the torques of a robot.
     {options}
     prior : Skeleton, optional
-        Expected masses and inertias, of the methods ``consistent`` and ``prior``; by default the
+        Expected masses and inertias, for the methods ``consistent`` and ``prior``; by default the
         recording's own skeleton.
     noise_draws : int, optional
-        Draws of added noise, to take off what the angles' own noise does (default: 6; 0: none).
+        Draws of added noise, to remove the bias from the angles' noise (default: 6; 0: none).
     progress : function, optional
-        Called with how much is done, of how much: frames of markers, trials, draws of noise.
+        Called with the number of steps done and their total: frames, trials, draws of noise.
 
     Returns
     -------
@@ -158,9 +158,9 @@ def body(
         The recording cannot be read or used, something is in another unit or frame, or an option
         has no effect on it.
     NotIdentifiableError
-        The motions show too little; names the parameters.
+        The motions do not show all parameters; the error names them.
     EstimationError
-        The physically consistent fit does not settle, or the skeleton cannot follow the markers.
+        The physically consistent fit does not converge, or the skeleton cannot follow the markers.
 
     Examples
     --------

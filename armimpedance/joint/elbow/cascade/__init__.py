@@ -1,1 +1,1 @@
-"""Intrinsic and reflex pathways of one joint, each with a course over time or another variable."""
+"""Intrinsic and reflex pathways of one joint, varying over time or another variable."""

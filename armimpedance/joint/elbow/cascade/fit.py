@@ -1,4 +1,4 @@
-"""Courses of a whole record: piece by piece, by the prior that explains it best."""
+"""Courses of a whole record, solved in pieces, under the prior of greatest likelihood."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from armimpedance.core.arrays import BoolArray, FloatArray
 from armimpedance.core.errors import EstimationError
 from armimpedance.joint.elbow.cascade.jumps import Stretches, jumping, sharpened, stretches_of
-from armimpedance.joint.elbow.cascade.rows import Cells, FoundCourses, joined
+from armimpedance.joint.elbow.cascade.rows import Cells, CourseEstimates, joined
 from armimpedance.joint.elbow.cascade.task import CascadeCourses, CascadeTask, beginning
 
 # Smooth courses: integrated random walks over the cells, by one banded solution.
@@ -20,11 +20,11 @@ from armimpedance.joint.elbow.cascade.task import CascadeCourses, CascadeTask, b
 # posterior's information is a banded matrix, so that time grows with the number of cells, and the
 # marginal likelihood is its determinant and a quadratic form. I is eliminated exactly.
 
-#: Limits of the intensity, s^-1.5: below, a course is a straight line for this purpose.
+#: Limits of the intensity, s^-1.5; below the lower one a course is practically a straight line.
 INTENSITY: Final = (0.01, 1000.0)
-#: Spread of the first value, and of the first slope per unit of the variable, over the scale.
+#: Prior sd of the first value, and of the first slope per unit of the variable, over the scale.
 LEVEL, SLOPE = 3.0, 10.0
-#: More cells than this are merged while intensities are looked for.
+#: Cells are merged to this number while the intensities are optimised.
 MOST_CELLS: Final = 3000
 _NEVER: Final = "the record does not determine I and the courses: too little motion"
 
@@ -49,7 +49,7 @@ class _Solved:
 
 
 def scales_of(cells: Cells) -> FloatArray:
-    """Sizes of the courses (m,) by the fit of constants."""
+    """Scales of the courses (m,), from a fit with constant courses."""
     total = cells.products.sum(axis=0)
     m = cells.courses
     A, b = total[:-1, :-1], total[:-1, -1]
@@ -57,13 +57,13 @@ def scales_of(cells: Cells) -> FloatArray:
     solution = d * (np.linalg.pinv(A * d[:, None] * d, rcond=1e-10) @ (d * b))
     n = max(int(cells.rows.sum()), 1)
     rms = np.sqrt(total[-1, -1] / n)
-    # no course is taken for smaller than what explains a hundredth of the torque
+    # the least scale is that which explains about a hundredth of the torque
     least = 0.02 * rms / np.sqrt(np.maximum(np.diag(A)[:m] / n, 1e-300))
     return np.maximum(np.abs(solution[:m]), least)
 
 
-def smooth(cells: Cells, strengths: Strengths) -> FoundCourses:
-    """Courses and their variances under given strengths.
+def smooth(cells: Cells, strengths: Strengths) -> CourseEstimates:
+    """Smooth courses and their variances for given hyperparameters.
 
     Raises EstimationError: the record does not determine them.
     """
@@ -73,7 +73,7 @@ def smooth(cells: Cells, strengths: Strengths) -> FoundCourses:
     var_I = 1 / s.information
     carried = s.of_inertia.reshape(n, m) ** 2 * var_I
     mean = (s.course - s.inertia * s.of_inertia).reshape(n, m)
-    return FoundCourses(mean, variance + carried, s.inertia, var_I, s.evidence, strengths.noise)
+    return CourseEstimates(mean, variance + carried, s.inertia, var_I, s.evidence, strengths.noise)
 
 
 def smooth_means(cells: Cells, of: Strengths) -> tuple[float, FloatArray]:
@@ -87,7 +87,7 @@ def smooth_means(cells: Cells, of: Strengths) -> tuple[float, FloatArray]:
 
 
 def strengths_of(cells: Cells, start: Strengths | None = None) -> Strengths:
-    """The strengths of greatest marginal likelihood, by Nelder and Mead's search.
+    """Hyperparameters of greatest marginal likelihood, by Nelder and Mead's search.
 
     Raises EstimationError: the record does not determine the courses.
     """
@@ -97,26 +97,26 @@ def strengths_of(cells: Cells, start: Strengths | None = None) -> Strengths:
     first = start or Strengths(np.ones(cells.courses), scales_of(cells), _noise_of(cells))
     m, low, high = cells.courses, *np.log(INTENSITY)
 
-    def made(x: FloatArray) -> Strengths:
+    def strengths_at(x: FloatArray) -> Strengths:
         return Strengths(np.exp(np.clip(x[:m], low, high)), first.scale, first.noise * np.exp(x[m]))
 
     def loss(x: Any) -> float:
         beyond = np.maximum(x[:m] - high, 0) + np.maximum(low - x[:m], 0)
-        return float(beyond @ beyond) - _solved(cells, made(x)).evidence
+        return float(beyond @ beyond) - _solved(cells, strengths_at(x)).evidence
 
     x0 = np.append(np.log(first.intensity), 0.0)
     simplex = np.vstack([x0, x0 + 1.5 * np.diag(np.append(np.ones(m), -0.3))])
     search: Any = {"initial_simplex": simplex, "maxfev": 60 * (m + 1), "fatol": 0.2, "xatol": 0.05}
     end: Any = minimize(loss, x0, method="Nelder-Mead", options=search)
-    return made(end.x)
+    return strengths_at(end.x)
 
 
 def _noise_of(cells: Cells) -> float:
-    """Variance of what the fit of constants leaves."""
+    """Variance of the residual of a fit with constant courses."""
     total = cells.products.sum(axis=0)
     A, b = total[:-1, :-1], total[:-1, -1]
-    left = total[-1, -1] - b @ np.linalg.pinv(A, rcond=1e-12) @ b
-    return float(max(left, 1e-9 * total[-1, -1]) / max(cells.rows.sum(), 1))
+    residual = total[-1, -1] - b @ np.linalg.pinv(A, rcond=1e-12) @ b
+    return float(max(residual, 1e-9 * total[-1, -1]) / max(cells.rows.sum(), 1))
 
 
 def _solved(cells: Cells, of: Strengths) -> _Solved:
@@ -132,12 +132,12 @@ def _solved(cells: Cells, of: Strengths) -> _Solved:
     except np.linalg.LinAlgError as error:
         raise EstimationError(_NEVER) from error
     x = cho_solve_banded((factor, True), b, check_finite=False)
-    left = P[:, m:, m:].sum(axis=0) - b.T @ x
-    information = float(left[0, 0])
+    reduced = P[:, m:, m:].sum(axis=0) - b.T @ x
+    information = float(reduced[0, 0])
     if not information > 0:
         raise EstimationError(_NEVER)
-    inertia = float(left[0, 1] / information)
-    loss = left[1, 1] - left[0, 1] ** 2 / information
+    inertia = float(reduced[0, 1] / information)
+    loss = reduced[1, 1] - reduced[0, 1] ** 2 / information
     log_det = 2 * np.log(factor[0]).sum()
     count = int(cells.rows.sum())
     evidence = -0.5 * (loss + log_det - log_prior + np.log(information))
@@ -165,7 +165,7 @@ def _information(products: FloatArray, of: Strengths, width: float) -> tuple[Flo
 
 
 def _inverse_diagonal(factor: FloatArray) -> FloatArray:
-    """Diagonal (N,) of ``(L L^T)^-1`` for banded L, after Takahashi: from the last row upwards."""
+    """Diagonal (N,) of ``(L L^T)^-1`` for banded L, after Takahashi, from the last row upwards."""
     width, N = factor.shape[0] - 1, factor.shape[1]
     out = np.empty(N)
     window = np.zeros((width, width))
@@ -173,28 +173,28 @@ def _inverse_diagonal(factor: FloatArray) -> FloatArray:
     below = -(factor[1:] * inverse).T
     for j in range(N - 1, -1, -1):
         column = window @ below[j]
-        own = inverse[j] ** 2 + below[j] @ column
-        out[j] = own
+        diagonal = inverse[j] ** 2 + below[j] @ column
+        out[j] = diagonal
         window[1:, 1:] = window[:-1, :-1].copy()
-        window[0, 0] = own
+        window[0, 0] = diagonal
         window[0, 1:] = window[1:, 0] = column[:-1]
     return out
 
 
 Prior = Literal["smooth", "jumps"]
 
-#: Cells that are solved at once, and what they overlap their neighbours by.
+#: Number of cells that are solved at once, and by which they overlap their neighbours.
 PIECE: Final = 5000
 OVERLAP: Final = 250
-#: Cells from which hyperparameters are learnt, at most.
+#: Largest number of cells from which hyperparameters are estimated.
 LEARNT_FROM: Final = 2500
 
 
 @dataclass(frozen=True)
 class FittedCourses:
-    """Courses, the prior they have, and its hyperparameters."""
+    """Estimated courses, the kind of their prior, and its hyperparameters."""
 
-    found: FoundCourses
+    estimates: CourseEstimates
     prior: Prior
     of: Strengths | Stretches
 
@@ -202,7 +202,7 @@ class FittedCourses:
 def fitted(
     task: CascadeTask, cells: Cells, prior: Prior | None, before: FittedCourses | None = None
 ) -> FittedCourses:
-    """Courses under a prior; None: the one of greater marginal likelihood.
+    """Fit courses under a prior; None: the one of greater marginal likelihood.
 
     Raises EstimationError: the record does not determine them.
     """
@@ -221,12 +221,12 @@ def fitted(
     return FittedCourses(_whole(task, cells, of), "jumps" if of is stretches else "smooth", of)
 
 
-def _solve(cells: Cells, of: Strengths | Stretches) -> FoundCourses:
+def _solve(cells: Cells, of: Strengths | Stretches) -> CourseEstimates:
     return smooth(cells, of) if isinstance(of, Strengths) else jumping(cells, of)
 
 
 def _part(task: CascadeTask, cells: Cells) -> Cells:
-    """The middle of the longest strip, or what there is of a cycle."""
+    """The middle of the longest strip, from which hyperparameters are estimated."""
     lengths = np.diff(task.strips)
     longest = int(lengths.argmax())
     first, count = int(task.strips[longest]), int(lengths[longest])
@@ -236,10 +236,10 @@ def _part(task: CascadeTask, cells: Cells) -> Cells:
     return cells.part(first, first + LEARNT_FROM)
 
 
-def _whole(task: CascadeTask, cells: Cells, of: Strengths | Stretches) -> FoundCourses:
+def _whole(task: CascadeTask, cells: Cells, of: Strengths | Stretches) -> CourseEstimates:
     if task.cyclic:
         return _cycle(cells, of)
-    parts: list[tuple[FoundCourses, int, int]] = []
+    parts: list[tuple[CourseEstimates, int, int]] = []
     for first, last in zip(task.strips[:-1].tolist(), task.strips[1:].tolist(), strict=True):
         pieces = max(-(-(last - first) // PIECE), 1)
         edges = np.linspace(first, last, pieces + 1).astype(int).tolist()
@@ -250,31 +250,31 @@ def _whole(task: CascadeTask, cells: Cells, of: Strengths | Stretches) -> FoundC
     return joined(parts)
 
 
-def _cycle(cells: Cells, of: Strengths | Stretches) -> FoundCourses:
-    """A cycle between half a copy of itself on either side."""
+def _cycle(cells: Cells, of: Strengths | Stretches) -> CourseEstimates:
+    """Solve a cycle with half a copy of itself on either side."""
     n = len(cells.rows)
     half = n // 2
     at = np.arange(-half, n + half) % n
     around = Cells(cells.width, cells.products[at], cells.rows[at])
-    found = _solve(around, of)
-    # what the copies say of I is not new
+    estimates = _solve(around, of)
+    # the copies do not add information on I
     more = float(cells.rows[at].sum() / cells.rows.sum())
-    return FoundCourses(
-        found.mean[half : half + n], found.variance[half : half + n], found.inertia,
-        found.var_inertia * more, found.evidence, found.noise,
+    return CourseEstimates(
+        estimates.mean[half : half + n], estimates.variance[half : half + n], estimates.inertia,
+        estimates.var_inertia * more, estimates.evidence, estimates.noise,
     )  # fmt: skip
 
 
-# Fit, learn the noise from what is left, and fit again.
+# Fit, estimate the noise from the residual, and fit again.
 #
-# Courses that are fitted beside white noise follow a slow torque of the subject's own, and what
-# they leave of it looks white: the rounds then stay where they began. So they begin at white noise
-# and at slow noise, and the start whose end explains the record better is taken.
+# With a model of white noise, the courses follow a slow torque of the subject, so that the residual
+# looks white and the next round changes nothing. The rounds are therefore started both from white
+# and from slow noise, and the start whose final fit has the greater likelihood is taken.
 
 ROUNDS: Final = 2
-#: Corner of the slow noise at which the rounds may begin, Hz.
+#: Corner frequency of the slow noise from which the rounds may start, Hz.
 OWN_HZ: Final = 3.0
-#: The logarithm of the likelihood by which it must be better.
+#: Gain in log likelihood by which the slow start must be better.
 BETTER: Final = 5.0
 _TOLD: Final = {
     "smooth": "smooth courses (integrated random walks), their strengths by marginal likelihood",
@@ -285,21 +285,21 @@ _TOLD: Final = {
 def in_rounds(
     task: CascadeTask, prior: Prior | None = None, rounds: int = ROUNDS
 ) -> CascadeCourses:
-    """Courses under a prior; None: the one of greater marginal likelihood.
+    """Fit courses and noise in turn under a prior; None: the one of greater likelihood.
 
     Raises EstimationError: the record does not determine them.
     """
     task = replace(task, noise=_first_noise(task))
-    made: FittedCourses = fitted(task, task.cells(), prior)
+    fit: FittedCourses = fitted(task, task.cells(), prior)
     for _ in range(rounds - 1):
-        task = task.learnt(made.found)
-        made = fitted(task, task.cells(), prior, made)
-    found = sharpened(task, made.found) if made.prior == "jumps" else made.found
-    return CascadeCourses(found, task, (_TOLD[made.prior],))
+        task = task.learnt(fit.estimates)
+        fit = fitted(task, task.cells(), prior, fit)
+    sharp = sharpened(task, fit.estimates) if fit.prior == "jumps" else fit.estimates
+    return CascadeCourses(sharp, task, (_TOLD[fit.prior],))
 
 
 def _first_noise(task: CascadeTask) -> FloatArray:
-    """White, or slow where smooth courses explain the record's beginning better from there on."""
+    """Start noise: white, or slow if smooth courses then explain the record's beginning better."""
     short = beginning(task)
     slow = np.array([1.0, -np.exp(-2 * np.pi * OWN_HZ / task.rows.rate_hz)])
     white = np.ones(1)
@@ -307,21 +307,21 @@ def _first_noise(task: CascadeTask) -> FloatArray:
 
 
 def _end(task: CascadeTask, noise: FloatArray) -> float:
-    """Logarithm of the likelihood in the second round of smooth courses."""
+    """Log likelihood in the second round of smooth courses, from a start noise."""
     task = replace(task, noise=noise)
     first = fitted(task, task.cells(), "smooth")
-    task = task.learnt(first.found)
-    return fitted(task, task.cells(), "smooth", first).found.evidence
+    task = task.learnt(first.estimates)
+    return fitted(task, task.cells(), "smooth", first).estimates.evidence
 
 
-# Least squares over realizations, trials of one course: each cell or segment by itself.
+# Least squares over realizations (trials of one course): each cell or segment separately.
 
 
 def over_realizations(task: CascadeTask, segment_s: float) -> CascadeCourses:
     """I, B, K and gain by least squares over all trials, in a segment about every cell.
 
     `task`: aligned trials.
-    `segment_s`: length of the segments; 0: a cell.
+    `segment_s`: length of the segments, s; 0: one cell.
     """
     cells = task.cells()
     n, m = len(cells.rows), cells.courses
@@ -332,14 +332,14 @@ def over_realizations(task: CascadeTask, segment_s: float) -> CascadeCourses:
     low, high = np.maximum(at - half, 0), np.minimum(at + half + 1, n)
     total, rows = sums[high] - sums[low], count[high] - count[low]
     values, variances = _least_squares(total, rows)
-    known = np.asarray(np.isfinite(values).all(axis=1))
-    weight = 1 / variances[known, m]
+    determined = np.asarray(np.isfinite(values).all(axis=1))
+    weight = 1 / variances[determined, m]
     # neighbouring segments share their rows
-    shared = max(float(rows[known].sum() / max(cells.rows.sum(), 1)), 1.0)
-    found = FoundCourses(
-        mean=_filled(values[:, :m], known),
-        variance=_filled(variances[:, :m], known),
-        inertia=float(weight @ values[known, m] / weight.sum()),
+    shared = max(float(rows[determined].sum() / max(cells.rows.sum(), 1)), 1.0)
+    estimates = CourseEstimates(
+        mean=_filled(values[:, :m], determined),
+        variance=_filled(variances[:, :m], determined),
+        inertia=float(weight @ values[determined, m] / weight.sum()),
         var_inertia=float(shared / weight.sum()),
         evidence=0.0,
         noise=0.0,
@@ -347,11 +347,11 @@ def over_realizations(task: CascadeTask, segment_s: float) -> CascadeCourses:
     length = segment_s or cells.width
     trials = len(task.data.trials)
     note = f"least squares over {trials} realizations in segments of {1e3 * length:.3g} ms"
-    return CascadeCourses(found, task, (note,))
+    return CascadeCourses(estimates, task, (note,))
 
 
 def _least_squares(total: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values and variances (n, p) of sums of products (n, p + 1, p + 1); NaN where too few rows."""
+    """Values and variances (n, p) from sums of products (n, p + 1, p + 1); NaN if too few rows."""
     p = total.shape[1] - 1
     A, b = total[:, :p, :p], total[:, :p, p]
     d = 1 / np.sqrt(np.maximum(np.einsum("nii->ni", A), 1e-300))
@@ -360,14 +360,14 @@ def _least_squares(total: FloatArray, rows: FloatArray) -> tuple[FloatArray, Flo
     inverse = np.linalg.pinv(A[good] * d[good][:, :, None] * d[good][:, None, :], hermitian=True)
     inverse *= d[good][:, :, None] * d[good][:, None, :]
     values[good] = (inverse @ b[good][..., None])[..., 0]
-    left = total[good, p, p] - np.einsum("ni,ni->n", values[good], b[good])
-    noise = np.maximum(left, 0) / (rows[good] - p)
+    loss = total[good, p, p] - np.einsum("ni,ni->n", values[good], b[good])
+    noise = np.maximum(loss, 0) / (rows[good] - p)
     variances[good] = np.einsum("nii->ni", inverse) * noise[:, None]
     return values, variances
 
 
-def _filled(values: FloatArray, known: BoolArray) -> FloatArray:
-    """The ends, where there are no rows, as their nearest neighbours."""
-    at = np.flatnonzero(known)
+def _filled(values: FloatArray, determined: BoolArray) -> FloatArray:
+    """Fill cells without rows, at the ends, with their nearest neighbours."""
+    at = np.flatnonzero(determined)
     nearest = at[np.abs(np.arange(len(values))[:, None] - at).argmin(axis=1)]
     return np.asarray(values[nearest])

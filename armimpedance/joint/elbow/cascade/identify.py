@@ -1,4 +1,4 @@
-"""Intrinsic and reflex pathways of a joint with courses: the entry."""
+"""Identify intrinsic and reflex pathways of a joint that vary over time or another variable."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.varying.data import VaryingData, varying_data
 from armimpedance.numerics.regression import Parameters
 
-#: Below this the angle is a posture, where the courses are functions of it, Hz.
+#: Frequency below which the angle is posture, if the courses are functions of it, Hz.
 SLOW_HZ: Final = 0.5
-#: No jump makes a reflex of so much more likelihood.
+#: Gain in log likelihood from which a reflex is certain: no jump can imitate it.
 SURE: Final = 2000.0
-#: While the reflex is looked for each trial loses so much at its beginning, s.
+#: Beginning of each trial that is not used while the reflex is searched for, s.
 LEAD_S: Final = 0.3
-#: Error of the derivatives over bands that would be narrower than that, of each course.
+#: Relative error of each course due to the derivatives, added to its standard error.
 MODEL: Final = 3e-4
-#: A variable that moves by less than this part of itself shows its noise, and no course.
+#: A variable must vary by more than this share of its size; less is noise.
 STILL: Final = 1e-4
 #: Grid of the result, s.
 EVERY_S: Final = 0.02
-#: Steps that are told of at most.
+#: Largest number of steps that progress reports.
 _STEPS: Final = 18
 
 
@@ -56,34 +56,34 @@ def identify_cascade(
     cutoff_hz: float | None = None,
     progress: Progress | None = None,
 ) -> VaryingImpedance:
-    """``tau = I x'' + B x' + K x + G r + offset``, r the late, low-passed velocity.
+    """Identify ``tau = I x'' + B x' + K x + G r + offset``, r the late, low-passed velocity.
 
     Parameters
     ----------
     samples : JointSamples
-        Whose angle is imposed.
+        Samples whose angle is imposed.
     method : str, optional
         A name in `CASCADE_METHODS`; its default if none is given.
     reflex : {"auto", "none"}
-        Whether a reflex is looked for.
+        "auto": search for a reflex; "none": do not.
     aligned : bool
         Trials are realizations of one course.
     over : str, optional
         Name of the variable of which B, K and G are functions; None: time. "angle" and "torque"
-        are the slow parts of the samples', a "phase" goes from 0 to 1 and round.
+        are the slow parts of the samples' own; a "phase" is cyclic, from 0 to 1.
     variable : (N,), optional
-        Its values at the samples, for another name than "angle" and "torque".
+        Its values at the samples; needed unless the name is "angle" or "torque".
     every_s : float, optional
         Grid of the result, s (0.02).
     cutoff_hz : float, optional
-        Highest frequency of the motion that counts, Hz.
+        Highest frequency of the motion that is used, Hz.
     progress : callable, optional
         Called with the number of steps that are done and their total.
 
     Returns
     -------
     VaryingImpedance
-        With `reflex` where one was seen.
+        With `reflex` if one was detected.
 
     Raises
     ------
@@ -106,31 +106,31 @@ def identify_cascade(
     task = _task(samples, data, rows, aligned, over, variable)
     task = replace(task, tick=tick)
     tick()
-    found, near = None, None
+    search, near = None, None
     if reflex == "auto":
-        found = searched(task.settled(LEAD_S))
-        settled = task.settled(found.pathway.lead_s)
-        found = _contest(found, settled)
-        if found.seen:
-            near = refined(found.pathway, settled)
-            found = replace(found, pathway=near.pathway)
+        search = searched(task.settled(LEAD_S))
+        settled = task.settled(search.pathway.lead_s)
+        search = _contest(search, settled)
+        if search.seen:
+            near = refined(search.pathway, settled)
+            search = replace(search, pathway=near.pathway)
             task = replace(settled, pathway=near.pathway)
     courses = chosen.estimate(task)
     if progress is not None:
         progress(_STEPS, _STEPS)
-    return _result(chosen, courses, found, near, every_s)
+    return _result(chosen, courses, search, near, every_s)
 
 
-def _contest(found: Searched, task: CascadeTask) -> Searched:
-    """The search's gain where the courses are as fine as the record allows: they may jump."""
-    if not found.seen:
-        return found
+def _contest(search: Searched, task: CascadeTask) -> Searched:
+    """Recompute the gain of a detected reflex with fine courses, which may jump."""
+    if not search.seen:
+        return search
     short = beginning(task)
-    if found.gained > SURE:
-        return found
-    without = in_rounds(short).found.evidence
-    beside = in_rounds(replace(short, pathway=found.pathway)).found.evidence
-    return replace(found, gained=beside - without)
+    if search.gained > SURE:
+        return search
+    without = in_rounds(short).estimates.evidence
+    with_reflex = in_rounds(replace(short, pathway=search.pathway)).estimates.evidence
+    return replace(search, gained=with_reflex - without)
 
 
 def _refuse(
@@ -172,19 +172,19 @@ def _task(
     return task_over(samples, data, rows, at_rows, over)
 
 
-def _variable(samples: JointSamples, over: str, given: FloatArray | None) -> FloatArray:
-    """Values (N,) of the variable, sound ones."""
-    if given is None:
+def _variable(samples: JointSamples, over: str, stated: FloatArray | None) -> FloatArray:
+    """Return the values (N,) of the variable, checked."""
+    if stated is None:
         if over not in ("angle", "torque"):
             raise InputError(f"no variable {over!r}", expected="angle, torque, or its values")
         channel = samples.angle if over == "angle" else samples.torque
-        given = np.concatenate(
+        stated = np.concatenate(
             [
                 _slow(channel[samples.samples_of(t)], samples.sample_rate_hz)
                 for t in range(samples.n_trials)
             ]
         )
-    values = np.asarray(given, dtype=np.float64)
+    values = np.asarray(stated, dtype=np.float64)
     if values.shape != samples.torque.shape or not np.isfinite(values).all():
         raise InputError(
             f"the variable {over!r} has gaps or another length than the torque",
@@ -206,7 +206,7 @@ def _variable(samples: JointSamples, over: str, given: FloatArray | None) -> Flo
 
 
 def _slow(signal: FloatArray, rate_hz: float) -> FloatArray:
-    """What a channel does below `SLOW_HZ`, without phase."""
+    """Part of a channel below `SLOW_HZ`, without phase shift."""
     from scipy.signal import butter, sosfiltfilt
 
     sos = butter(2, SLOW_HZ, fs=rate_hz, output="sos")
@@ -220,16 +220,16 @@ def _result(
     near: Refined | None,
     every_s: float | None,
 ) -> VaryingImpedance:
-    task, found = courses.task, courses.found
+    task, estimates = courses.task, courses.estimates
     at, place, offsets = _grid(task, every_s)
-    mean = found.mean[at]
-    sd = np.sqrt(found.variance[at] + (MODEL * mean) ** 2)
-    finding = _reflex_finding(search, found.mean)
+    mean = estimates.mean[at]
+    sd = np.sqrt(estimates.variance[at] + (MODEL * mean) ** 2)
+    finding = _reflex_finding(search, estimates.mean)
     course = None
     if near is not None:
         sd, course = _with_pathway(near, mean, sd)
     inertia = Parameters(
-        NAMES[:1], UNITS[:1], np.array([found.inertia]), np.array([[found.var_inertia]])
+        NAMES[:1], UNITS[:1], np.array([estimates.inertia]), np.array([[estimates.var_inertia]])
     )
     checks = (finding,) if finding is not None else ()
     trials = task.data.trials if len(offsets) == len(task.data.trials) + 1 else ("all",)
@@ -256,7 +256,7 @@ def _result(
 
 def _details(courses: CascadeCourses) -> dict[str, Any]:
     order = len(courses.task.noise) - 1
-    return {"noise_order": order, "log_evidence": courses.found.evidence}
+    return {"noise_order": order, "log_evidence": courses.estimates.evidence}
 
 
 def _grid(task: CascadeTask, every_s: float | None) -> tuple[np.ndarray, FloatArray, np.ndarray]:
@@ -273,37 +273,37 @@ def _grid(task: CascadeTask, every_s: float | None) -> tuple[np.ndarray, FloatAr
 def _with_pathway(
     near: Refined, mean: FloatArray, sd: FloatArray
 ) -> tuple[FloatArray, ReflexCourse]:
-    """What delay and cut-off are not known by goes into every band."""
+    """Add the uncertainty of delay and cut-off to every band."""
     G = mean[:, 2]
     level = float(np.abs(G).mean()) or 1.0
     share = np.abs(G) / level
     moved, C = near.moved, near.covariance
     more = np.einsum("ij,ik,kj->j", moved, C, moved)
     sd = np.sqrt(sd**2 + share[:, None] ** 2 * more)
-    one = near.pathway
+    pathway = near.pathway
     sd_delay, sd_log = np.sqrt(np.diag(C)).tolist()
     return sd, ReflexCourse(
         G=G,
         sd_G=sd[:, 2],
-        delay_s=one.delay_s,
+        delay_s=pathway.delay_s,
         sd_delay_s=sd_delay,
-        cutoff_hz=one.cutoff_hz,
-        sd_cutoff_hz=one.cutoff_hz * sd_log,
-        order=one.order,
-        side=one.side,
+        cutoff_hz=pathway.cutoff_hz,
+        sd_cutoff_hz=pathway.cutoff_hz * sd_log,
+        order=pathway.order,
+        side=pathway.side,
     )
 
 
 def _reflex_finding(search: Searched | None, mean: FloatArray) -> Finding | None:
     if search is None:
         return None
-    one = search.pathway
-    kind = "either direction" if one.side == "both" else f"{one.side} velocities"
+    arc = search.pathway
+    kind = "either direction" if arc.side == "both" else f"{arc.side} velocities"
     if not search.seen:
         return Finding(
             "reflex",
             "ok",
-            f"none is seen: the likeliest ({1e3 * one.delay_s:.0f} ms, {kind}) raises the "
+            f"none is seen: the likeliest ({1e3 * arc.delay_s:.0f} ms, {kind}) raises the "
             f"logarithm of the likelihood by {search.gained:.1f} only",
         )
     if search.at_limit:
@@ -311,16 +311,16 @@ def _reflex_finding(search: Searched | None, mean: FloatArray) -> Finding | None
         return Finding(
             "reflex",
             "warning",
-            f"the likeliest answers after {1e3 * one.delay_s:.0f} ms behind a low-pass at "
-            f"{one.cutoff_hz:.2g} Hz, where the search ends ({ends[0]:g} to {ends[1]:g} ms, "
+            f"the likeliest answers after {1e3 * arc.delay_s:.0f} ms behind a low-pass at "
+            f"{arc.cutoff_hz:.2g} Hz, where the search ends ({ends[0]:g} to {ends[1]:g} ms, "
             f"{LIMITS[1][0]:g} to {LIMITS[1][1]:g} Hz): the pathway is another, and the courses "
             "of B, K and G may be wrong",
         )
     return Finding(
         "reflex",
         "ok",
-        f"seen after {1e3 * one.delay_s:.1f} ms, to {kind}, behind a low-pass of order {one.order} "
-        f"at {one.cutoff_hz:.2g} Hz; mean gain {mean[:, 2].mean():.3g} N m s/rad; logarithm of "
+        f"seen after {1e3 * arc.delay_s:.1f} ms, to {kind}, behind a low-pass of order {arc.order} "
+        f"at {arc.cutoff_hz:.2g} Hz; mean gain {mean[:, 2].mean():.3g} N m s/rad; logarithm of "
         f"the likelihood +{search.gained:.0f}",
     )
 
@@ -328,8 +328,8 @@ def _reflex_finding(search: Searched | None, mean: FloatArray) -> Finding | None
 def _warnings(samples: JointSamples) -> tuple[str, ...]:
     if samples.imposed == "position":
         return ()
-    told = "" if samples.imposed is None else f" ({samples.imposed})"
+    note = "" if samples.imposed is None else f" ({samples.imposed})"
     return (
         "the angle is taken as imposed, which the recording does not say"
-        f"{told}: where the subject's own torque moves the joint, I, B and K are wrong",
+        f"{note}: where the subject's own torque moves the joint, I, B and K are wrong",
     )

@@ -1,10 +1,10 @@
-"""Courses that stay and jump: the exact average over all placements of the jumps.
+"""Courses that are constant between jumps: the exact average over all placements of the jumps.
 
-Between two jumps all courses are constant; each stretch draws its values from one normal
-distribution whose mean and spread come from the record (empirical Bayes), as does the rate
+Between two jumps all courses are constant. The values of each stretch are drawn from one normal
+distribution; its mean and spread are estimated from the record (empirical Bayes), as is the rate
 of jumps. P. Fearnhead's recursion (2006) sums over every placement: forward over the starts of the
-stretch that lasts, of which the hopeless are dropped, and backward over its end. So mean and
-variance take in that nobody knows to the millisecond when a jump was.
+present stretch, without the very unlikely ones, and backward over its end. Mean and variance thus
+include the uncertainty of the time of each jump.
 """
 
 from __future__ import annotations
@@ -18,36 +18,36 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.joint.elbow.cascade.rows import (
     Cells,
-    FoundCourses,
+    CourseEstimates,
     autoregression,
     raw_rows,
     whitened,
 )
 from armimpedance.joint.elbow.cascade.task import CascadeTask
 
-#: Starts that are kept of the stretch that lasts, at most.
+#: Largest number of starts of the present stretch that are kept ...
 STARTS: Final = 40
-#: ... and at least so likely, over the likeliest.
+#: ... and their least probability relative to the likeliest.
 HOPELESS: Final = 1e-7
-#: Stretches below this probability are left out of the average.
+#: Stretches of a smaller probability are left out of the average.
 RARE: Final = 1e-5
-#: Rounds in which mean, spread and rate are learnt.
+#: Rounds in which mean, spread and rate are estimated.
 ROUNDS: Final = 3
-#: One stretch before the record had such a spread, over the size; it counts as so many stretches.
+#: Prior of the spread, over the size of a course, and the number of stretches that it counts as.
 BEFORE: Final = (0.5, 0.3)
-#: Spread of I between stretches, over its size: none.
+#: Spread of I between stretches, over its size: practically none.
 STILL: Final = 1e-3
 
 
 @dataclass(frozen=True)
 class Stretches:
-    """Hyperparameters.
+    """Hyperparameters of courses that jump.
 
-    `mean`, `spread` (m + 1,): of the values of stretches, I last.
+    `mean`, `spread` (m + 1,): of the values in stretches, I last.
     `rate`: jumps per cell.
-    `noise`: variance.
-    `torn`: cells after a jump that belong to neither stretch: the jump lies within them, or the
-    noise's autoregression reaches over it.
+    `noise`: variance of the white noise.
+    `torn`: number of cells after a jump that belong to neither stretch, since the jump lies within
+    them or the noise's autoregression reaches across it.
     """
 
     mean: FloatArray
@@ -59,7 +59,10 @@ class Stretches:
 
 @dataclass(frozen=True)
 class _Averaged:
-    """Stretches (R,) from `first`, untorn from `whole` to `last`, their probabilities, evidence."""
+    """Stretches (R,) with their probabilities, and the log evidence.
+
+    A stretch begins at cell `first`; its cells from `whole` to `last` are not torn by a jump.
+    """
 
     first: IntArray
     whole: IntArray
@@ -69,7 +72,7 @@ class _Averaged:
 
 
 def stretches_of(cells: Cells, noise: float, torn: int = 1) -> Stretches:
-    """Mean, spread, rate and noise that the record asks for."""
+    """Estimate mean, spread, rate and noise from the record."""
     p = cells.courses + 1
     total = cells.products.sum(axis=0)
     A, b = total[:p, :p], total[:p, -1]
@@ -85,28 +88,28 @@ def stretches_of(cells: Cells, noise: float, torn: int = 1) -> Stretches:
     return of
 
 
-def jumping(cells: Cells, of: Stretches) -> FoundCourses:
-    """Mean and variance of the courses over all placements of the jumps."""
+def jumping(cells: Cells, of: Stretches) -> CourseEstimates:
+    """Mean and variance of the courses, averaged over all placements of the jumps."""
     n, m = len(cells.rows), cells.courses
     averaged = _averaged(cells, of)
     means, covariances, W = _stretches(cells, of, averaged)
     centre = np.linalg.inv(W)
-    # what the mean of all stretches is not known by goes into each
+    # the uncertainty of the common mean is part of every stretch's
     pull = _pull(cells, of, averaged)
     variances = np.einsum("rij,jk,rik->ri", pull, centre, pull)
     variances += np.einsum("rii->ri", covariances)
     first, last, w = averaged.first, averaged.last, averaged.weight[:, None]
     sums = np.zeros((n + 1, 2 * (m + 1) + 1))
     added = np.concatenate([w * means, w * (variances + means**2), w], axis=1)
-    # a torn cell belongs to the stretches on either side by halves
-    behind = np.minimum(last + of.torn, n)
-    for at, sign in ((first, 0.5), (averaged.whole, 0.5), (last, -0.5), (behind, -0.5)):
+    # a torn cell belongs half to the stretch before and half to the one after
+    past_torn = np.minimum(last + of.torn, n)
+    for at, sign in ((first, 0.5), (averaged.whole, 0.5), (last, -0.5), (past_torn, -0.5)):
         np.add.at(sums, at, sign * added)
     sums = np.cumsum(sums, axis=0)[:n]
     sums /= sums[:, -1:]
     mean = sums[:, : m + 1]
     variance = np.maximum(sums[:, m + 1 : -1] - mean**2, variances.min(axis=0))
-    return FoundCourses(
+    return CourseEstimates(
         mean[:, :m],
         variance[:, :m],
         float(of.mean[-1]),
@@ -118,14 +121,14 @@ def jumping(cells: Cells, of: Stretches) -> FoundCourses:
 
 
 def _learnt(cells: Cells, of: Stretches, size: FloatArray) -> Stretches:
-    """One round: what the average over placements says of mean, spread, rate and noise."""
+    """One round: estimate mean, spread, rate and noise from the average over placements."""
     averaged = _averaged(cells, of)
     means, covariances, W = _stretches(cells, of, averaged)
     w = averaged.weight
     information = _totals(cells, averaged)
     A, b = information[:, :-1, :-1] / of.noise, information[:, :-1, -1] / of.noise
     S = np.diag(of.spread**2)
-    # of the mean of all stretches: (S + A^-1)^-1 = (1 + A S)^-1 A
+    # information of a stretch on the common mean: (S + A^-1)^-1 = (1 + A S)^-1 A
     seen = np.linalg.solve(np.eye(len(S)) + A @ S, b[..., None])[..., 0]
     mean = np.linalg.solve(W, (w[:, None] * seen).sum(axis=0))
     square = (w[:, None] * (np.einsum("rii->ri", covariances) + (means - mean) ** 2)).sum(axis=0)
@@ -166,7 +169,7 @@ def _stretches(
 
 
 def _pull(cells: Cells, of: Stretches, averaged: _Averaged) -> FloatArray:
-    """How far a stretch follows the common mean: ``(1 + S A)^-1``, (R, p, p)."""
+    """Dependence (R, p, p) of a stretch's values on the common mean: ``(1 + S A)^-1``."""
     A = _totals(cells, averaged)[:, :-1, :-1] / of.noise
     S = np.diag(of.spread**2)
     return np.asarray(np.linalg.inv(np.eye(len(S)) + S @ A))
@@ -177,12 +180,12 @@ def _backward(
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """First and last cell of the stretches, and their probability.
 
-    `kept`: of each cell as the last of a stretch, where it may have begun, and how probably.
+    `kept`: for each cell as the last of a stretch, its possible starts and their probabilities.
     """
     n = len(kept)
     ends = np.zeros(n + 1)
     ends[n] = 1.0
-    found = []
+    stretches = []
     for t in range(n, 0, -1):
         if ends[t] < RARE:
             continue
@@ -190,8 +193,8 @@ def _backward(
         share = ends[t] * part
         ends[begun] += share
         big = share > RARE
-        found.append((begun[big], np.full(int(big.sum()), t), share[big]))
-    first, last, weight = (np.concatenate(x) for x in zip(*found, strict=True))
+        stretches.append((begun[big], np.full(int(big.sum()), t), share[big]))
+    first, last, weight = (np.concatenate(x) for x in zip(*stretches, strict=True))
     return first, last, weight
 
 
@@ -199,7 +202,7 @@ def _averaged(cells: Cells, of: Stretches) -> _Averaged:
     """Fearnhead's recursion forward, then ends and starts of stretches backward."""
     n, p = len(cells.rows), cells.courses + 1
     s, rate = of.spread, of.rate
-    # columns scaled by the spread, torque less what the mean explains
+    # columns scaled by the spread; torque without the part that the mean explains
     T = np.zeros((p + 1, p + 1))
     T[:p, :p] = np.diag(s)
     T[:p, p], T[p, p] = -of.mean, 1.0
@@ -213,7 +216,7 @@ def _averaged(cells: Cells, of: Stretches) -> _Averaged:
         whole = _whole(starts, t, of.torn)
         total = sums[t] - sums[whole]
         total[:, range(p), range(p)] += 1.0
-        # of ((1 + A, b), (b', 0)): the determinant, and b' (1 + A)^-1 b by the last pivot
+        # Cholesky of ((1 + A, b), (b', c)) gives the determinant and b' (1 + A)^-1 b
         total[:, p, p] += 1.0 + np.abs(total[:, p, p])
         L = np.linalg.cholesky(total)
         diagonal = L[:, range(p + 1), range(p + 1)]
@@ -237,12 +240,13 @@ def _averaged(cells: Cells, of: Stretches) -> _Averaged:
 
 
 def _whole(first: IntArray, last: IntArray | int, torn: int) -> IntArray:
-    """Where what is left of stretches begins behind the torn cells; the record's first is whole."""
+    """First cell of each stretch after its torn cells; the record's first stretch has none."""
     return np.asarray(np.where(first > 0, np.minimum(first + torn, last), 0))
 
 
 def _torn(rows: IntArray, squares: FloatArray) -> FloatArray:
-    """Running sum (n + 1,) of what it costs to take a cell for torn: noise as large as all."""
+    """Running sum (n + 1,) of the cost of a torn cell: its noise is as large as the whole
+    signal."""
     ratio = max(squares.sum() / max(rows.sum(), 1), 1.0)
     cost = 0.5 * squares * (1 - 1 / ratio) - 0.5 * rows * np.log(ratio)
     return np.concatenate([[0.0], np.cumsum(cost)])
@@ -250,27 +254,27 @@ def _torn(rows: IntArray, squares: FloatArray) -> FloatArray:
 
 # The instant of a jump within its cells, from the samples themselves.
 #
-# The search for jumps sees cells, and the cells in which a jump lies belong to neither side. Where
-# it is sure that there is one, the raw samples about it say when: before it they follow the values
-# of the one side, after it those of the other. At a cell's centre the courses are those of either
-# side, by the probability that the jump was later or earlier.
+# The search for jumps works on cells, and the cells of a jump belong to neither side. If a jump is
+# certain, the raw samples about it determine its time: before it they follow the values of the
+# stretch before, after it those of the stretch after. At a cell's centre the courses are the mean
+# of both sides, weighted by the probability that the jump was later or earlier.
 
-#: A cell may begin a stretch with this probability; a jump is sure with that over its cells.
+#: Probability from which a cell may begin a stretch, and sum from which a jump is certain.
 MAYBE: Final = 1e-3
 SURE: Final = 0.9
-#: Cells over which a jump may be uncertain: over more of them their mean is as good.
+#: Largest number of cells for which the time of a jump is refined.
 MOST_CELLS: Final = 12
-#: Cells between two jumps that may be one, whose noise remembers longer than the torn cells.
+#: Candidate cells this near, beyond the torn ones, may be one jump: the noise has a long memory.
 NEAR: Final = 4
-#: Over the noise's own scatter, what a single jump may leave.
+#: Largest misfit of a single jump, in standard deviations of the noise's sum of squares.
 TOO_MUCH: Final = 5.0
-#: Samples on either side from which the noise is learnt, s.
+#: Length on either side from which the noise is estimated, s.
 NOISE_S: Final = 0.1
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Cells [low, high) of a strip in which a jump lies, and the trials that know of it."""
+    """Cells [low, high) of a strip in which a jump lies, and the trials that it affects."""
 
     low: int
     high: int
@@ -278,18 +282,18 @@ class _Place:
     trials: range
 
 
-def sharpened(task: CascadeTask, found: FoundCourses) -> FoundCourses:
-    """Courses at the centres of cells, the cells of sure jumps divided at the jump's instant.
+def sharpened(task: CascadeTask, estimates: CourseEstimates) -> CourseEstimates:
+    """Refine the courses in the cells of certain jumps, from the time of the jump.
 
-    `task`: in time.
-    `found`: of jumps, with `begins`.
+    `task`: with cells of time.
+    `estimates`: courses that jump, with `begins`.
     """
-    mean, variance = found.mean.copy(), found.variance.copy()
-    for place in _places(task, found):
+    mean, variance = estimates.mean.copy(), estimates.variance.copy()
+    for place in _places(task, estimates):
         a, b = place.low - 1, place.high
-        ends = np.stack([found.mean[a], found.mean[b]])
-        errors = np.stack([found.variance[a], found.variance[b]])
-        at = _later(task, found, place, ends)
+        ends = np.stack([estimates.mean[a], estimates.mean[b]])
+        errors = np.stack([estimates.variance[a], estimates.variance[b]])
+        at = _later(task, estimates, place, ends)
         if at is None:
             continue
         later = np.stack([at, 1 - at], axis=1)
@@ -297,14 +301,14 @@ def sharpened(task: CascadeTask, found: FoundCourses) -> FoundCourses:
         mean[cells] = later @ ends
         spread = (later.prod(axis=1))[:, None] * (ends[1] - ends[0]) ** 2
         variance[cells] = later @ errors + spread
-    return replace(found, mean=mean, variance=variance)
+    return replace(estimates, mean=mean, variance=variance)
 
 
-def _places(task: CascadeTask, found: FoundCourses) -> Iterator[_Place]:
-    """Where a jump is sure, and to either side something stays."""
+def _places(task: CascadeTask, estimates: CourseEstimates) -> Iterator[_Place]:
+    """Yield the places where a jump is certain and both sides have constant cells."""
     torn = task.torn
     for row, (first, last) in enumerate(zip(task.strips[:-1], task.strips[1:], strict=True)):
-        begins = np.array(found.begins[first:last])
+        begins = np.array(estimates.begins[first:last])
         begins[0] = 0.0
         maybe = np.flatnonzero(begins > MAYBE)
         if not len(maybe):
@@ -320,7 +324,11 @@ def _places(task: CascadeTask, found: FoundCourses) -> Iterator[_Place]:
 
 @dataclass(frozen=True)
 class _Left:
-    """What either side's values leave of one trial's torque over a place: (S,) each, its noise."""
+    """Residuals of one trial's torque over a place: with the values before and after a jump.
+
+    `within`: sample numbers (S,). `before`, `after`: residuals (S,). `noise`: autoregression.
+    `power`: variance of the whitened noise.
+    """
 
     within: IntArray
     before: FloatArray
@@ -329,7 +337,7 @@ class _Left:
     power: float
 
     def squares(self, jump: float | None, cells: range) -> FloatArray:
-        """White squares over the power, (2, b - a): of either side, or of both about a jump."""
+        """Whitened squares over the power: (2, n) for both sides' values, or (1, n) with a jump."""
         parts = [self.before, self.after]
         if jump is not None:
             parts = [np.where(self.within < jump, self.before, self.after)]
@@ -338,46 +346,48 @@ class _Left:
 
 
 def _later(
-    task: CascadeTask, found: FoundCourses, place: _Place, ends: FloatArray
+    task: CascadeTask, estimates: CourseEstimates, place: _Place, ends: FloatArray
 ) -> FloatArray | None:
-    """Probability that the jump is later than each cell's centre; None: it is no single jump."""
-    each = round(task.width * task.data.rate_hz) * task.data.every
-    cells = range((place.low - place.start) * each, (place.high - place.start) * each)
-    left = [x for t in place.trials if (x := _leftover(task, found, t, cells, ends)) is not None]
-    if not left:
+    """Probability that the jump is later than each cell's centre; None: not a single jump."""
+    per_cell = round(task.width * task.data.rate_hz) * task.data.every
+    cells = range((place.low - place.start) * per_cell, (place.high - place.start) * per_cell)
+    residuals = [
+        x for t in place.trials if (x := _leftover(task, estimates, t, cells, ends)) is not None
+    ]
+    if not residuals:
         return None
-    either = np.sum([x.squares(None, cells) for x in left], axis=0)
-    # the jump is before sample k: the samples up to there follow the first side
+    either = np.sum([x.squares(None, cells) for x in residuals], axis=0)
+    # with the jump before sample k, the samples before k follow the first side
     score = np.concatenate([[0.0], np.cumsum(either[1] - either[0]) / 2])
     best = cells.start + int(score.argmax())
-    loss = float(np.sum([x.squares(best, cells) for x in left]))
-    count = len(left) * len(cells)
+    loss = float(np.sum([x.squares(best, cells) for x in residuals]))
+    count = len(residuals) * len(cells)
     if loss > count + TOO_MUCH * np.sqrt(2 * count):
         return None
     weight = np.exp(score - score.max())
     weight /= weight.sum()
-    centres = np.arange(len(cells) // each) * each + each / 2
+    centres = np.arange(len(cells) // per_cell) * per_cell + per_cell / 2
     return np.array([weight[np.arange(len(weight)) >= c].sum() for c in centres])
 
 
 def _leftover(
-    task: CascadeTask, found: FoundCourses, trial: int, cells: range, ends: FloatArray
+    task: CascadeTask, estimates: CourseEstimates, trial: int, cells: range, ends: FloatArray
 ) -> _Left | None:
-    """Of one trial, with the noise learnt on either side; None where it ends before."""
+    """Residuals of one trial, with the noise estimated on either side; None if it ends before."""
     margin = round(NOISE_S * task.samples.sample_rate_hz)
     between = (cells.start - margin, cells.stop + margin)
     rows = raw_rows(task.samples, task.data, trial, between, task.aligned)
     if rows is None:
         return None
-    one = task.pathway
+    pathway = task.pathway
     parts = [rows.motion[:, 1], rows.motion[:, 2]]
-    parts += [] if one is None else [one.of_rate(rows.motion[:, 1], rows.rate_hz)]
+    parts += [] if pathway is None else [pathway.of_rate(rows.motion[:, 1], rows.rate_hz)]
     columns = np.stack([*parts, np.ones(len(rows.torque)), rows.motion[:, 0]], axis=1)
-    before, after = (rows.torque - columns @ np.append(end, found.inertia) for end in ends)
+    before, after = (rows.torque - columns @ np.append(end, estimates.inertia) for end in ends)
     at = rows.within
     beside = (at >= between[0]) & ((at < cells.start) | (at >= cells.stop))
-    known = np.where(at < cells.start, before, after)
-    noise = autoregression(np.where(beside, known, np.nan))
+    residual = np.where(at < cells.start, before, after)
+    noise = autoregression(np.where(beside, residual, np.nan))
     early = whitened(before, noise)[beside & (at < cells.start)]
     late = whitened(after, noise)[(at >= cells.stop + len(noise))]
     power = float(np.mean(np.concatenate([early, late]) ** 2))

@@ -21,7 +21,7 @@ _LUDVIG: Final = "D. Ludvig, E. J. Perreault, IEEE TBME 59 (2012) 3541-3549"
 class CascadeMethod:
     """A method for I, B, K and the reflex's gain, given the pathway.
 
-    `realizations`: trials of the same course that it needs.
+    `realizations`: number of trials of the same course that it needs.
     """
 
     name: str
@@ -32,7 +32,7 @@ class CascadeMethod:
 
 
 def _under(prior: Prior | None) -> Callable[[CascadeTask], CascadeCourses]:
-    """Courses under a prior; None: whichever the record asks for."""
+    """Fit courses under a prior; None: the one of greater likelihood."""
 
     def estimate(task: CascadeTask) -> CascadeCourses:
         from armimpedance.joint.elbow.cascade.fit import in_rounds
@@ -43,7 +43,7 @@ def _under(prior: Prior | None) -> Callable[[CascadeTask], CascadeCourses]:
 
 
 def _over_trials(segment_s: float) -> Callable[[CascadeTask], CascadeCourses]:
-    """Least squares over realizations of the same course, in segments of this length."""
+    """Fit by least squares over realizations of one course, in segments of this length."""
 
     def estimate(task: CascadeTask) -> CascadeCourses:
         from armimpedance.joint.elbow.cascade.fit import over_realizations

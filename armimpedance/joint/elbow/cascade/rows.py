@@ -1,10 +1,10 @@
-"""The rows of the parallel cascade, the noise of its torque, and their sums in cells.
+"""Rows of the parallel cascade's equation, the noise of its torque, and their sums in cells.
 
-``y = I x'' + B(t) x' + K(t) x + G(t) r(t) + offset(t)``. The angle is replaced by what is to be
-expected of it given its measurement (Wiener's filter over frequency); its derivatives are
-those of that expectation, so that the angle's noise does not flatten I, B and K. Both channels are
-averaged over the same blocks of samples and nothing else is done to the torque: a filter does not
-commute with K(t), and a jump stays within its block.
+``y = I x'' + B(t) x' + K(t) x + G(t) r(t) + offset(t)``. The angle is replaced by its expectation
+given the measurement (Wiener's filter over frequency), and the derivatives are taken from that, so
+that the angle's noise does not bias I, B and K towards zero. Both channels are averaged over the
+same blocks of samples. The torque is not filtered further, since a filter does not commute with
+K(t); with averages a jump stays within its block.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.varying.data import VaryingData
 
-#: Each trial loses so much at its ends, where a filter does not know what was before, s.
+#: Length at each end of a trial that is not used, because filters have transients there, s.
 EDGE_S: Final = 0.1
-#: What is looked at about an instant at the raw rate, s.
+#: Length of raw samples on either side of an instant, s.
 AROUND_S: Final = 1.0
 #: Length of the segments of the angle's spectrum, s.
 SEGMENT_S: Final = 2.0
@@ -31,7 +31,7 @@ class CascadeRows(FrozenRecord):
     """Decimated rows of T trials, one after another.
 
     `offsets` (T + 1,) int.
-    `torque` (N,): N m on the limb, its mean taken off.
+    `torque` (N,): N m on the limb, without its mean.
     `motion` (N, 3): angular acceleration, velocity and angle: rad/s^2, rad/s, rad.
     """
 
@@ -42,11 +42,11 @@ class CascadeRows(FrozenRecord):
 
     @property
     def edge(self) -> int:
-        """Rows at each end of a trial that are not used."""
+        """Number of rows at each end of a trial that are not used."""
         return round(EDGE_S * self.rate_hz)
 
     def trial(self, row: int) -> slice:
-        """Rows of a trial."""
+        """Slice of the rows of a trial."""
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
 
@@ -55,29 +55,31 @@ def cascade_rows(
 ) -> CascadeRows:
     """Rows of torque and angle, averaged over blocks.
 
-    `data`: the same, decimated: its rate, band and noise.
-    `slow_hz`: what the angle does below is a posture and no deflection; it is left out of the
+    `data`: the decimated samples, with their rate, band and noise.
+    `slow_hz`: frequency below which the angle is posture, not deflection, and is left out of the
     motion.
-    `aligned`: trials share one operating point, the mean of all; else each has its own mean.
+    `aligned`: True if trials share one operating point, the mean of all; else each has its own.
     """
     motion, torque = np.empty((len(data.angle), 3)), np.empty(len(data.angle))
     for row in range(len(data.trials)):
         inside = slice(int(data.offsets[row]), int(data.offsets[row + 1]))
         angle = block_means(samples.angle[samples.samples_of(row)], data.every)
-        held = block_means(samples.torque[samples.samples_of(row)], data.every)
+        block_torque = block_means(samples.torque[samples.samples_of(row)], data.every)
         angle -= float(samples.angle.mean()) if aligned else angle.mean()
-        kept = _wiener(angle - angle.mean(), float(data.sd_angle[row]), data.rate_hz)
-        motion[inside] = _derivatives(angle, kept, data.rate_hz, slow_hz)
-        torque[inside] = held - (float(samples.torque.mean()) if aligned else held.mean())
+        gain = _wiener(angle - angle.mean(), float(data.sd_angle[row]), data.rate_hz)
+        motion[inside] = _derivatives(angle, gain, data.rate_hz, slow_hz)
+        torque[inside] = block_torque - (
+            float(samples.torque.mean()) if aligned else block_torque.mean()
+        )
     return CascadeRows(data.rate_hz, data.offsets, torque, motion)
 
 
 @dataclass(frozen=True, eq=False)
 class RawRows(FrozenRecord):
-    """Samples of one trial about an instant, as they were recorded.
+    """Raw samples of one trial about an instant.
 
     `torque` (S,), `motion` (S, 3).
-    `within` (S,) int: number of each in its trial.
+    `within` (S,) int: number of each sample in its trial.
     """
 
     rate_hz: float
@@ -93,12 +95,12 @@ def raw_rows(
     between: tuple[int, int],
     aligned: bool,
 ) -> RawRows | None:
-    """Samples of a trial between two numbers at the raw rate, and what was before.
+    """Raw samples of a trial between two sample numbers, with some before.
 
     `between` (int, int).
     `row`: number of the trial.
     `aligned`: as for `cascade_rows`.
-    Returns: None where the trial ends before.
+    Returns: None if the trial does not contain them.
     """
     inside, rate = samples.samples_of(row), samples.sample_rate_hz
     around, count = round(AROUND_S * rate), inside.stop - inside.start
@@ -106,16 +108,16 @@ def raw_rows(
     if between[0] < 0 or between[1] > count:
         return None
     part = slice(inside.start + low, inside.start + high)
-    mean, held = (
+    mean_angle, mean_torque = (
         float((channel if aligned else channel[inside]).mean())
         for channel in (samples.angle, samples.torque)
     )
-    angle = samples.angle[part] - mean
+    angle = samples.angle[part] - mean_angle
     sd = float(data.sd_angle[row]) * np.sqrt(data.every)
     motion = _derivatives(angle, _wiener(angle - angle.mean(), sd, rate), rate, 0.0)
     kept = slice(0, between[1] - low)
     return RawRows(
-        rate, np.arange(low, high)[kept], samples.torque[part][kept] - held, motion[kept]
+        rate, np.arange(low, high)[kept], samples.torque[part][kept] - mean_torque, motion[kept]
     )
 
 
@@ -127,7 +129,7 @@ def block_means(signal: FloatArray, every: int) -> FloatArray:
 
 
 def _wiener(angle: FloatArray, sd: float, rate_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Frequencies and the part of the angle that is motion at each, falling from its peak on."""
+    """Frequencies, and the share of the angle's power that is motion, falling beyond its peak."""
     count = min(round(SEGMENT_S * rate_hz), len(angle))
     taper = np.hanning(count)
     starts = range(0, len(angle) - count + 1, max(count // 2, 1))
@@ -142,9 +144,10 @@ def _wiener(angle: FloatArray, sd: float, rate_hz: float) -> tuple[FloatArray, F
 
 
 def _derivatives(
-    angle: FloatArray, kept: tuple[FloatArray, FloatArray], rate_hz: float, slow_hz: float
+    angle: FloatArray, gain_table: tuple[FloatArray, FloatArray], rate_hz: float, slow_hz: float
 ) -> FloatArray:
-    """Second, first and no derivative of a trial's angle (S, 3), its ends reflected in a point."""
+    """Second, first and zeroth derivative of a trial's angle (S, 3), extended by point
+    reflection."""
     S = len(angle)
     pad = min(S - 1, round(rate_hz))
     longer = np.concatenate(
@@ -152,8 +155,8 @@ def _derivatives(
     )
     count = len(longer)
     frequency = np.fft.rfftfreq(count, 1 / rate_hz)
-    gain = np.interp(frequency, *kept)
-    # the straight line between the ends is no part of a period
+    gain = np.interp(frequency, *gain_table)
+    # the straight line between the ends is not periodic and is treated separately
     line = np.linspace(longer[0], longer[-1], count)
     spectrum = np.fft.rfft(longer - line) * gain
     slope = (longer[-1] - longer[0]) * rate_hz / (count - 1)
@@ -167,24 +170,24 @@ def _derivatives(
     return out
 
 
-# The torque's noise as an autoregression, and rows from which it is taken.
+# The torque's noise as an autoregression, and whitened rows.
 
 #: Highest order of the autoregression.
 ORDER: Final = 16
 
 
 def autoregression(residual: FloatArray) -> FloatArray:
-    """Coefficients ``1, a_1, ...`` (p + 1,) of what is left of the torque, after Burg (1968).
+    """Coefficients ``1, a_1, ...`` (p + 1,) of the torque's residual, after Burg (1968).
 
-    `residual` (N,): NaN where there is none.
+    `residual` (N,): NaN if missing.
     """
-    known = np.where(np.isfinite(residual), residual, 0.0)
-    forward, backward = known[1:].copy(), known[:-1].copy()
-    # no product goes over the gap between two trials
+    values = np.where(np.isfinite(residual), residual, 0.0)
+    forward, backward = values[1:].copy(), values[:-1].copy()
+    # products across the gap between two trials are left out
     gap = ~(np.isfinite(residual[1:]) & np.isfinite(residual[:-1]))
     a = best = np.ones(1)
     count = max(int((~gap).sum()), 2)
-    least = score = np.log(max((known**2).sum(), 1e-300))
+    least = score = np.log(max((values**2).sum(), 1e-300))
     for order in range(1, ORDER + 1):
         forward[gap], backward[gap] = 0.0, 0.0
         power = (forward**2).sum() + (backward**2).sum()
@@ -201,7 +204,7 @@ def autoregression(residual: FloatArray) -> FloatArray:
 
 
 def whitened(values: FloatArray, a: FloatArray) -> FloatArray:
-    """``sum_k a_k values[t - k]`` along the first axis; the first p rows lack their past."""
+    """Filter ``sum_k a_k values[t - k]`` along the first axis; the first p rows lack their past."""
     out = np.array(values)
     for k in range(1, len(a)):
         out[k:] += a[k] * values[:-k]
@@ -210,27 +213,27 @@ def whitened(values: FloatArray, a: FloatArray) -> FloatArray:
 
 # Rows summed up in cells: short pieces of time, or of another variable.
 #
-# Inside a cell every course is constant, so that all that the record says of it is the matrix of
-# products of its whitened columns. The sums make what follows as long as the number of cells, not
-# of samples, and trials that are aligned are added up cell by cell.
+# Inside a cell every course is constant, so the matrix of products of its whitened columns has all
+# the record's information. The cost of later steps grows with the number of cells, not of samples,
+# and aligned trials are added up cell by cell.
 
-#: Rows that are multiplied out at once.
+#: Number of rows whose products are formed at once.
 _AT_ONCE: Final = 20_000
 
 
 @dataclass(frozen=True, eq=False)
 class Cells(FrozenRecord):
-    """Sums of products of n cells.
+    """Sums of products over n cells.
 
     Columns: the courses (B, K, reflex gain if there is one, offset), then I, then the torque.
 
     Attributes
     ----------
     width : float
-        Of a cell: s, or the unit of the variable.
+        Width of a cell: s, or the unit of the variable.
     products : (n, q, q)
     rows : (n,)
-        Number of rows in each.
+        Number of rows in each cell.
     """
 
     width: float
@@ -243,7 +246,7 @@ class Cells(FrozenRecord):
         return self.products.shape[1] - 2
 
     def merged(self, count: int) -> Cells:
-        """Cells of `count` of these each."""
+        """Merge each `count` cells into one."""
         if count == 1:
             return self
         starts = np.arange(0, len(self.rows), count)
@@ -251,12 +254,12 @@ class Cells(FrozenRecord):
         return Cells(self.width * count, *sums)
 
     def part(self, first: int, last: int) -> Cells:
-        """Cells from `first` on, up to `last`."""
+        """Cells from `first` to before `last`."""
         return Cells(self.width, self.products[first:last], self.rows[first:last])
 
 
 def columns_of(rows: CascadeRows, answer: FloatArray | None) -> FloatArray:
-    """Columns (N, m + 2) of the equation: x', x, the reflex's, 1, x'', torque."""
+    """Columns (N, m + 2) of the equation: x', x, the reflex's signal, 1, x'', torque."""
     parts = [rows.motion[:, 1], rows.motion[:, 2]]
     parts += [] if answer is None else [answer]
     parts += [np.ones(len(rows.torque)), rows.motion[:, 0], rows.torque]
@@ -264,10 +267,10 @@ def columns_of(rows: CascadeRows, answer: FloatArray | None) -> FloatArray:
 
 
 def cells_of(columns: FloatArray, cell: IntArray, count: int, width: float, a: FloatArray) -> Cells:
-    """Sums over rows whose noise is white.
+    """Sum the products of whitened rows in cells.
 
     `columns` (N, q).
-    `cell` (N,) int: cell of each row; -1: it is not used.
+    `cell` (N,) int: cell of each row; -1: not used.
     `a` (p + 1,): the noise's autoregression.
     """
     q = columns.shape[1]
@@ -289,17 +292,17 @@ def cells_of(columns: FloatArray, cell: IntArray, count: int, width: float, a: F
     return Cells(width, sums.reshape(count, q, q), rows)
 
 
-# What a smoother or a search for jumps makes of cells.
+# Result of a smoother or a search for jumps over cells.
 
 
 @dataclass(frozen=True, eq=False)
-class FoundCourses(FrozenRecord):
-    """Courses at n cells.
+class CourseEstimates(FrozenRecord):
+    """Estimated courses at n cells.
 
     `mean`, `variance` (n, m): B, K, reflex gain if there is one, offset.
     `evidence`: logarithm of the marginal likelihood.
     `noise`: variance of the white noise.
-    `begins` (n,) or (0,): probability that courses jump at the beginning of each cell; none where
+    `begins` (n,) or (0,): probability that courses jump at the beginning of each cell; empty if
     they are smooth.
     """
 
@@ -312,11 +315,11 @@ class FoundCourses(FrozenRecord):
     begins: Annotated[FloatArray, "k"] = field(default_factory=lambda: np.zeros(0))
 
 
-def joined(parts: list[tuple[FoundCourses, int, int]]) -> FoundCourses:
-    """Pieces of a record one after another: of each the cells from the one number to the other."""
+def joined(parts: list[tuple[CourseEstimates, int, int]]) -> CourseEstimates:
+    """Join pieces of a record; of each, the cells between the two numbers."""
     weight = np.array([1 / p.var_inertia for p, _, _ in parts])
     values = np.array([p.inertia for p, _, _ in parts])
-    return FoundCourses(
+    return CourseEstimates(
         mean=np.concatenate([p.mean[a:b] for p, a, b in parts]),
         variance=np.concatenate([p.variance[a:b] for p, a, b in parts]),
         inertia=float(weight @ values / weight.sum()),

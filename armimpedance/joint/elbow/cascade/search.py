@@ -1,7 +1,7 @@
-"""Which reflex: delay, low-pass and side of greatest marginal likelihood.
+"""Search for the reflex: delay, low-pass and side of greatest marginal likelihood.
 
-Every pathway that is tried has courses of its own beside it, so that a change of K or of the gain
-is not taken for another delay. Those courses are coarse: only the comparison is wanted.
+The courses are fitted again with every pathway that is tried, so that a change of K or of the gain
+is not mistaken for another delay. Coarse courses are enough for this comparison.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from armimpedance.joint.elbow.cascade.task import (
     beginning,
 )
 
-#: Delays that are scanned, s, and low-passes, Hz.
+#: Scanned delays, s, and cut-offs of the low-pass, Hz; limits of both for the search.
 DELAYS_S: Final = np.arange(0.015, 0.126, 0.01)
 CUTOFFS_HZ: Final = (3.0, 8.0)
 LIMITS: Final = ((0.005, 0.2), (0.7, 40.0))
-#: So close to an end, as a share, the likeliest may lie beyond it.
+#: Relative distance from a limit within which the maximum may lie beyond it.
 CLOSE: Final = 0.05
 #: Width of the coarse cells, s.
 COARSE_S: Final = 0.2
-#: Of the gain, before it is learnt, s^-1.5.
+#: Intensity of the gain before it is estimated, s^-1.5.
 INTENSITY: Final = 2.0
-#: A reflex is seen where the logarithm of the likelihood rises by this.
+#: Gain in log likelihood from which a reflex is detected.
 SEEN: Final = 12.0
 
 
@@ -48,7 +48,7 @@ SEEN: Final = 12.0
 class Searched:
     """The likeliest reflex.
 
-    `gained`: by how much it raises the logarithm of the marginal likelihood.
+    `gained`: rise of the log marginal likelihood by it.
     """
 
     pathway: Pathway
@@ -56,19 +56,19 @@ class Searched:
 
     @property
     def at_limit(self) -> bool:
-        """Whether delay or low-pass lies where the search ends."""
+        """True if delay or cut-off lies at a limit of the search."""
         values = np.log([self.pathway.delay_s, self.pathway.cutoff_hz])
         low, high = np.log(LIMITS).T
         return bool(((values < low + CLOSE) | (values > high - CLOSE)).any())
 
     @property
     def seen(self) -> bool:
-        """Whether the record asks for it."""
+        """True if the reflex is detected."""
         return self.gained > SEEN
 
 
 def searched(task: CascadeTask) -> Searched:
-    """Look for the likeliest reflex.
+    """Search for the likeliest reflex.
 
     Raises EstimationError: the record does not determine the courses.
     """
@@ -77,24 +77,24 @@ def searched(task: CascadeTask) -> Searched:
     scores = {}
     for side in SIDES:
         for delay, cutoff in product(DELAYS_S, CUTOFFS_HZ):
-            one = Pathway(float(delay), cutoff, 2, side)
-            scores[one] = coarse.evidence(one)
+            path = Pathway(float(delay), cutoff, 2, side)
+            scores[path] = coarse.evidence(path)
         task.tick()
-    coarse.tuned(max(scores, key=lambda one: scores[one]))
+    coarse.tuned(max(scores, key=lambda path: scores[path]))
     ends = []
-    # a side may only win at a delay between those that were scanned
+    # the best side may depend on a delay between the scanned ones
     for side in SIDES:
-        near = {one: score for one, score in scores.items() if one.side == side}
-        ends.append(_refined(coarse, max(near, key=lambda one: near[one])))
+        near = {path: score for path, score in scores.items() if path.side == side}
+        ends.append(_refined(coarse, max(near, key=lambda path: near[path])))
         task.tick()
-    other = max(ends, key=lambda e: e[0])[1]
-    ends += [_refined(coarse, replace(other, order=order)) for order in ORDERS if order != 2]
+    best = max(ends, key=lambda e: e[0])[1]
+    ends += [_refined(coarse, replace(best, order=order)) for order in ORDERS if order != 2]
     _, pathway = max(ends, key=lambda e: e[0])
     return Searched(pathway, coarse.tuned(pathway) - without)
 
 
 def _refined(coarse: _Coarse, start: Pathway) -> tuple[float, Pathway]:
-    """Score and pathway of greatest likelihood near a start."""
+    """Log likelihood and pathway of its maximum near a start."""
     from scipy.optimize import minimize
 
     def loss(x: Any) -> float:
@@ -109,7 +109,7 @@ def _refined(coarse: _Coarse, start: Pathway) -> tuple[float, Pathway]:
 
 
 def at_place(kind: Pathway, x: FloatArray) -> Pathway | None:
-    """The pathway at (delay, log cut-off); None where it is not looked for."""
+    """Pathway at (delay, log cut-off); None outside the limits of the search."""
     delay, cutoff = float(x[0]), float(np.exp(x[1]))
     inside = all(a <= v <= b for v, (a, b) in zip((delay, cutoff), LIMITS, strict=True))
     return replace(kind, delay_s=delay, cutoff_hz=cutoff) if inside else None
@@ -132,14 +132,14 @@ def _beginning(task: CascadeTask) -> CascadeTask:
 
 
 class _Coarse:
-    """Marginal likelihoods of pathways beside coarse courses."""
+    """Marginal likelihoods of pathways with coarse courses."""
 
     def __init__(self, task: CascadeTask) -> None:
         self._task = task
         self._strengths = strengths_of(self._cells(None))
 
     def tuned(self, pathway: Pathway | None) -> float:
-        """Learn the strengths beside this pathway; its marginal likelihood then."""
+        """Estimate the hyperparameters with this pathway; return its log marginal likelihood."""
         cells = self._cells(pathway)
         self._strengths = strengths_of(cells)
         return smooth_means(cells, self._strengths)[0]
@@ -149,7 +149,7 @@ class _Coarse:
         cells, of = self._cells(pathway), self._strengths
         intensity = of.intensity
         if len(intensity) < cells.courses:
-            # the reflex's gain stands before the offset
+            # the reflex's gain is the column before the offset
             intensity = np.insert(intensity, -1, INTENSITY)
         return smooth_means(cells, Strengths(intensity, scales_of(cells), of.noise))[0]
 
@@ -157,16 +157,16 @@ class _Coarse:
         return replace(self._task, pathway=pathway).cells()
 
 
-# The pathway once more, beside courses as fine as the record allows.
+# Refinement of the pathway with fine courses.
 #
-# The search's coarse courses stay constant in each of their cells; what they thereby miss of K and
-# of the gain leans on delay and low-pass, by more than either's standard error. Here both move
-# beside the fine courses and their noise, from the search's end on.
+# Coarse courses are constant in each of their cells. The error that this makes in K and in the gain
+# biases delay and low-pass by more than their standard errors. Here both are optimised again with
+# fine courses and their noise, starting from the result of the search.
 
-#: First steps of the search, and those over which the curvature is read: s, log of the cut-off.
+#: First steps of the search, and steps for the curvature: s, logarithm of the cut-off.
 FIRST: Final = (7e-4, 0.015)
 STEPS: Final = (3e-4, 0.006)
-#: Likelihoods that are worked out at most on the way.
+#: Largest number of likelihoods that the search computes.
 MOST: Final = 40
 
 
@@ -175,7 +175,7 @@ class Refined:
     """The pathway of greatest likelihood.
 
     `covariance` (2, 2): of delay (s) and of the logarithm of the cut-off.
-    `moved` (2, m): how far the courses' means go with either.
+    `moved` (2, m): derivative of the courses' means by either.
     """
 
     pathway: Pathway
@@ -184,7 +184,7 @@ class Refined:
 
 
 def refined(start: Pathway, task: CascadeTask) -> Refined:
-    """The same pathway with delay and cut-off of greatest likelihood beside fine courses.
+    """Optimise delay and cut-off of a pathway with fine courses.
 
     Raises EstimationError: the record does not determine the courses.
     """
@@ -205,7 +205,7 @@ def refined(start: Pathway, task: CascadeTask) -> Refined:
 
 
 class _Beside:
-    """Likelihood of a pathway beside fine courses, and the courses' means."""
+    """Log likelihood of a pathway with fine courses, and the courses' means."""
 
     def __init__(self, task: CascadeTask) -> None:
         self._task = task
@@ -216,7 +216,7 @@ class _Beside:
 
 
 def _around(best: Pathway, beside: _Beside) -> Refined:
-    """Inverse curvature of the likelihood, and what either does to the courses' means."""
+    """Covariance from the curvature of the likelihood, and the derivative of the courses' means."""
     x, steps = np.array([best.delay_s, np.log(best.cutoff_hz)]), np.diag(STEPS)
 
     def value(dx: FloatArray) -> tuple[float, FloatArray]:
@@ -224,11 +224,11 @@ def _around(best: Pathway, beside: _Beside) -> Refined:
 
     centre, up, down = value(0 * x)[0], [value(d) for d in steps], [value(-d) for d in steps]
     H = np.diag([2 * centre - u[0] - d[0] for u, d in zip(up, down, strict=True)])
-    both, across = steps.sum(axis=0), steps[0] - steps[1]
-    cross = value(both)[0] + value(-both)[0] - value(across)[0] - value(-across)[0]
+    along, across = steps.sum(axis=0), steps[0] - steps[1]
+    cross = value(along)[0] + value(-along)[0] - value(across)[0] - value(-across)[0]
     H[0, 1] = H[1, 0] = -cross / 4
     w, v = np.linalg.eigh(H)
-    # where the likelihood is flat, nothing is known beyond ten steps
+    # if the likelihood is flat, the standard error is limited to ten steps
     inverse = (v / np.maximum(w, 1e-2)) @ v.T
-    gone = [(u[1] - d[1]) / (2 * h) for u, d, h in zip(up, down, STEPS, strict=True)]
-    return Refined(best, inverse * np.outer(STEPS, STEPS), np.stack(gone))
+    slopes = [(u[1] - d[1]) / (2 * h) for u, d, h in zip(up, down, STEPS, strict=True)]
+    return Refined(best, inverse * np.outer(STEPS, STEPS), np.stack(slopes))

@@ -1,4 +1,4 @@
-"""What a method for two pathways is given: rows, the cell of each, the reflex's signal."""
+"""Input of the methods for two pathways: rows, the cell of each, and the reflex's signal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.joint.elbow.cascade.rows import (
     CascadeRows,
     Cells,
-    FoundCourses,
+    CourseEstimates,
     autoregression,
     cells_of,
     columns_of,
@@ -20,23 +20,23 @@ from armimpedance.joint.elbow.cascade.rows import (
 from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.varying.data import VaryingData
 
-# The reflex's signal: the velocity of a while ago, linear or rectified, behind a low-pass.
+# The reflex's signal: the delayed velocity, linear or rectified, after a low-pass.
 
 Side = Literal["both", "positive", "negative"]
 SIDES: Final[tuple[Side, ...]] = ("both", "positive", "negative")
 ORDERS: Final = (1, 2)
-#: A velocity of so long ago at most is looked at, s.
+#: Length of past velocity that is used at most, s.
 PAD_S: Final = 1.0
-#: Time constants of the low-pass after which less than a two-hundredth is left.
+#: Number of time constants after which the low-pass has forgotten all but a two-hundredth.
 FORGOTTEN: Final = 8.0
 
 
 @dataclass(frozen=True)
 class Pathway:
-    """A reflex but for its gain.
+    """A reflex pathway without its gain.
 
     `cutoff_hz`: of the low-pass, whose poles are all alike.
-    `side`: which velocities it answers.
+    `side`: velocities that it responds to.
     """
 
     delay_s: float
@@ -46,11 +46,11 @@ class Pathway:
 
     @property
     def lead_s(self) -> float:
-        """Time after which what was before the record is forgotten, s."""
+        """Time after which the motion before the record has no more effect, s."""
         return min(self.delay_s + FORGOTTEN / (2 * np.pi * self.cutoff_hz), PAD_S)
 
     def signal(self, rows: CascadeRows) -> FloatArray:
-        """Its answer to the motion at gain one, (N,) rad/s."""
+        """Response to the motion at gain one, (N,) rad/s."""
         out = np.empty(len(rows.torque))
         for row in range(len(rows.offsets) - 1):
             inside = rows.trial(row)
@@ -58,7 +58,7 @@ class Pathway:
         return out
 
     def of_rate(self, rate: FloatArray, rate_hz: float) -> FloatArray:
-        """Its answer to an angular velocity (S,) that was nothing before, (S,) rad/s."""
+        """Response (S,) to an angular velocity (S,) that was zero before, rad/s."""
         if self.side == "positive":
             rate = np.maximum(rate, 0)
         elif self.side == "negative":
@@ -76,16 +76,16 @@ def _fast(count: int) -> int:
     return int(next_fast_len(count, real=True))
 
 
-#: Rows of a cell of time, and trials of so many rows in which a cell is one row.
+#: Rows per cell of time; in trials of at most `SHORT_ROWS` rows a cell is one row.
 CELL_ROWS: Final = 2
 SHORT_ROWS: Final = 2500
-#: Rows from which it is judged whether there is a reflex, and which.
+#: Largest number of rows that are used to search for the reflex.
 MOST_ROWS: Final = 20_000
-#: Coefficients of the noise below this mix too little to tell.
+#: Coefficients of the noise below this mix too little to matter.
 MIXED: Final = 0.15
-#: The part of a trial that a reflex may lose at its beginning.
+#: Largest share of a trial that is left out at its beginning because of the reflex.
 MOST_LEAD: Final = 0.2
-#: What is left beyond so many deviations is a jump's and not the noise's.
+#: A residual beyond this many standard deviations comes from a jump, not from the noise.
 OUTLYING: Final = 4.5
 
 
@@ -93,13 +93,13 @@ OUTLYING: Final = 4.5
 class CascadeTask:
     """Rows of T trials, and the cells in which they are summed up.
 
-    `cell` (N,) int: cell of each row; -1: it is not used.
-    `strips` (S + 1,) int: cells of a strip follow one another: of a trial, or of all where they are
-    aligned.
+    `cell` (N,) int: cell of each row; -1: not used.
+    `strips` (S + 1,) int: first cell of each strip of consecutive cells; a strip is a trial, or all
+    trials together if these are aligned.
     `width`: of a cell.
-    `start`: where the first cell of a strip begins.
+    `start`: beginning of the first cell of a strip.
     `over`: "time_s", or the variable of which the courses are functions.
-    `cyclic`: whether the last cell has the first as its neighbour.
+    `cyclic`: True if the last cell is a neighbour of the first.
     `noise` (p + 1,): the torque's noise as an autoregression.
     """
 
@@ -118,22 +118,23 @@ class CascadeTask:
 
     @property
     def in_time(self) -> bool:
-        """Whether the cells are pieces of time."""
+        """True if the cells are pieces of time."""
         return self.over == "time_s"
 
     @property
     def torn(self) -> int:
-        """Cells after a jump that mix, by the noise's memory, what was before and after it."""
+        """Number of cells after a jump that the noise's memory makes a mixture of before and
+        after."""
         reach = int(np.flatnonzero(np.abs(self.noise) > MIXED)[-1]) + 1
         return -(-reach // max(round(self.width * self.rows.rate_hz), 1))
 
     @property
     def aligned(self) -> bool:
-        """Whether trials share their cells."""
+        """True if trials share their cells."""
         return self.in_time and len(self.strips) - 1 < len(self.data.trials)
 
     def settled(self, lead_s: float) -> CascadeTask:
-        """Without the first rows of each trial, whose reflex answers what was before the trial."""
+        """Leave out the first rows of each trial, where the reflex depends on earlier motion."""
         cell = np.array(self.cell)
         for row in range(len(self.rows.offsets) - 1):
             inside = self.rows.trial(row)
@@ -152,34 +153,34 @@ class CascadeTask:
         width = self.width if self.in_time else 1 / count
         return cells_of(self.columns(), self.cell, count, width, self.noise)
 
-    def learnt(self, found: FoundCourses) -> CascadeTask:
-        """The same with the noise that a fit leaves."""
-        theta = np.column_stack([found.mean, np.full(len(found.mean), found.inertia)])
+    def learnt(self, estimates: CourseEstimates) -> CascadeTask:
+        """Return the task with the noise estimated from a fit's residual."""
+        theta = np.column_stack([estimates.mean, np.full(len(estimates.mean), estimates.inertia)])
         columns, used = self.columns(), self.cell >= 0
         at = np.maximum(self.cell, 0)
-        left = columns[:, -1].copy()
+        residual = columns[:, -1].copy()
         for j in range(theta.shape[1]):
-            left -= theta[at, j] * columns[:, j]
-        sd = 1.4826 * float(np.median(np.abs(left[used])))
-        jumped = np.convolve(np.abs(left) > OUTLYING * sd, np.ones(5), "same") > 0
-        left[~used | jumped] = np.nan
-        return replace(self, noise=autoregression(left))
+            residual -= theta[at, j] * columns[:, j]
+        sd = 1.4826 * float(np.median(np.abs(residual[used])))
+        jumped = np.convolve(np.abs(residual) > OUTLYING * sd, np.ones(5), "same") > 0
+        residual[~used | jumped] = np.nan
+        return replace(self, noise=autoregression(residual))
 
 
 def task_in_time(
     samples: JointSamples, data: VaryingData, rows: CascadeRows, aligned: bool
 ) -> CascadeTask:
-    """Cells of time, of each trial by itself or of all at once."""
+    """Task with cells of time, separate for each trial, or shared if trials are aligned."""
     counts = np.diff(data.offsets)
     within = np.concatenate([np.arange(c) for c in counts])
-    each = 1 if counts.max() <= SHORT_ROWS else CELL_ROWS
-    strips = np.concatenate([[0], np.cumsum(-(-counts // each))])
-    cell = within // each
+    per_cell = 1 if counts.max() <= SHORT_ROWS else CELL_ROWS
+    strips = np.concatenate([[0], np.cumsum(-(-counts // per_cell))])
+    cell = within // per_cell
     if aligned:
-        strips = np.array([0, -(-int(counts.max()) // each)])
+        strips = np.array([0, -(-int(counts.max()) // per_cell)])
     else:
         cell = cell + np.repeat(strips[:-1], counts)
-    width = each / data.rate_hz
+    width = per_cell / data.rate_hz
     return CascadeTask(samples, data, rows, _without_ends(cell, rows), strips, width)
 
 
@@ -213,7 +214,7 @@ def task_over(
     name: str,
     bins: int = 100,
 ) -> CascadeTask:
-    """Cells of another variable (N,), known at the rows: `bins` of equal width."""
+    """Task with cells of another variable (N,), known at the rows: `bins` of equal width."""
     cyclic = name == "phase"
     low, high = (0.0, 1.0) if cyclic else np.quantile(variable, (0.005, 0.995)).tolist()
     width = (high - low) / bins
@@ -228,13 +229,13 @@ def task_over(
     )
 
 
-# What the table of methods for two pathways holds of each.
+# Result of a method for two pathways.
 
 
 @dataclass(frozen=True)
 class CascadeCourses:
-    """What a method hands over: courses at the cells, the last noise, and what it says of them."""
+    """Result of a method: courses at the cells, the task with the last noise, and notes."""
 
-    found: FoundCourses
+    estimates: CourseEstimates
     task: CascadeTask
     notes: tuple[str, ...] = ()

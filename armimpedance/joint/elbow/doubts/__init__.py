@@ -1,1 +1,1 @@
-"""What a stationary fit doubts: late answers, channels out of step, stiffness over amplitude."""
+"""Tests of a stationary fit's assumptions: late answers (reflexes), skew, effects of amplitude."""

@@ -1,4 +1,4 @@
-"""What was doubted, in one sentence each, and what to do."""
+"""Findings on reflex, skew, amplitude and band: one sentence each, and advice."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from armimpedance.joint.elbow.doubts.kinds import RATE_S
 from armimpedance.joint.elbow.doubts.pathway import EARLIEST_S, LATEST_S, SLOWEST_S
 from armimpedance.numerics.regression import Parameters
 
-#: An answer or a skew that is smaller than this, of K and of a sample, needs no word.
+#: An answer below this share of K, or a skew below this share of a sample, is not reported.
 LITTLE: Final = 0.01
 LITTLE_SAMPLE: Final = 0.5
-#: A muscle that is quicker needs no word, ms.
+#: The time constant of a muscle is not reported if it is shorter, ms.
 LITTLE_MUSCLE_MS: Final = 5.0
-#: So near to the end of what is searched a pathway may lie beyond it, s.
+#: A pathway this near to the edge of the search may lie beyond it, s.
 EDGE_S: Final = 1e-3
 SURE: Final = 0.98
 LIKELY: Final = 0.9
@@ -27,12 +27,12 @@ LIKELY: Final = 0.9
 
 @dataclass(frozen=True)
 class Lateness:
-    """By how much the angle comes after the torque.
+    """Lateness of the angle after the torque.
 
     `ci95_s` (2,).
-    `probability`: that it does at all.
-    `if_late_s`: what it is if it does.
-    `smallest_s`: the smallest that would have been seen.
+    `probability`: that the angle is late or early at all.
+    `if_late_s`: the lateness, given that there is one.
+    `smallest_s`: smallest lateness that would have been detected.
     """
 
     value_s: float
@@ -54,17 +54,17 @@ class LateAnswer:
 
 @dataclass(frozen=True)
 class Reflex:
-    """``h (K_r theta + B_r theta')`` beside I, B, K: the parallel cascade's second path.
+    """Reflex ``h (K_r theta + B_r theta')`` beside I, B, K: the parallel cascade's second path.
 
     `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,), `muscle_ci95_s` (2,).
     `K_r`: N m/rad, if there is an answer.
     `B_r`: N m s/rad, if there is an answer.
     `delay_s`, `muscle_s`: of its pathway h.
     `probability`: that there is an answer.
-    `smallest`: the smallest K_r after 60 ms that would have been seen.
+    `smallest`: smallest K_r with a delay of 60 ms that would have been detected.
     `total`, `total_ci95`: K and K_r together, the stiffness at rest, N m/rad.
-    `likeliest`: K_r, B_r and the pathway of the single likeliest limb: those above are each over
-    all limbs, and are none together.
+    `likeliest`: K_r, B_r and the pathway of the single likeliest limb. The values above are means
+    over all limbs, and together need not describe any one of them.
     """
 
     K_r: float
@@ -84,12 +84,13 @@ class Reflex:
 
 @dataclass(frozen=True)
 class Amplitude:
-    """What depends on how far and how fast the joint moves.
+    """Dependence of the joint on how far and how fast it moves.
 
-    `more_stiffness`: what the rms deflection adds to the stiffness of small ones, N m/rad.
+    `stiffens`, `rubs`: True if terms of stiffness, or of friction, were detected.
+    `more_stiffness`: stiffness at the rms deflection less that of small motion, N m/rad.
     `friction`: torque against the velocity's sign, N m.
     `deflection`: rms, rad.
-    `smallest`: the smallest change of the stiffness that would have been seen, as part of it.
+    `smallest`: smallest change of the stiffness that would have been detected, as a share of it.
     """
 
     stiffens: bool
@@ -100,17 +101,17 @@ class Amplitude:
     smallest: float
 
 
-#: From here on what may be hidden needs a word: by how much its interval reaches beyond that of the
-#: estimate, as part of K.
+#: A hidden effect is reported if its interval reaches beyond that of the estimate by more than this
+#: share of K.
 _HIDES: Final = 0.05
 
 
 @dataclass(frozen=True)
 class Hidden:
-    """What a late answer or a skew that the record does not exclude would make of K.
+    """Range of K if there were a late answer or a skew that the record does not exclude.
 
     `low`, `high`: N m/rad.
-    `matters`: it reaches clearly beyond the estimate's own interval.
+    `matters`: True if it reaches clearly beyond the estimate's own interval.
     """
 
     low: float
@@ -119,7 +120,7 @@ class Hidden:
 
     @classmethod
     def of(cls, own: Parameters, allowing: Parameters) -> Hidden:
-        """By the intervals without and with them."""
+        """Compare the intervals without and with these effects."""
         (low, high), (first, last) = allowing.interval()[2], own.interval()[2]
         beyond = max(float(first - low), float(high - last))
         return cls(float(low), float(high), beyond > _HIDES * float(own.values[2]))
@@ -137,11 +138,11 @@ def findings(
     neither: float,
     rate_hz: float,
 ) -> tuple[Finding, ...]:
-    """The three checks.
+    """Return the findings on reflex, skew and amplitude.
 
-    `hidden`: None where something was seen, and the intervals hold it.
-    `neither`: probability that the channels are in step and nothing answers.
-    `rate_hz`: a skew below half a sample is named, not warned of.
+    `hidden`: None if an effect was detected, which the intervals then cover.
+    `neither`: probability that there is neither a skew nor a late answer.
+    `rate_hz`: sample rate; a skew below half a sample is reported without a warning.
     """
     K = float(parameters.values[2])
     either = neither < 1 - SURE
@@ -159,32 +160,32 @@ def _of_reflex(
     matters = abs(reflex.K_r) + abs(reflex.B_r) / RATE_S > LITTLE * K
     smallest = f"{100 * reflex.smallest / K:.2g} % of K after 60 ms"
     if matters and reflex.probability > SURE:
-        said = (
+        message = (
             f"the limb answers the motion (a reflex) {size}; I, B, K are those beside it, for any "
             f"of these; together K {_range(reflex.total, reflex.total_ci95)} at rest; a wider band "
             f"of the perturbation would part them better{edge}"
         )
-        return Finding("reflex", "warning", said, smallest)
-    # Where the channels are surely out of step, that alone may be all.
+        return Finding("reflex", "warning", message, smallest)
+    # If the channels are surely out of step, that alone may explain the record.
     likely = LIKELY if late.probability > SURE else 1 - SURE
     if either and reflex.probability > likely and matters:
-        said = (
+        message = (
             f"an answer to the motion (a reflex) {size}, or channels out of step by "
             f"{1e3 * late.if_late_s:+.2f} ms: the record does not tell which, the intervals hold "
             "both; measure the channels' delay with a known load"
         )
-        return Finding("reflex", "cannot tell", said, smallest)
+        return Finding("reflex", "cannot tell", message, smallest)
     if hidden is not None and hidden.matters:
-        said = (
+        message = (
             "no late answer (reflex) is seen, but the record does not exclude one: were it there, "
             f"{hidden}; a wider band of the perturbation or a longer record would tell"
         )
-        return Finding("reflex", "cannot tell", said, smallest)
+        return Finding("reflex", "cannot tell", message, smallest)
     return Finding("reflex", "ok", "no late answer that matters", smallest)
 
 
 def _size(reflex: Reflex, K: float) -> str:
-    """Delay, muscle and gains with their intervals."""
+    """Delay, muscle and gains with their intervals, as text."""
     low, high = (1e3 * d for d in reflex.delay_ci95_s)
     quick, slow = (1e3 * m for m in reflex.muscle_ci95_s)
     size = f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f})"
@@ -201,7 +202,7 @@ def _range(value: float, limits: tuple[float, float]) -> str:
 
 
 def _at_an_edge(reflex: Reflex) -> str:
-    """A word where delay or muscle may lie beyond what is searched."""
+    """Remark if delay or muscle may lie beyond the range of the search; else an empty string."""
     answer = reflex.likeliest
     early, late = answer.delay_s <= EARLIEST_S + EDGE_S, answer.delay_s >= LATEST_S - EDGE_S
     if not (early or late or answer.muscle_s >= SLOWEST_S - EDGE_S):
@@ -218,72 +219,75 @@ def _of_skew(late: Lateness, reflex: Reflex, either: bool, little_s: float) -> F
     size = f"{1e3 * late.value_s:+.2f} ms ({low:+.2f} to {high:+.2f})"
     smallest = f"{1e3 * late.smallest_s:.2g} ms"
     if late.probability > SURE and abs(late.value_s) > little_s:
-        said = (
+        message = (
             f"the angle comes {size} after the torque; the estimate allows for it; look for the "
             "filter or converter that delays one channel"
         )
-        return Finding("skew", "warning", said, smallest)
+        return Finding("skew", "warning", message, smallest)
     likely = LIKELY if reflex.probability > SURE else 1 - SURE
     if either and late.probability > likely and abs(late.if_late_s) > little_s:
         if reflex.probability > SURE:
-            said = f"beside the reflex the channels may be out of step: {size}; the intervals allow"
-            return Finding("skew", "cannot tell", f"{said} for it", smallest)
-        said = (
+            message = (
+                f"beside the reflex the channels may be out of step: {size}; the intervals allow"
+            )
+            return Finding("skew", "cannot tell", f"{message} for it", smallest)
+        message = (
             f"in step, or the angle {1e3 * late.if_late_s:+.2f} ms after the torque: see reflex; "
             "the intervals hold both"
         )
-        return Finding("skew", "cannot tell", said, smallest)
+        return Finding("skew", "cannot tell", message, smallest)
     return Finding("skew", "ok", f"angle after torque by {size}", smallest)
 
 
 def _of_amplitude(amplitude: Amplitude, K: float) -> Finding:
     smallest = f"{100 * amplitude.smallest:.2g} % of K at {amplitude.deflection:.2g} rad rms"
-    said = []
+    messages = []
     if amplitude.stiffens:
-        said.append(
+        messages.append(
             f"the stiffness depends on the deflection: {amplitude.more_stiffness:+.3g} N m/rad at "
             f"{amplitude.deflection:.2g} rad rms; I, B, K are those of small motion, K {K:.3g}"
         )
     if amplitude.rubs:
-        said.append(
+        messages.append(
             f"the joint resists like friction, {amplitude.friction:.2g} N m against any motion; "
             "I, B, K are those beside it"
         )
-    if said:
+    if messages:
         advice = "perturb by the amplitude that you ask about"
-        return Finding("amplitude", "warning", "; ".join([*said, advice]), smallest)
+        return Finding("amplitude", "warning", "; ".join([*messages, advice]), smallest)
     return Finding("amplitude", "ok", "small and large motion give one limb", smallest)
 
 
 def band_finding(parameters: Parameters, excess: FloatArray) -> Finding:
-    """Whether I, B and K are the same in all parts of the band; `excess` as of `bands`."""
+    """Report if I, B and K are the same in all parts of the band; `excess` of
+    `excess_over_bands`."""
     smallest = f"{np.sqrt(NO_CHANCE):.0f} standard errors"
     if (excess == 1).all():
         return Finding("band", "ok", "every part of the band gives the same I, B and K", smallest)
     half = parameters.interval()[:, 1] - parameters.values
-    said = ", ".join(
-        f"{name} {value:.3g} +- {each:.2g}"
-        for name, value, each, more in zip("IBK", parameters.values, half, excess, strict=True)
-        if more > 1
+    each = ", ".join(
+        f"{name} {value:.3g} +- {limit:.2g}"
+        for name, value, limit, factor in zip("IBK", parameters.values, half, excess, strict=True)
+        if factor > 1
     )
     return Finding(
         "band",
         "warning",
-        f"no limb that was fitted is the same in all parts of the band: {said} from part to part, "
+        f"no limb that was fitted is the same in all parts of the band: {each} from part to part, "
         "which the interval holds; soft tissue, a strap, a lag or a second joint; choose the band "
         "that you ask about with --lowest-hz and --cutoff-hz",
         smallest,
     )
 
 
-def unlike_finding(own: Parameters, found: Parameters) -> Finding:
-    """Where answer, skew and bend replace the limb instead of standing beside it."""
-    pairs = zip("IBK", own.values, found.values, strict=True)
-    said = ", ".join(f"{name} {one:.3g} or {other:.3g}" for name, one, other in pairs)
+def unlike_finding(own: Parameters, extended: Parameters) -> Finding:
+    """Report that answer, skew and bend replaced the limb instead of adding to it."""
+    pairs = zip("IBK", own.values, extended.values, strict=True)
+    pair = ", ".join(f"{name} {without:.3g} or {added:.3g}" for name, without, added in pairs)
     return Finding(
         "band",
         "warning",
-        f"no limb that was fitted describes the record: {said}, without and with a late answer, a "
+        f"no limb that was fitted describes the record: {pair}, without and with a late answer, a "
         "skew and a bend, and the interval holds both; soft tissue, a strap, a lag or "
         "the wrong rig; choose the band that you ask about with --lowest-hz and --cutoff-hz",
     )

@@ -1,8 +1,8 @@
-"""One kind of limb, over all pathways that its answer may have.
+"""Fit one kind of limb over all pathways that its answer may have.
 
-All of a kind but delay and time constant is linear. In every cell of `pathway` these two are linear
-as well, about its middle and with its size for a prior: what lies between the middles is covered,
-however sharp the record.
+A kind is linear in all parameters but delay and time constant. In every cell of `pathway` these two
+are linearised about the cell's middle, with the cell's size as prior: pathways between the middles
+are covered too, however precise the record.
 """
 
 from __future__ import annotations
@@ -23,45 +23,47 @@ from armimpedance.joint.elbow.doubts.pathway import (
 from armimpedance.joint.elbow.doubts.record import Posed, fit_models
 from armimpedance.joint.elbow.stationary.band import Complex, real_rows
 
-#: Bounds so wide that they matter only where the record tells nothing: s, and parts of K.
+#: Prior sizes, s and shares of K, so wide that they matter only if the record says nothing.
 _ANY_LATENESS_S: Final = 20e-3
 _ANY_ANSWER: Final = 3.0
-#: A velocity is worth this much of a deflection, s.
+#: Time that converts a gain of the deflection to one of the velocity, s.
 RATE_S: Final = 0.1
-#: Columns of each pathway: of K_r, of B_r, and of their derivatives by delay and time constant.
+#: Columns per pathway: of K_r, of B_r, and of their derivatives by delay and time constant.
 _SHAPES: Final = 5
-#: A cell without a height is as high as this, s.
+#: Height that is used for a cell without height, s.
 _POINT_S: Final = 1e-9
 
 
 class Kind(NamedTuple):
-    """What stands beside I, B and K: a lateness of the angle; to what the limb answers."""
+    """Additions to I, B and K: a lateness of the angle; motions that the limb answers, see
+    `ANSWERS`.
+    """
 
     late_angle: bool
     answers: tuple[int, ...]
 
     @property
     def further(self) -> int:
-        """Parameters beside I, B, K."""
+        """Number of parameters beside I, B, K."""
         return self.late_angle + len(self.answers)
 
 
-#: To what a limb answers: nothing, the deflection (0), its velocity (1), both.
+#: Motions that a limb may answer: none, the deflection (0), its velocity (1), both.
 ANSWERS: Final = ((), (0,), (1,), (0, 1))
-#: In step or not, with each of these.
+#: All kinds: angle in step or late, with each of these answers.
 KINDS: Final = tuple(Kind(late, answers) for late in (False, True) for answers in ANSWERS)
 UNANSWERED: Final = tuple(kind for kind in KINDS if not kind.answers)
 
 
 @dataclass(frozen=True, eq=False)
 class KindFit:
-    """One kind over m pathways; those without an answer have one, which means nothing.
+    """Fit of one kind over m pathways; a kind without an answer has one dummy pathway.
 
-    `values` (m, p): I, B, K, then T, K_r, B_r and the bends as the kind has them.
-    `information` (m, p, p), `deviance` (m,): as of `record.WhittleFit`, weighed by the spectrum of
-    the best pathway.
-    `eta` (n,): logarithm of that noise power over the reference.
-    `delay_s`, `muscle_s`, `belief` (m,): of the pathways, and what was believed of each before.
+    `values` (m, p): I, B, K, then those of T, K_r, B_r and the bends that the kind has.
+    `information` (m, p, p), `deviance` (m,): as in `record.WhittleFit`, weighted by the residual
+    spectrum of the best pathway.
+    `eta` (n,): logarithm of that spectrum over the reference power.
+    `delay_s`, `muscle_s`, `belief` (m,): of the pathways, and the prior probability of each.
     """
 
     values: FloatArray
@@ -73,17 +75,17 @@ class KindFit:
     belief: FloatArray
 
     def pathway(self, number: int) -> ReflexArc:
-        """That of model `number`."""
+        """Pathway of model `number`."""
         return ReflexArc(float(self.delay_s[number]), float(self.muscle_s[number]))
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Which columns a kind has.
+    """Columns of a kind of limb.
 
-    `chosen` (q,): those of `Posed.X`.
-    `bound` (p,): one over the variance of each parameter before the record; 0 = free.
-    `order` (p,): where each parameter stands among these columns, then the answers.
+    `chosen` (q,): indices of the columns of `Posed.X`.
+    `bound` (p,): one over the prior variance of each parameter; 0 = no prior.
+    `order` (p,): index of each parameter in the chosen columns followed by those of the answers.
     """
 
     kind: Kind
@@ -101,7 +103,11 @@ class Columns:
 
 
 def columns_of(kind: Kind, stiffness: float, bends: tuple[int, ...]) -> Columns:
-    """`stiffness`: about K; `bends`: numbers of the terms of amplitude."""
+    """Select the columns of a kind.
+
+    `stiffness`: approximate K, which scales the prior of the answers. `bends`: numbers of the terms
+    of amplitude.
+    """
     first = 3 + kind.late_angle
     chosen = np.r_[:first, 4 + np.array(bends, dtype=int)]
     sizes = _ANY_ANSWER * stiffness * np.array([1.0, RATE_S])
@@ -113,9 +119,9 @@ def columns_of(kind: Kind, stiffness: float, bends: tuple[int, ...]) -> Columns:
 
 
 def fitted(rows: Posed, columns: Columns, rough: KindFit) -> KindFit:
-    """One kind, over all pathways that the record does not exclude.
+    """Fit one kind over all pathways that the record does not exclude.
 
-    `rough`: the same, roughly; its best pathway's spectrum is what all are weighed by.
+    `rough`: its rough fit; the residual spectrum of its best pathway weights all pathways.
     """
     if not columns.kind.answers:
         return rough
@@ -128,7 +134,7 @@ def fitted(rows: Posed, columns: Columns, rough: KindFit) -> KindFit:
 
 
 def roughly(rows: Posed, columns: Columns, products: Products, cells: PathwayCells) -> KindFit:
-    """One kind over some cells; `products`: theirs, weighed by the reference."""
+    """Fit one kind over given cells; `products`: of these cells, weighted by the reference."""
     if not columns.kind.answers:
         return _without_answer(rows, columns)
     return _compared(rows, columns, cells, _over(columns, products, cells))
@@ -142,7 +148,8 @@ def _without_answer(rows: Posed, columns: Columns) -> KindFit:
 
 
 def _compared(rows: Posed, columns: Columns, cells: PathwayCells, over: _Over) -> KindFit:
-    """Among pathways the spectrum is that of the best; kinds compare by spectra of their own."""
+    """Complete a fit: one spectrum (the best pathway's) for all pathways, one's own for each
+    kind."""
     eta, own = _own(rows, columns, over.likeliest)
     deviance = own + over.deviance - over.squares[over.deviance.argmin()]
     pathways = (over.delay_s, over.muscle_s, cells.belief)
@@ -150,15 +157,15 @@ def _compared(rows: Posed, columns: Columns, cells: PathwayCells, over: _Over) -
 
 
 def _own(rows: Posed, columns: Columns, pathway: ReflexArc) -> tuple[FloatArray, float]:
-    """The spectrum (n,) that a pathway leaves, and its deviance."""
+    """Spectrum (n,) of the residual of a pathway, and its deviance."""
     fit = fit_models(columns.of(rows, pathway)[None], rows.y, rows.spectrum, columns.bound)
     return fit.eta[0], float(fit.deviance[0])
 
 
 class _Over(NamedTuple):
-    """D pathways: p parameters each, weighed squares (D,), the likeliest pathway of the cell.
+    """Fits of D pathways: p parameters each, weighted squares (D,), likeliest pathway of each cell.
 
-    `deviance`: the squares, and what delay and time constant, summed over the cell, add.
+    `deviance`: the squares plus the term from integrating over the cell.
     """
 
     values: FloatArray
@@ -170,15 +177,15 @@ class _Over(NamedTuple):
 
     @property
     def likeliest(self) -> ReflexArc:
-        """That of the least deviance."""
+        """Pathway of the least deviance."""
         best = int(self.deviance.argmin())
         return ReflexArc(float(self.delay_s[best]), float(self.muscle_s[best]))
 
 
 def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
-    """Every pathway's parameters, with its cell for a prior.
+    """Fit every pathway's parameters, with its cell as prior.
 
-    Raises LinAlgError: what is not finite.
+    Raises LinAlgError: a result is not finite.
     """
     products = products.with_columns(columns.chosen)
     D, a, p = len(cells), len(columns.kind.answers), len(columns.order)
@@ -186,7 +193,7 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
     answers[:, list(columns.kind.answers), range(a)] = 1
     bound = np.broadcast_to(columns.bound, (D, p))
     middle = products.solved(answers, columns.order, bound)[0]
-    # (B_r s + K_r) h by the delay: -s (B_r s + K_r) h; by m: -2 s / (1 + m s) (B_r s + K_r) h
+    # derivatives of (B_r s + K_r) h: by the delay -s (...) h; by m -2 s / (1 + m s) (...) h
     amplitude = np.zeros((D, 2))
     first = 3 + columns.kind.late_angle
     amplitude[:, list(columns.kind.answers)] = middle[:, first : first + a]
@@ -199,7 +206,7 @@ def _over(columns: Columns, products: Products, cells: PathwayCells) -> _Over:
         np.r_[columns.order, q + a, q + a + 1],
         np.concatenate([bound, size**-2], axis=1),
     )
-    # What is known of the p parameters once the pathway is summed over its cell
+    # Information on the p parameters after the pathway is integrated over its cell
     own, across = N[:, p:, p:], N[:, :p, p:]
     information = N[:, :p, :p] - across @ np.linalg.solve(own, np.swapaxes(across, 1, 2))
     occam = np.linalg.slogdet(own * size[:, :, None] * size[:, None, :])[1]
@@ -219,9 +226,10 @@ def _shapes(s: Complex, cells: PathwayCells) -> Complex:
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Weighed inner products of X and y, (q + 1, q + 1), and of D pathways' columns.
+    """Weighted inner products of X and y (q + 1, q + 1), and of D pathways' columns.
 
-    `across` (D, 5, q + 1): of these with X and y; `own` (D, 5, 5): with each other.
+    `gram`: of X and y. `across` (D, 5, q + 1): of the pathways' columns with X and y.
+    `own` (D, 5, 5): of the pathways' columns with each other.
     """
 
     gram: FloatArray
@@ -230,14 +238,14 @@ class Products:
 
     @classmethod
     def of(cls, rows: Posed, cells: PathwayCells, eta: FloatArray) -> Products:
-        """`eta` (n,): logarithm of the noise power over the reference."""
+        """Compute the products; `eta` (n,): logarithm of the noise power over the reference."""
         w, knots = np.exp(-eta), rows.knots
         base = np.concatenate([rows.X, rows.y[..., None]], axis=2)
         B = base[:, 0] + 1j * base[:, 1]
         moved = np.concatenate([trial.weighed for trial in rows.trials])
-        # L (n, D k) = c g: the motion c of each line, and what pathways make of it, g at (b, D k)
+        # L (n, D k) = c g: motion c of each line times the pathways' response g, at knots (b, D k)
         D = len(cells)
-        # Re g^H x is the product of real and imaginary parts below each other
+        # Re g^H x is the real product of columns of stacked real and imaginary parts
         g = real_rows(_shapes(knots.s, cells)).reshape(-1, D * _SHAPES)
         # Re L^H W B, with L^H = g^H c^H
         sums = knots.summed((w * np.conj(moved))[:, None] * B)
@@ -254,7 +262,7 @@ class Products:
             spread[lines] = np.conj(trial.weighed)[:, None] * np.concatenate([Q, wQ], axis=1)
             both = (g.T @ real_rows(knots.summed(spread))).reshape(D, _SHAPES, -1)
             U, V = both[..., : Q.shape[1]], both[..., Q.shape[1] :]
-            # The ends are taken off L as they are off B: L - Q Q^T L
+            # The ends are removed from L as from B: L - Q Q^T L
             across -= U @ (np.conj(wQ).T @ B[lines]).real
             UV = U @ V.transpose(0, 2, 1)
             inner = (np.conj(wQ).T @ Q).real
@@ -263,17 +271,17 @@ class Products:
         return cls(weighed.T @ weighed, across, own)
 
     def with_columns(self, chosen: IntArray) -> Products:
-        """Of some columns of X alone."""
+        """Products of selected columns of X only."""
         kept = np.r_[chosen, len(self.gram) - 1]
         return Products(self.gram[np.ix_(kept, kept)], self.across[..., kept], self.own)
 
     def solved(
         self, M: FloatArray, order: IntArray, bound: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Values (D, p), ``[X L M]^T W [X L M]`` + bounds (D, p, p), squares that are left (D,).
+        """Values (D, p), ``[X L M]^T W [X L M]`` + bounds (D, p, p), residual squares (D,).
 
         `M` (D, 5, a): combinations of each pathway's columns.
-        `order` (p,): of the parameters among X, then these.
+        `order` (p,): index of each parameter in the columns of X followed by these.
         """
         D, q = len(M), len(self.gram) - 1
         T = M.transpose(0, 2, 1)

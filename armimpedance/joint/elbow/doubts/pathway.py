@@ -1,13 +1,13 @@
-"""A reflex's way from the joint's motion to its torque: a delay, then the muscle's low-pass.
+"""Pathway of a reflex, from the joint's motion to its torque: a delay, then a muscle's low-pass.
 
 Muscle follows its nerve like a critically damped system of second order, ``h = e^(-s d) / (1 + m
 s)^2`` with a time constant m of some 10 to 50 ms (R. E. Kearney, R. B. Stein, L. Parameswaran, IEEE
-Transactions on Biomedical Engineering 44, 1997, model the ankle's reflex so). A reflex that is
-taken for a mere delay looks later than it is, and K too large.
+Transactions on Biomedical Engineering 44, 1997, model the ankle's reflex so). If a reflex is
+modelled as a delay only, the delay becomes too long, and K too large.
 
-Delay and time constant are not searched for but summed over: a record is explained by all pathways
-of a ridge, late and quick or early and slow, which differ in what they leave for K. Cells of the
-plane that the record does not exclude are divided until they are small beside what it tells.
+Delay and time constant are not optimised but integrated over. Many pathways explain a record
+equally well, from late and quick to early and slow, with different K. Cells of the plane of delay
+and time constant that the record does not exclude are divided until they are small enough.
 """
 
 from __future__ import annotations
@@ -21,25 +21,25 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.joint.elbow.stationary.band import Complex
 
-#: From a short-latency reflex to a voluntary answer, s.
+#: Range of delays, from a short-latency reflex to a voluntary response, s.
 EARLIEST_S: Final = 0.035
 LATEST_S: Final = 0.12
-#: The slowest muscle that is tried, s.
+#: Longest time constant of a muscle, s.
 SLOWEST_S: Final = 0.05
-#: Belief that torque follows at once.
+#: Prior probability that torque follows the delay at once, without a muscle's low-pass.
 AT_ONCE: Final = 0.5
-#: What a low-pass remembers after this many of its time constants is no longer seen.
+#: The memory of a low-pass is negligible after this many of its time constants.
 _FORGOTTEN: Final = 5.0
-#: The motion of so long ago still moves the torque, s.
+#: Length of past motion that affects the torque, s.
 PAST_S: Final = LATEST_S + _FORGOTTEN * SLOWEST_S
-#: PathwayCells of the delay and of the time constant before any is divided.
+#: Number of cells along the delay and along the time constant before any is divided.
 _DELAYS: Final = 17
 _MUSCLES: Final = 5
-#: How wide a part about a single pathway is, s.
+#: Width of a cell about a single pathway, s.
 _DETAIL_S: Final = 1e-3
-#: PathwayCells whose deviance lies within this of the least are divided ...
+#: Cells whose deviance lies within this of the least are divided ...
 _NOT_EXCLUDED: Final = 25.0
-#: ... until so many lie within this, or so often.
+#: ... until this number of cells lies within `_LIKELY`, or `_MOST_DIVISIONS` times.
 _ENOUGH_CELLS: Final = 30
 _LIKELY: Final = 6.0
 _MOST_DIVISIONS: Final = 8
@@ -59,16 +59,16 @@ def response(s: Complex, delay_s: FloatArray, muscle_s: FloatArray) -> Complex:
 
 
 def answered_to(angle: FloatArray, pathway: ReflexArc, start: int, rate_hz: float) -> FloatArray:
-    """What a pathway makes of an angle (S,), from sample `start` on, (S - start,).
+    """Response of a pathway to an angle (S,), from sample `start` on, (S - start,).
 
-    `start`: at least `PAST_S`.
+    `start`: at least `PAST_S` times the sample rate.
     """
     late = pathway.delay_s * rate_hz
     whole = int(np.floor(late))
     through = _through_muscle(angle, pathway.muscle_s, rate_hz)
     through = np.append(through, through[-1])
     count = len(angle) - start
-    # a part of a sample by the cubic through the four samples about it, the latest first
+    # fractions of a sample: cubic through the four samples about the point, the latest first
     weights = cubic_weights(np.array([late - whole]))[0]
     first = [start - whole + 1 - j for j in range(4)]
     return np.asarray(
@@ -77,19 +77,19 @@ def answered_to(angle: FloatArray, pathway: ReflexArc, start: int, rate_hz: floa
 
 
 def cubic_weights(t: FloatArray) -> FloatArray:
-    """Of the points -1, 0, 1, 2 in the cubic through them, at t (n,) from 0 to 1, (n, 4)."""
+    """Weights (n, 4) of the points -1, 0, 1, 2 in the cubic through them, at t (n,) from 0 to 1."""
     before, at = -t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2
     return np.stack([before, at, -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6], axis=1)
 
 
 def behind(signal: FloatArray, pathway: ReflexArc, rate_hz: float) -> FloatArray:
-    """What a pathway makes of a signal (S,), its first value held before it begins."""
+    """Response of a pathway to a signal (S,) that is constant before its first sample."""
     start = int(np.ceil(PAST_S * rate_hz)) + 2
     return answered_to(np.r_[np.full(start, signal[0]), signal], pathway, start, rate_hz)
 
 
 def _through_muscle(angle: FloatArray, muscle_s: float, rate_hz: float) -> FloatArray:
-    """The angle behind the low-pass, exact for straight lines between samples; from rest."""
+    """Angle after the muscle's low-pass, exact for straight lines between samples; from rest."""
     from scipy.signal import lfilter, lfilter_zi
 
     if muscle_s == 0:
@@ -107,10 +107,10 @@ def _through_muscle(angle: FloatArray, muscle_s: float, rate_hz: float) -> Float
 
 @dataclass(frozen=True, eq=False)
 class PathwayCells:
-    """D parts of the plane of pathways, each with its middle, its size and the belief in it.
+    """D cells of the plane of pathways, each with its middle, its size and its prior probability.
 
-    `delay_s`, `muscle_s`, `wide_s`, `high_s`, `belief` (D,); a height of zero: torque follows at
-    once.
+    `delay_s`, `muscle_s` (D,): middle. `wide_s`, `high_s` (D,): size; a height of zero means no
+    low-pass. `belief` (D,): prior probability.
     """
 
     delay_s: FloatArray
@@ -124,16 +124,16 @@ class PathwayCells:
 
     @classmethod
     def about(cls, pathway: ReflexArc) -> PathwayCells:
-        """A small part about one pathway, which is not believed in more than others."""
+        """A small cell about one pathway, with a small prior probability."""
         sizes = (_DETAIL_S, 0.0 if pathway.muscle_s == 0 else 2 * _DETAIL_S, 1e-3)
         return cls(*(np.array([x]) for x in (*pathway, *sizes)))
 
     def chosen(self, which: FloatArray) -> PathwayCells:
-        """Some of them."""
+        """Return selected cells."""
         return PathwayCells(*(getattr(self, f.name)[which] for f in fields(self)))
 
     def divided(self) -> PathwayCells:
-        """Each in four, or in two where it has no height."""
+        """Divide each cell in four, or in two if it has no height."""
         parts = []
         for right in (-0.25, 0.25):
             for up in (-0.25, 0.25):
@@ -153,15 +153,15 @@ class PathwayCells:
 
 
 def together(parts: Sequence[PathwayCells]) -> PathwayCells:
-    """All cells of several parts."""
+    """Join the cells of several parts."""
     return PathwayCells(
         *(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(PathwayCells))
     )
 
 
 def all_cells() -> PathwayCells:
-    """The whole plane: torque that follows at once or behind a muscle, short delays as likely as
-    long ones (their logarithms are uniform).
+    """Cells of the whole plane: torque without or behind a muscle's low-pass, with delays whose
+    logarithms are uniform.
     """
     ends, high = np.geomspace(EARLIEST_S, LATEST_S, _DELAYS + 1), SLOWEST_S / _MUSCLES
     delays, wide = (ends[:-1] + ends[1:]) / 2, np.diff(ends)
@@ -176,9 +176,9 @@ def all_cells() -> PathwayCells:
 def not_excluded(
     cells: PathwayCells, evaluate: Callable[[PathwayCells], list[FloatArray]]
 ) -> tuple[PathwayCells, list[FloatArray]]:
-    """Cells and what `evaluate` gives of each, divided where the record does not exclude them.
+    """Divide the cells that the record does not exclude; return all cells and their `evaluate`.
 
-    `evaluate`: gives arrays whose rows are those of its cells; the last (D,) is the deviance.
+    `evaluate`: returns arrays with one row per cell; the last (D,) is the deviance.
     """
     evaluated = evaluate(cells)
     for _ in range(_MOST_DIVISIONS):

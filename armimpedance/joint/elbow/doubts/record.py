@@ -1,8 +1,8 @@
-"""The record as the doubts see it: its band without the first moments, angles of before, bends.
+"""The record for the tests of a stationary fit: band, earlier angles, terms of amplitude.
 
 ``tau = (I s^2 + B s + K) theta + K_r h theta + sum c_j phi_j(theta, theta') + noise``, h a pathway
-(see `pathway`): what it makes of the angle of a while ago is taken from the samples themselves, so
-the first moments of every trial serve as its past alone.
+(see `pathway`). Its response to earlier angles is computed from the samples. Therefore the
+beginning of every trial is used only as the past of the rest, and is not fitted.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from armimpedance.joint.elbow.stationary.weights import hats, knots_of
 
 #: The terms of amplitude: two of stiffness, two of friction.
 BENDS: Final = ("theta^2", "theta^3", "sign theta'", "theta' |theta'|")
-#: Weighed columns whose squares are less hold rounding alone.
+#: Weighted columns with a smaller sum of squares are only rounding.
 _LEAST_SQUARES: Final = 1e-30
-#: Below this part of its rms a velocity has no sign.
+#: Share of its rms below which the sign of a velocity is smoothed.
 _SLOW: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Past:
-    """One trial's coefficients beside those of its `Bins`.
+    """Data of one trial beyond its `Bins`.
 
-    `angle` (S,): the measured angle, the first moments included.
-    `start`: where the band begins in it.
-    `rate_hz`: of its samples.
+    `angle` (S,): the measured angle, including the beginning.
+    `start`: index of its first sample in the band.
+    `rate_hz`: sample rate.
     `bends` (n, C): terms of amplitude of the measured motion.
     """
 
@@ -51,17 +51,17 @@ class Past:
     bends: Complex
 
     def answered(self, pathway: ReflexArc, bins: Bins) -> Complex:
-        """What a pathway makes of the measured angle, (n,)."""
+        """Coefficients (n,) of a pathway's response to the measured angle."""
         late = answered_to(self.angle, pathway, self.start, self.rate_hz)
         return coefficients(late[None], bins)[:, 0]
 
 
 @dataclass(frozen=True, eq=False)
 class Doubted:
-    """A band of the record without its first moments, with what the doubts ask of it.
+    """Band of the record without the beginning of each trial, and data for the tests.
 
-    `band`: weighed by the sensors' floors.
-    `samples`: of each trial.
+    `band`: weighted by the sensors' noise floors.
+    `samples`: number of samples of each trial in the band.
     """
 
     band: Band
@@ -70,7 +70,7 @@ class Doubted:
 
 
 def doubted(prepared: PreparedSamples, whole_band: Band) -> Doubted:
-    """The record without its first moments, and their part in what follows.
+    """Return the record without the beginning of each trial, which is kept as the past of the rest.
 
     Raises InputError: the band holds too few coefficients.
     """
@@ -88,7 +88,7 @@ def doubted(prepared: PreparedSamples, whole_band: Band) -> Doubted:
 
 
 def without_beginning(samples: JointSamples, start: int) -> JointSamples:
-    """Every trial from its sample `start` on."""
+    """Return every trial from its sample `start` on."""
     kept = np.ones(len(samples.angle), dtype=bool)
     for first in samples.offsets[:-1]:
         kept[first : first + start] = False
@@ -110,12 +110,12 @@ def coefficients(series: FloatArray, bins: Bins) -> Complex:
 
 
 def bends_of(angle: Complex, bins: Bins, count: int) -> Complex:
-    """Coefficients (n, C) of the terms of amplitude of a motion with coefficients (n,)."""
+    """Coefficients (n, C) of the terms of amplitude, from the coefficients (n,) of a motion."""
     return coefficients(bends_in_time(angle, bins, count), bins)
 
 
 def bends_in_time(angle: Complex, bins: Bins, count: int) -> FloatArray:
-    """The terms of amplitude of a motion over time, (C, S), each of unit rms."""
+    """Terms of amplitude of a motion over time, (C, S), each of unit rms."""
     first = round(float(bins.frequency_hz[0]) * bins.seconds)
     spectrum = np.zeros((2, count // 2 + 1), dtype=np.complex128)
     spectrum[:, first : first + len(bins.s)] = np.stack([angle, bins.s * angle]) * np.sqrt(count)
@@ -123,10 +123,10 @@ def bends_in_time(angle: Complex, bins: Bins, count: int) -> FloatArray:
     return np.stack([q**2, q**3, v / np.sqrt(v**2 + _SLOW**2 * (v**2).mean()), v * np.abs(v)])
 
 
-# Models of one record that compete: linear least squares, each with its own residual spectrum.
+# Competing models of one record: linear least squares, each with its own residual spectrum.
 #
-# The residual's spectrum absorbs what a model misses: judged by the spectrum of another one, a
-# misfit looks larger or smaller than it is. Each model's deviance is therefore minimised over its
+# The residual's spectrum includes a model's misfit: with the spectrum of another model, the misfit
+# looks larger or smaller than it is. Each model's deviance is therefore minimised over its
 # parameters and its spectrum in turn: ``sum nu (ln g + r / g)``, P. Whittle, Ark. Mat. 2, 1953; the
 # logarithm of g is linear between knots (see `stationary.weights`).
 
@@ -137,9 +137,9 @@ _LONGEST: Final = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """Hats over the lines, and how many squares each line holds.
+    """Shape functions (hats) of a noise spectrum over the lines.
 
-    `hats` (n, k), `squares` (n,).
+    `hats` (n, k). `squares` (n,): number of independent squares per line.
     """
 
     hats: FloatArray
@@ -147,7 +147,7 @@ class Spectrum:
 
     @classmethod
     def over(cls, frequency_hz: FloatArray, squares: FloatArray) -> Spectrum:
-        """Knots as the weights have them, over lines of all trials (n,)."""
+        """Hats with the knots of the weights, over lines of all trials (n,)."""
         return cls(hats(np.log(frequency_hz), np.log(knots_of(frequency_hz))), squares)
 
     def logarithms(self, power: FloatArray) -> FloatArray:
@@ -165,12 +165,12 @@ class Spectrum:
 
 @dataclass(frozen=True, eq=False)
 class WhittleFit:
-    """m models of p parameters, each with its own spectrum.
+    """Fits of m models of p parameters, each with its own residual spectrum.
 
     `values` (m, p).
     `information` (m, p, p): X^T W X with the model's own weights; its inverse is the covariance.
     `deviance` (m,): minus twice the logarithm of the likelihood, up to a constant that all share.
-    `eta` (m, n): logarithm of the model's noise power over the reference.
+    `eta` (m, n): logarithm of the model's noise power over the reference power.
     """
 
     values: FloatArray
@@ -183,8 +183,8 @@ def fit_models(X: FloatArray, y: FloatArray, spectrum: Spectrum, prior: FloatArr
     """Fit m models ``y = X p + e`` to the same rows.
 
     `y` (n, 2).
-    `X` (m, n, 2, p): real and imaginary part of each line's columns, weighed by the reference.
-    `prior` (p,): one over the variance of each parameter before the record, about zero; 0 = free.
+    `X` (m, n, 2, p): real and imaginary part of each line's columns, weighted by the reference.
+    `prior` (p,): one over the prior variance of each parameter about zero; 0 = no prior.
     """
     m, n, _, p = X.shape
     eta = np.zeros((m, n))
@@ -209,22 +209,22 @@ def fit_models(X: FloatArray, y: FloatArray, spectrum: Spectrum, prior: FloatArr
     return WhittleFit(values / scale, N * scale[:, :, None] * scale[:, None, :], deviance, eta)
 
 
-# The equation of motion about a model so far, as regression on columns without noise.
+# The equation of motion about the present model, as a regression on columns without noise.
 #
-# With instruments ``X_c``, the columns of the motion that the record's source explains, and the
-# residual e of the measured columns X, the rows ``y = e + X_c p`` regressed on X_c have their fixed
-# point where ``X_c^H W (tau - X p) = 0``: that of refined instruments. At it y is what an ordinary
-# regression would be, and models may be compared by their deviances.
+# The instruments ``X_c`` are the columns of the motion that the record's source explains; e is the
+# residual with the measured columns X. The regression of ``y = e + X_c p`` on X_c has its fixed
+# point where ``X_c^H W (tau - X p) = 0``, the equation of refined instruments. There it is an
+# ordinary regression, so models can be compared by their deviances.
 
 
 @dataclass(frozen=True, eq=False)
 class LimbModel:
-    """Limb, late answer, lateness of the angle, terms of amplitude.
+    """Parameters of a limb with a late answer, a late angle and terms of amplitude.
 
     `bends` (C,).
     `limb` (3,): I, B, K.
     `answer` (2,): K_r, N m/rad, and B_r, N m s/rad.
-    `lateness_s`: by how much the angle is late.
+    `lateness_s`: delay of the angle after the torque, s.
     """
 
     limb: FloatArray
@@ -239,16 +239,16 @@ class LimbModel:
         return np.asarray((self.answer[0] + self.answer[1] * s) * h)
 
     def impedance(self, bins: Bins) -> Complex:
-        """That of limb and answer together, (n,)."""
+        """Impedance of limb and answer together, (n,)."""
         return np.asarray(bins.impedance(self.limb) + self.answering(bins.s))
 
 
 @dataclass(frozen=True, eq=False)
 class Posed:
-    """Real and imaginary parts of each line, weighed: what the models are fitted to.
+    """Regression to which the models are fitted: weighted real and imaginary part of each line.
 
-    `X` (n, 2, 4 + C): what I, B, K, the lateness and the bends multiply.
-    `y` (n, 2): what is explained.
+    `X` (n, 2, 4 + C): columns of I, B, K, of the lateness and of the bends.
+    `y` (n, 2): left-hand side.
     """
 
     X: FloatArray
@@ -257,7 +257,7 @@ class Posed:
     trials: tuple[Moved, ...]
 
     def late(self, pathway: ReflexArc) -> FloatArray:
-        """What K_r and B_r of a pathway multiply, (n, 2, 2)."""
+        """Columns of K_r and B_r of a pathway, (n, 2, 2)."""
         return np.concatenate([trial.late(pathway) for trial in self.trials])
 
     @cached_property
@@ -268,36 +268,36 @@ class Posed:
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """One trial's weighed angle without noise (n,), and the orthonormal ends Q (2 n, 6)."""
+    """Weighted angle of one trial without noise (n,), and its orthonormal ends Q (2 n, 6)."""
 
     s: Complex
     weighed: Complex
     Q: FloatArray
 
     def rows(self, columns: Complex) -> FloatArray:
-        """Weighed columns (n, q) as real and imaginary part without the ends, (n, 2, q)."""
+        """Weighted columns (n, q) as real and imaginary part without the ends, (n, 2, q)."""
         rows, n = real_rows(columns), len(self.s)
         rows = rows - self.Q @ (self.Q.T @ rows)
         return np.asarray(np.stack([rows[:n], rows[n:]], axis=1))
 
     def late(self, pathway: ReflexArc) -> FloatArray:
-        """As of `Posed.late`, this trial's lines."""
+        """Like `Posed.late`, for this trial's lines."""
         h = response(self.s, *(np.array([x]) for x in pathway))[:, 0] * self.weighed
         return self.rows(np.stack([h, self.s * h], axis=1))
 
 
-#: Knots are so far apart, Hz: cubics between them miss a pathway's response by 1e-5 at most.
+#: Distance of the knots, Hz: cubics between them give a pathway's response to within 1e-5.
 _KNOTS_HZ: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Knots:
-    """Frequencies between which what a pathway does is a cubic: a record has many more lines.
+    """Frequencies between which a pathway's response is a cubic; a record has many more lines.
 
-    ``sum_k x_k h(s_k)`` over n lines is ``sum_b X_b h(s_b)`` over b knots, X the cubics' weights
-    times x.
+    The sum ``sum_k x_k h(s_k)`` over n lines equals ``sum_b X_b h(s_b)`` over b knots; X is the
+    matrix of the cubics' weights times x.
 
-    `s` (b,); `spread` (b, n), sparse.
+    `s` (b,). `spread` (b, n): the weights, sparse.
     """
 
     s: Complex
@@ -305,7 +305,7 @@ class Knots:
 
     @classmethod
     def of(cls, s: Complex) -> Knots:
-        """`s` (n,)."""
+        """Choose the knots for lines at `s` (n,)."""
         from scipy.sparse import csr_matrix
 
         at = s.imag / (2 * np.pi * _KNOTS_HZ)
@@ -319,16 +319,16 @@ class Knots:
         return cls(knots, spread)
 
     def summed(self, columns: Complex) -> Complex:
-        """X (b, q) of columns (n, q)."""
+        """Weighted sums X (b, q) of columns (n, q)."""
         return np.asarray(self.spread @ columns)
 
 
 def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatArray]) -> Posed:
-    """All trials' rows about a model.
+    """Regression rows of all trials, linearised about a model.
 
-    `driver`: of the doubted band.
-    `power` one (n,) of each trial: noise of the equation that the lines are weighed by.
-    Raises LinAlgError: about this model nothing is left of the motion.
+    `driver`: source of the motion in the band.
+    `power`: noise power of the equation by which the lines are weighted, one (n,) array per trial.
+    Raises LinAlgError: with this model nothing of the motion is explained.
     """
     parts, shares, moved = [], [], []
     for row, (bins, past) in enumerate(zip(doubted.band.trials, doubted.trials, strict=True)):
@@ -337,8 +337,8 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
         Q = np.linalg.qr(real_rows(bins.ends * weight[:, None]))[0]
         moved.append(Moved(bins.s, clean * weight, Q))
         parts.append(moved[-1].rows(columns * weight[:, None]))
-        n, left = len(bins.s), 1 - (Q**2).sum(axis=1)
-        shares.append((left[:n] + left[n:]).clip(1e-3))
+        n, free = len(bins.s), 1 - (Q**2).sum(axis=1)
+        shares.append((free[:n] + free[n:]).clip(1e-3))
     table = np.concatenate(parts)
     if not (table[..., :3] ** 2).sum(axis=(0, 1)).min() > _LEAST_SQUARES:
         raise np.linalg.LinAlgError("nothing is left of the motion")
@@ -350,9 +350,9 @@ def posed(doubted: Doubted, driver: Driver, model: LimbModel, power: list[FloatA
 def _columns(
     bins: Bins, past: Past, driver: Driver, row: int, model: LimbModel, count: int
 ) -> tuple[Complex, Complex]:
-    """The angle without noise (n,); what I, B, K, lateness, bends multiply; the pseudo-torque y.
+    """Angle without noise (n,); columns of I, B, K, lateness and bends, then the left-hand side y.
 
-    `count`: samples of the trial.
+    `count`: number of samples of the trial.
     """
     in_step = np.exp(bins.s * model.lateness_s)
     answer, Z = model.answering(bins.s), model.impedance(bins)
@@ -366,7 +366,7 @@ def _columns(
     bends = bends_of(clean, bins, count)
     limb = bins.powers * clean[:, None]
     late = bins.s * Z * clean
-    # The lateness counts from zero, not from the model's.
+    # The lateness is counted from zero, not from the model's value.
     y = residual + limb @ model.limb + (answer * clean + model.lateness_s * late)
     return clean, np.column_stack([limb, late, bends, y + bends @ model.bends])
 
@@ -380,7 +380,7 @@ def _clean(
     Z: Complex,
     residual: Complex,
 ) -> Complex:
-    """The angle, in step with the torque, that the record's source explains, (n,)."""
+    """Angle (n,), in step with the torque, that the record's source explains."""
     if driver.imposed:
         in_step = bins.angle * np.exp(bins.s * model.lateness_s)
         return np.asarray(in_step + imposed_correction(bins, Z, residual))

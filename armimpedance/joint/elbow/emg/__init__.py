@@ -1,1 +1,1 @@
-"""Stiffness and viscosity as laws of EMG amplitudes, and the index of co-contraction."""
+"""Stiffness and viscosity as linear laws of EMG amplitudes, and the index of co-contraction."""

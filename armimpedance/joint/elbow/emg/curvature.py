@@ -1,13 +1,13 @@
-"""Is the law straight? Squares of the amplitudes beside it, an F test, and what a bend does to it.
+"""Test if a law is straight: squares of the amplitudes, an F test, and the effect of a bend.
 
     y = c_0 + sum_i c_i s_i + sum_i q_i s_i^2 + e
 
-The points' scatter about the bent law is its own measure, so that errors of the points that were
-stated too small, or not at all, do not pass for a bend.
+The F test uses the points' scatter about the bent law, so that errors of the points that were
+stated too small, or not at all, are not mistaken for a bend.
 
-A bend that is not seen may be there all the same. All muscles' slopes fall by the same part from
-silence to the largest amplitude, a part of the straight law's that is N(0, `PRIOR_SD`^2), or the
-law is straight, with even odds; the intervals hold what the points leave of it.
+A bend may exist even if it is not significant. The prior gives even odds to a straight law and to a
+bend by which all muscles' slopes fall, from silence to the largest amplitude, by the same share of
+the straight law's slopes; this share is N(0, `PRIOR_SD`^2). The intervals cover the posterior.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from armimpedance.core.errors import EstimationError
 from armimpedance.core.findings import Finding
 from armimpedance.numerics.regression import ErrorMoments, refuse_unreliable, solve_total
 
-#: A bend that chance makes less often than this is told.
+#: A bend is reported if its p value is below this.
 UNLIKELY: Final = 0.003
-#: Fewer points than this are asked for one bend of both muscles, not for one of each.
+#: With fewer points than this, one common bend is tested instead of one for each muscle.
 FOR_EACH: Final = 14
-#: A bend that could move slopes by more than this part, unseen, is said to be untold; one that
-#: moves them by less than that part is none.
+#: "cannot tell" if an undetected bend could move slopes by more than `MATTERS`, as a share; a bend
+#: that moves them by less than `LEAST` does not count as one.
 MATTERS: Final = 0.6
 LEAST: Final = 0.02
-#: Sd of that part. ``s / (1 + 3.3 s)``, half at 30 % of the maximum, falls by one of its chord's
-#: slope over levels up to .17.
+#: Prior sd of the fall of the slopes. ``s / (1 + 3.3 s)``, which is half at 30 % of the maximum,
+#: falls by one of its chord's slopes over levels up to .17.
 PRIOR_SD: Final = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """What was found, and what a bend does to the straight law.
+    """Finding on the straightness of a law, and the effect of a bend on the straight law.
 
-    The bent law is ``W c + z (sum_i c_i s_i^2 - W moved)``: the straight one, and the part of its
-    muscles' squares that no straight law follows.
+    The bent law is ``W c + z (sum_i c_i s_i^2 - W moved)``: the straight law, and the part of its
+    muscles' squares that no straight law can describe.
 
     `slopes` (m,): c_i of the straight law.
     `moved` (m + 1,): coefficients of the straight law through the muscles' squares.
@@ -55,11 +55,13 @@ class Bend:
 
     @property
     def covariance(self) -> FloatArray:
-        """What it adds to that of the coefficients as those of silent muscles, (m + 1, m + 1)."""
+        """Covariance (m + 1, m + 1) that a bend adds to the coefficients, read as those near
+        silence.
+        """
         return self.variance * np.outer(self.moved, self.moved)
 
     def of_prediction(self, amplitude: FloatArray) -> FloatArray:
-        """What it adds to the variance (P,) of what the law says at amplitudes (P, m)."""
+        """Variance (P,) that a bend adds to the law's prediction at amplitudes (P, m)."""
         W = np.column_stack([np.ones(len(amplitude)), amplitude])
         return np.asarray(self.variance * (amplitude**2 @ self.slopes - W @ self.moved) ** 2)
 
@@ -67,7 +69,7 @@ class Bend:
 def bend_of(
     symbol: str, W: FloatArray, y: FloatArray, variance: FloatArray, slopes: FloatArray
 ) -> Bend:
-    """Hold a law against one that is bent.
+    """Test a law against one with a bend.
 
     `W` (L, m + 1): a constant and the amplitudes.
     `y`, `variance` (L,): values, and their variances about the law.
@@ -80,38 +82,38 @@ def bend_of(
     further = squares if L >= FOR_EACH else (squares @ slopes)[:, None]
     q = further.shape[1]
     if L - p - q < 1:
-        said = f"{symbol}: {L} points are too few to show a bend; intervals allow for one"
-        return shared.bend(Finding("curvature", "cannot tell", said), shared.unseen(1.0))
+        text = f"{symbol}: {L} points are too few to show a bend; intervals allow for one"
+        return shared.bend(Finding("curvature", "cannot tell", text), shared.unseen(1.0))
     X, z = np.column_stack([W, further]) * root[:, None], y * root
     # X (L, p + q) [c, q] = z (L,), and the straight law W c = z
     bent, straight = (np.asarray(np.linalg.lstsq(X[:, :k], z)[0], dtype=float) for k in (p + q, p))
-    left = float(((z - X @ bent) ** 2).sum()) / (L - p - q)
-    gained = float(((z - X[:, :p] @ straight) ** 2).sum()) - left * (L - p - q)
-    chance = float(fdtrc(q, L - p - q, max(gained, 0.0) / q / max(left, 1e-300)))
+    scatter = float(((z - X @ bent) ** 2).sum()) / (L - p - q)
+    gained = float(((z - X[:, :p] @ straight) ** 2).sum()) - scatter * (L - p - q)
+    chance = float(fdtrc(q, L - p - q, max(gained, 0.0) / q / max(scatter, 1e-300)))
     shift = bent[:p] - straight
-    # a bend that is told half of the times gains so much
-    hidden = shared.hidden(left * q * float(fdtri(q, L - p - q, 1 - UNLIKELY)))
+    # a bend that is detected in half of the cases gains so much
+    hidden = shared.hidden(scatter * q * float(fdtri(q, L - p - q, 1 - UNLIKELY)))
     smallest = f"slopes {100 * hidden:.0f} % off"
     if chance < UNLIKELY and np.abs(shift[1:]).max() > LEAST * np.abs(slopes).max():
         finding = _bent(symbol, chance, bent[:p], straight, smallest)
         return Bend(finding, bent[p:] if q > 1 else bent[p] * slopes, -shift, 1.0)
-    unseen = shared.unseen(max(left, 1.0))
+    unseen = shared.unseen(max(scatter, 1.0))
     if hidden > MATTERS:
-        said = (
+        text = (
             f"{symbol}: too few or too scattered points to show one (p = {chance:.2g}); intervals "
             "allow for one"
         )
-        return shared.bend(Finding("curvature", "cannot tell", said, smallest), unseen)
-    said = f"{symbol}: no bend is seen (p = {chance:.2g})"
-    return shared.bend(Finding("curvature", "ok", said, smallest), unseen)
+        return shared.bend(Finding("curvature", "cannot tell", text, smallest), unseen)
+    text = f"{symbol}: no bend is seen (p = {chance:.2g})"
+    return shared.bend(Finding("curvature", "ok", text, smallest), unseen)
 
 
 @dataclass(frozen=True, eq=False)
 class _Shared:
     """A bend by which all muscles' slopes fall alike.
 
-    `moved` (p,): what it does to the straight law. `own` (L,): its weighted part that no straight
-    law follows. `reach`: the largest amplitude. `size`: of it, as the points have it.
+    `moved` (p,): its effect on the straight law. `own`: length of its weighted part that no
+    straight law can describe. `reach`: largest amplitude. `size`: least-squares estimate of it.
     """
 
     slopes: FloatArray
@@ -134,15 +136,15 @@ class _Shared:
         return Bend(finding, self.slopes, self.moved, variance)
 
     def hidden(self, needed: float) -> float:
-        """Part of a slope that a bend may move by without gaining what is needed to tell it."""
+        """Share of a slope that a bend can change while it gains less than `needed` squares."""
         moved = np.sqrt(needed) / self.own * np.abs(self.moved[1:]).max()
         return float(moved / max(np.abs(self.slopes).max(), 1e-300))
 
-    def unseen(self, left: float) -> float:
-        """Mean square of it given the points, whose errors have the variance `left`."""
+    def unseen(self, scatter: float) -> float:
+        """Posterior mean square of the bend; `scatter`: variance of the points' weighted errors."""
         # sum_i c_i (s_i + z s_i^2): slopes fall by 2 z s from 0 to s
         prior = (PRIOR_SD / (2 * max(self.reach, 1e-300))) ** 2
-        error = left / self.own**2
+        error = scatter / self.own**2
         ratio = prior / (prior + error)
         # odds of a bend of that prior over none
         gain = min(0.5 * self.size**2 / error * ratio, 500.0)
@@ -153,7 +155,7 @@ class _Shared:
 def _bent(
     symbol: str, chance: float, bent: FloatArray, straight: FloatArray, smallest: str
 ) -> Finding:
-    """What to say of a law that is not straight."""
+    """Finding on a law that is not straight."""
     at_rest, chord = (", ".join(f"{value:.3g}" for value in c) for c in (bent, straight))
     return Finding(
         "curvature",
@@ -165,11 +167,11 @@ def _bent(
     )
 
 
-# How points scatter about a law beyond their stated errors: weights and slopes, in turns.
+# Scatter of points about a law beyond their stated errors: weights and slopes in turn.
 
-#: Rounds of, and a relative change that ends, the search for weights and slopes.
+#: Largest number of rounds for weights and slopes, and the relative change that ends them.
 _ROUNDS, _SETTLED = 200, 1e-9
-#: Points without any error weigh as if they had this part of the variance of the values.
+#: Variance of points without any error, as a share of the variance of the values.
 _EXACT: Final = 1e-20
 
 
@@ -184,7 +186,7 @@ def error_covariance(amplitude_sd: FloatArray) -> FloatArray:
 def error_moments(
     W: FloatArray, y: FloatArray, S: FloatArray, variance: FloatArray, names: tuple[str, ...]
 ) -> ErrorMoments:
-    """One cluster per point, weighted."""
+    """Weighted moments for the regression, with one cluster per point."""
     w = 1 / variance
     gram = np.einsum("l,li,lj->lij", w, W, W)
     units = ("",) * len(names)
@@ -194,9 +196,9 @@ def error_moments(
 def settled_variance(
     W: FloatArray, y: FloatArray, sd: FloatArray, S: FloatArray, names: tuple[str, ...]
 ) -> tuple[FloatArray, float]:
-    """Variance (L,) of each point about the law, and its unexplained part as a deviation.
+    """Variance (L,) of each point about the law, and the sd of its unexplained part.
 
-    Weights need the slopes and slopes the weights: in turns until both stay.
+    Weights depend on the slopes, and slopes on the weights: both in turn until they converge.
     """
     base = np.full(len(y), float(y.var() + (sd**2).mean()) or 1.0)
     refuse_unreliable(error_moments(W, y, S, base, names), points=len(y))
@@ -204,10 +206,10 @@ def settled_variance(
     for _ in range(_ROUNDS):
         before = variance
         beta = solve_total(error_moments(W, y, S, variance, names).corrected)
-        # known (L,) = sd^2 + beta^T S_l beta
-        known = sd**2 + np.einsum("i,lij,j->l", beta, S, beta)
-        scatter = _unexplained(y - W @ beta, known, len(y) - len(beta))
-        variance = np.maximum(known + scatter, _EXACT * base)
+        # stated (L,) = sd^2 + beta^T S_l beta
+        stated = sd**2 + np.einsum("i,lij,j->l", beta, S, beta)
+        scatter = _unexplained(y - W @ beta, stated, len(y) - len(beta))
+        variance = np.maximum(stated + scatter, _EXACT * base)
         if np.abs(variance - before).max() <= _SETTLED * variance.max():
             return variance, float(np.sqrt(scatter))
     raise EstimationError(
@@ -216,19 +218,19 @@ def settled_variance(
     )
 
 
-def _unexplained(residual: FloatArray, known: FloatArray, dof: int) -> float:
-    """t >= 0 with ``sum residual^2 / (known + t) = dof`` (R. C. Paule, J. Mandel, 1982)."""
+def _unexplained(residual: FloatArray, stated: FloatArray, dof: int) -> float:
+    """Solve ``sum residual^2 / (stated + t) = dof`` for t >= 0 (R. C. Paule, J. Mandel, 1982)."""
     from scipy.optimize import brentq
 
     squares = residual**2
     most = float(squares.sum()) / dof
 
     def excess(t: float) -> float:
-        total = np.maximum(known + t, np.finfo(float).tiny)
+        total = np.maximum(stated + t, np.finfo(float).tiny)
         return float((squares / total).sum()) - dof
 
     if most == 0 or excess(0.0) <= 0:
         return 0.0
-    if excess(most) >= 0:  # nothing else is known of the points' errors
+    if excess(most) >= 0:  # the points have no stated errors
         return most
     return float(brentq(excess, 0.0, most, xtol=1e-14 * most, rtol=1e-13))

@@ -1,14 +1,14 @@
-"""Index of muscle co-contraction around the joint: how hard the muscles pull against each other.
+"""Index of muscle co-contraction around the joint (IMCJ), from EMG and isometric torques.
 
 In isometric contraction ``torque = a_0 + sum_i a_i s_i`` with amplitudes s_i; then
 
     IMCJ = sum_i |a_i| s_i,
 
-the sum of the absolute torques of agonists and antagonists, as Osu and Gomi (1999) and Osu et al.
-(2004) define it. Ruiz (2011), section 6.2, cites that definition and prints the sum without the
-absolute values; with an extensor's a_i < 0 this would be the net torque again, near zero in
+the sum of the absolute torques of agonists and antagonists, as defined by Osu and Gomi (1999) and
+Osu et al. (2004). Ruiz (2011), section 6.2, cites that definition and prints the sum without the
+absolute values; with an extensor's a_i < 0 this would be the net torque, near zero in
 co-contraction. Two muscles give two terms; four (a mono- and a bi-articular flexor and extensor)
-four.
+give four.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from armimpedance.joint.elbow.emg.law_result import LinearLaw
 from armimpedance.joint.elbow.emg.roles import Action, Role, roles_of
 from armimpedance.numerics.signals import segment_amplitude
 
-#: The joint of an isometric trial stays within this (rad, standard deviation).
+#: Largest standard deviation of the angle in an isometric trial (rad).
 STILL_RAD: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class ImcjCalibration(FrozenRecord):
-    """What an activation of 1 of each muscle does to the joint's torque.
+    """Torque of each muscle at an activation of 1.
 
     `roles` (m,) tuple of Role.
     `law`: ``torque = a_0 + sum a_i s_i``, N m, flexion positive.
@@ -47,12 +47,12 @@ class ImcjCalibration(FrozenRecord):
 
     @property
     def muscles(self) -> tuple[str, ...]:
-        """In the order of the amplitudes."""
+        """Names of the muscles, in the order of the amplitudes."""
         return self.law.muscles
 
     @property
     def gains(self) -> FloatArray:
-        """``|a_i|``, N m, (m,)."""
+        """Absolute coefficients ``|a_i|`` (m,), N m."""
         return np.abs(self.law.slopes)
 
 
@@ -65,8 +65,8 @@ def calibrate_imcj(
 ) -> ImcjCalibration:
     """Fit a_i to isometric trials: one mean torque and one set of RMS amplitudes per trial.
 
-    The torque by the limb on the device is what the muscles make, but for a constant (gravity)
-    that a_0 takes. Errors of the amplitudes are accounted for.
+    The torque of the limb on the device is that of the muscles and a constant (gravity), which a_0
+    describes. Errors of the amplitudes are accounted for.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ def calibrate_imcj(
         Kind "joint", interaction torque, isometric trials at several levels of flexion, extension
         and, at best, co-contraction; raw EMG with its maximum contraction.
     roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles that `roles.ROLES` does not know.
+        For muscles that are not in `roles.ROLES`.
     joint : int
         Axis of the recording, counted from 1.
     flexion_positive : bool
-        Whether flexion is positive in the recording's angle and torque.
+        True if flexion is positive in the recording's angle and torque.
 
     Returns
     -------
@@ -90,9 +90,9 @@ def calibrate_imcj(
         Another kind of recording, a joint that moves, EMG that cannot be used, unknown roles, too
         few trials.
     NotIdentifiableError
-        Muscles that these trials cannot tell apart.
+        Muscles whose effects these trials cannot separate.
     """
-    known = roles_of(recording.muscles, roles)
+    stated = roles_of(recording.muscles, roles)
     torque = _isometric_torque(recording, joint) * (1 if flexion_positive else -1)
     levels = segment_amplitude(recording)
     law = fit_law(
@@ -103,14 +103,14 @@ def calibrate_imcj(
         levels.sd,
         muscles=recording.muscles,
     )
-    warnings = (*levels.warnings, *law.warnings, *_wrong_signs(law, known))
-    return ImcjCalibration(law, known, levels.notes, warnings)
+    warnings = (*levels.warnings, *law.warnings, *_wrong_signs(law, stated))
+    return ImcjCalibration(law, stated, levels.notes, warnings)
 
 
 def imcj(
     calibration: ImcjCalibration, amplitude: ArrayLike, amplitude_sd: ArrayLike = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """The index and its standard error, N m, of amplitudes (..., m).
+    """Return the index and its standard error, N m, for amplitudes (..., m).
 
     ``sd^2 = s^T C s + sum_i (a_i sd_i)^2`` to first order, C the covariance of the a_i.
 
@@ -118,7 +118,7 @@ def imcj(
     ----------
     calibration : ImcjCalibration
     amplitude : (..., m)
-        Parts of the maximum contraction, in the order of `calibration.muscles`.
+        Shares of the maximum contraction, in the order of `calibration.muscles`.
     amplitude_sd : broadcasts to (..., m)
         Standard errors, independent of one another.
 
@@ -130,7 +130,7 @@ def imcj(
     Raises
     ------
     InputError
-        Not one amplitude per muscle.
+        The number of amplitudes differs from that of the muscles.
     """
     s = np.asarray(amplitude, dtype=np.float64)
     m = len(calibration.muscles)
@@ -147,7 +147,7 @@ def imcj(
 
 
 def _isometric_torque(recording: Recording, joint: int) -> FloatArray:
-    """Mean torque by the limb in each trial (T,), N m."""
+    """Mean torque of the limb on the device in each trial (T,), N m."""
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
     if recording.torque != "interaction":
@@ -173,7 +173,7 @@ def _isometric_torque(recording: Recording, joint: int) -> FloatArray:
 
 
 def _wrong_signs(law: LinearLaw, roles: tuple[Role, ...]) -> list[str]:
-    """Muscles whose torque has the sign of their opponents'."""
+    """Warnings on muscles whose torque has the sign of their antagonists'."""
     a, names = law.slopes, law.muscles
     wrong = [i for i, role in enumerate(roles) if a[i] * role.sign < 0]
     if len(wrong) == len(names):
@@ -181,14 +181,14 @@ def _wrong_signs(law: LinearLaw, roles: tuple[Role, ...]) -> list[str]:
             "every muscle pulls the wrong way: is extension positive here, or the torque that "
             "of the device on the limb?"
         ]
-    said = []
+    warnings = []
     for i in wrong:
-        one = law.parameters[i + 1]
-        low, high = one.ci95
+        term = law.parameters[i + 1]
+        low, high = term.ci95
         sure = "surely so" if low * high > 0 else "perhaps by its errors"
-        said.append(
+        warnings.append(
             f"{names[i]}, {'an' if roles[i].action == 'extensor' else 'a'} {roles[i].action}, has "
-            f"{one.name} = {a[i]:.3g} N m ({low:.3g} to {high:.3g}; {sure}): crosstalk of a "
+            f"{term.name} = {a[i]:.3g} N m ({low:.3g} to {high:.3g}; {sure}): crosstalk of a "
             "neighbour, muscles that vary together, or channels that were exchanged"
         )
-    return said
+    return warnings

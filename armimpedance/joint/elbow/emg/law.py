@@ -1,10 +1,10 @@
-"""K and B linear in the EMG amplitudes of flexor and extensor, Ruiz (2011), (4).
+"""Fit K and B as linear laws of the EMG amplitudes of flexor and extensor, Ruiz (2011), (4).
 
     K = k0 + kF s_F + kE s_E,   B = b0 + bF s_F + bE s_E
 
-Amplitudes are estimates too, and least squares, which the source uses, flattens slopes by what
-their errors explain. Here their errors are accounted for
-(`numerics.regression.errors_in_regressors`); plain least squares stands beside it.
+Amplitudes are estimates with errors, and least squares, which the source uses, therefore biases the
+slopes towards zero. Here these errors are accounted for
+(`numerics.regression.errors_in_regressors`); the result of plain least squares is reported too.
 """
 
 from __future__ import annotations
@@ -49,18 +49,16 @@ def fit_emg_law(
 ) -> EmgLaw:
     """Fit (4) to L operating points.
 
-    `stiffness`, `stiffness_sd` (L,): N m/rad, and standard errors (0: not known, points count
-    alike).
-    `amplitude` (L, m): parts of the maximum contraction.
-    `amplitude_sd` (L, m), (m,) or: standard errors.
+    `stiffness`, `stiffness_sd` (L,): N m/rad, and standard errors (0: not known, equal weights).
+    `amplitude` (L, m): shares of the maximum contraction.
+    `amplitude_sd` (L, m), (m,) or (): standard errors.
     `viscosity`, `viscosity_sd` (L,): N m s/rad.
-    `crosstalk_sd`: of the part of another muscle's amplitude in a channel, for which the intervals
-    of single muscles allow; 0: none, or none is left.
-    Raises InputError: shapes that do not belong together, negative errors, no more points than
-    coefficients.
-    Raises NotIdentifiableError: amplitudes that do not vary, that vary together, or that are errors
-    for the most part.
-    Raises EstimationError: weights and slopes do not settle.
+    `crosstalk_sd`: prior sd of the share of another muscle's amplitude in a channel, for which the
+    intervals of single muscles allow; 0: no crosstalk, or it was removed.
+    Raises InputError: shapes that do not match, negative errors, no more points than coefficients.
+    Raises NotIdentifiableError: amplitudes that do not vary, that vary together, or that are mostly
+    errors.
+    Raises EstimationError: weights and slopes do not converge.
     """
     K = fit_law("K", stiffness, stiffness_sd, amplitude, amplitude_sd, muscles=muscles)
     B = None
@@ -80,25 +78,25 @@ def fit_emg_law_of(
     roles: Mapping[str, Action] | None = None,
     crosstalk_sd: float = SUPPOSED,
 ) -> EmgLaw:
-    """K and B linear in the amplitudes, of one fit per operating point.
+    """Fit K and B as linear laws of the amplitudes, from one fit per operating point.
 
     Parameters
     ----------
     fits : sequence of L ElbowFit
-        Their robust standard errors weigh the points.
+        Their robust standard errors are the points' weights.
     amplitude : (L, m)
-        Parts of the maximum contraction.
+        Shares of the maximum contraction.
     amplitude_sd : (L, m), (m,) or float
         Standard errors.
     muscles : sequence of m str
     torque : (L,), optional
-        Mean torque of the limb on the device, N m, flexion positive, up to a constant: what the
-        muscles hold. Their names are held against it.
+        Mean torque of the limb on the device, N m, flexion positive, up to a constant: the torque
+        that the muscles hold. The muscles' names are checked against its sign.
     roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles whose names do not say it.
+        For muscles whose names do not tell their role.
     crosstalk_sd : float
-        Sd of the part of another muscle's amplitude in a channel, for which the intervals of
-        single muscles allow; 0 where there is none, or none is left.
+        Prior sd of the share of another muscle's amplitude in a channel, for which the intervals of
+        single muscles allow; 0 if there is no crosstalk, or it was removed.
 
     Returns
     -------
@@ -122,8 +120,8 @@ def fit_emg_law_of(
     )
     if torque is None:
         return law
-    held = fit_law("torque", torque, 0.0, amplitude, amplitude_sd, muscles=muscles)
-    return replace(law, of_trials=(*law.of_trials, check_names(held, roles)))
+    torque_law = fit_law("torque", torque, 0.0, amplitude, amplitude_sd, muscles=muscles)
+    return replace(law, of_trials=(*law.of_trials, check_names(torque_law, roles)))
 
 
 def fit_law(
@@ -135,13 +133,13 @@ def fit_law(
     *,
     muscles: Sequence[str],
 ) -> LinearLaw:
-    """One linear law of m amplitudes.
+    """Fit one linear law of m amplitudes.
 
     Parameters
     ----------
     symbol : {"K", "B", "torque"}
     value, value_sd : (L,)
-        Values and standard errors (0: not known, points count alike).
+        Values and standard errors (0: not known, equal weights).
     amplitude, amplitude_sd
         As `fit_emg_law`.
     muscles : sequence of m str
@@ -157,10 +155,10 @@ def fit_law(
 
     Notes
     -----
-    Points weigh ``1 / (sd^2 + sum_i (c_i sd_i)^2 + scatter^2)``; the scatter is the one that makes
-    the weighted squares of the residuals as large as their number less that of the coefficients.
-    Where squares of the amplitudes are needed, the coefficients' intervals hold those of the bent
-    law too, and a finding says so.
+    A point's weight is ``1 / (sd^2 + sum_i (c_i sd_i)^2 + scatter^2)``. The scatter is chosen so
+    that the weighted squares of the residuals sum to the degrees of freedom. If squares of the
+    amplitudes are significant, the coefficients' intervals cover those of the bent law too, and a
+    finding reports it.
     """
     if symbol not in LAWS:
         raise InputError(f"unknown law {symbol!r}", expected=f"one of {', '.join(LAWS)}")
@@ -173,7 +171,7 @@ def fit_law(
     solved = solve_corrected(moments, small_sample_term(moments))
     residual = y - W @ solved.coefficients
     weight = 1 / variance
-    about = y - np.average(y, weights=weight)
+    deviation = y - np.average(y, weights=weight)
     bend = bend_of(symbol, W, y, variance, solved.coefficients[1:])
     law = LinearLaw(
         symbol=symbol,
@@ -183,7 +181,7 @@ def fit_law(
         bend=bend,
         naive=solved.naive,
         scatter=scatter,
-        r2=1 - float(weight @ residual**2) / max(float(weight @ about**2), 1e-300),
+        r2=1 - float(weight @ residual**2) / max(float(weight @ deviation**2), 1e-300),
         cond_raw=conds[0],
         cond_scaled=conds[1],
         reliability=solved.reliability,
@@ -195,7 +193,7 @@ def fit_law(
 
 
 def _parameters(symbol: str, muscles: Sequence[str], solved: Corrected, bend: Bend) -> Parameters:
-    """``k0, k_<muscle>, ...``: the symbol in lower case (torque: a)."""
+    """Parameters ``k0, k_<muscle>, ...``: the symbol in lower case (torque: a)."""
     letter, means = LAWS[symbol]
     return Parameters(
         names=(f"{letter}0", *(f"{letter}_{muscle}" for muscle in muscles)),
@@ -215,7 +213,7 @@ def _points(
     amplitude_sd: ArrayLike,
     muscles: Sequence[str],
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Checked values and errors (L,), amplitudes and errors (L, m)."""
+    """Return checked values and errors (L,), amplitudes and errors (L, m)."""
     y = frozen_array(value, "values", (None,))
     s = frozen_array(amplitude, "amplitudes", (len(y), len(muscles)))
     if len(y) < s.shape[1] + 2:
@@ -235,29 +233,29 @@ def _points(
 
 
 def _warned(law: LinearLaw, solved: Corrected) -> LinearLaw:
-    """The law with what a reader must know."""
-    said = []
+    """Return the law with its warnings."""
+    warnings = []
     if solved.doubtful:
-        said.append(
+        warnings.append(
             f"errors explain {100 - 100 * law.reliability:.0f} % of how the amplitude of "
             f"{' and '.join(solved.least_certain)} varies: least squares is flattened by it, and "
             "the correction is rough"
         )
     if law.symbol in ("K", "B"):
-        said += _negative(law)
-    return replace(law, warnings=tuple(said))
+        warnings += _negative(law)
+    return replace(law, warnings=tuple(warnings))
 
 
 def _negative(law: LinearLaw) -> list[str]:
-    """Muscles that seem to lower K or B."""
-    said = []
-    for one in list(law.parameters)[1:]:
-        if one.value < 0:
-            low, high = one.ci95
+    """Warnings on muscles that seem to lower K or B."""
+    warnings = []
+    for term in list(law.parameters)[1:]:
+        if term.value < 0:
+            low, high = term.ci95
             sure = "surely so" if high < 0 else "perhaps by its errors"
-            said.append(
-                f"{one.name} is negative ({one.value:.3g}, {low:.3g} to {high:.3g}; {sure}): a "
+            warnings.append(
+                f"{term.name} is negative ({term.value:.3g}, {low:.3g} to {high:.3g}; {sure}): a "
                 "muscle does "
                 f"not lower {law.symbol} as it becomes more active"
             )
-    return said
+    return warnings

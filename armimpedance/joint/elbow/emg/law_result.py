@@ -1,4 +1,4 @@
-"""K, B or torque as a linear law of EMG amplitudes: coefficients, what it predicts, how sure."""
+"""K, B or torque as a linear law of EMG amplitudes: coefficients, predictions, intervals."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from armimpedance.show.files import FittedResult
 if TYPE_CHECKING:
     import pandas as pd
 
-#: What a law gives, by its symbol -> letter of its coefficients, and what it is.
+#: Symbol of a law -> letter of its coefficients, and the quantity that it predicts.
 LAWS: Final = {
     "K": ("k", Meaning("stiffness", "N m/rad")),
     "B": ("b", Meaning("viscosity", "N m s/rad")),
     "torque": ("a", Meaning("torque", "N m")),
 }
-#: Beyond the measured amplitudes by more than this part of their range is extrapolation.
+#: A prediction is an extrapolation beyond the measured amplitudes by this share of their range.
 _BEYOND: Final = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class LawPrediction(FrozenRecord):
-    """What a law says at P amplitudes.
+    """Prediction of a law at P amplitudes.
 
-    `value`, `sd` (P,): the law itself and its standard error; single points scatter about it by
-    `LinearLaw.scatter` more.
+    `value`, `sd` (P,): value of the law and its standard error; single points scatter about it with
+    sd `LinearLaw.scatter` in addition.
     `dof`: degrees of freedom of the t distribution.
-    `outside` (P,) bool: beyond the amplitudes that the law was fitted to.
+    `outside` (P,) bool: True beyond the amplitudes that the law was fitted to.
     """
 
     value: Annotated[FloatArray, "p"]
@@ -53,7 +53,7 @@ class LawPrediction(FrozenRecord):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class LinearLaw(FrozenRecord):
-    """``y = c_0 + sum_i c_i s_i`` over m amplitudes, fitted to L points.
+    """Law ``y = c_0 + sum_i c_i s_i`` over m amplitudes, fitted to L points.
 
     Attributes
     ----------
@@ -62,27 +62,26 @@ class LinearLaw(FrozenRecord):
     muscles : tuple of m str
     parameters : Parameters
         The coefficients ``k0, k_<muscle>, ...`` (m + 1,), errors of the amplitudes accounted for;
-        the plain covariance is that of least squares. Their intervals hold those of silent
-        muscles, were the law bent by what the points do not exclude, and those of single muscles,
-        were there crosstalk that the amplitudes do not show.
+        the plain covariance is that of least squares. Their intervals allow for a bend of the law
+        that the points do not exclude, and for crosstalk that the amplitudes do not show.
     covariance : (m + 1, m + 1)
-        Of the straight law over these channels; what it predicts is no surer of its muscles.
+        Covariance of the straight law over these channels, without bend and crosstalk.
     bend : Bend
-        Whether the law is straight, and what a bend does to it.
+        Test of straightness, and the effect of a bend.
     naive : (m + 1,)
-        The same by plain (weighted) least squares.
+        Coefficients by plain (weighted) least squares.
     scatter : float
         Standard deviation of points about the law beyond their stated errors.
     r2 : float
-        Part of the points' weighted variance that the law explains.
+        Share of the points' weighted variance that the law explains.
     cond_raw, cond_scaled : float
-        Condition of the columns [1, s], and of s about its means with unit lengths.
+        Condition numbers of the columns [1, s], and of s about its means with unit lengths.
     reliability : float
-        Part of the least certain combination of amplitudes that errors do not explain.
+        Share of the least certain combination of amplitudes that errors do not explain.
     lowest, highest : (m,)
-        Amplitudes that were measured.
+        Range of the measured amplitudes.
     n : int
-        Points L.
+        Number of points L.
     warnings : tuple of str
     """
 
@@ -104,12 +103,12 @@ class LinearLaw(FrozenRecord):
 
     @property
     def checks(self) -> tuple[Finding, ...]:
-        """Whether the law is straight."""
+        """Finding on whether the law is straight."""
         return (self.bend.finding,)
 
     @property
     def unit(self) -> str:
-        """Unit of what the law gives, and of all coefficients: amplitudes have none."""
+        """Unit of the predicted quantity and of all coefficients; amplitudes have no unit."""
         return LAWS[self.symbol][1].unit
 
     @property
@@ -119,17 +118,17 @@ class LinearLaw(FrozenRecord):
 
     @property
     def attenuation(self) -> FloatArray:
-        """``naive / corrected``, (m + 1,): what errors of the amplitudes made of each."""
+        """Ratio ``naive / corrected`` (m + 1,): the bias due to errors of the amplitudes."""
         own = self.parameters.values
         return np.divide(self.naive, own, out=np.ones_like(self.naive), where=own != 0)
 
     def predict(self, amplitude: ArrayLike, amplitude_sd: ArrayLike = 0.0) -> LawPrediction:
-        """The law at amplitudes (P, m), with standard errors of them (broadcast) if known.
+        """Evaluate the law at amplitudes (P, m); `amplitude_sd`: their standard errors, if known.
 
         Raises
         ------
         InputError
-            Not one amplitude per muscle.
+            The number of amplitudes differs from that of the muscles.
         """
         s = np.atleast_2d(np.asarray(amplitude, dtype=np.float64))
         m = len(self.muscles)
@@ -145,28 +144,28 @@ class LinearLaw(FrozenRecord):
         return LawPrediction(value, np.sqrt(variance), dof, np.asarray(beyond.any(axis=1)))
 
     def widened_to(self, other: LinearLaw) -> LinearLaw:
-        """The same law, its intervals wider by how far the coefficients of another are away."""
+        """Return the law with intervals widened by the distance to another's coefficients."""
         shift = other.parameters.values - self.parameters.values
         wider = self.parameters.covariance + np.outer(shift, shift)
         return replace(self, parameters=replace(self.parameters, covariance=wider))
 
     def with_crosstalk(self, sd: float) -> LinearLaw:
-        """The same law, whose channels may each hear any other muscle.
+        """Return the law with intervals that allow for crosstalk between any two channels.
 
-        `sd`: of the part of another muscle's amplitude in a channel.
+        `sd`: prior sd of the share of another muscle's amplitude in a channel.
         """
         k = self.slopes
-        # s_seen = A s, A = 1 + C: k (m,) = A^T k_seen, each c_ij ~ N(0, sd^2) but on the diagonal
+        # s_seen = A s, A = 1 + C: k (m,) = A^T k_seen, c_ij ~ N(0, sd^2) off the diagonal
         wider = np.diag([0.0, *sd**2 * ((k**2).sum() - k**2)])
         covariance = self.parameters.covariance + wider
         return replace(self, parameters=replace(self.parameters, covariance=covariance))
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a coefficient: value, standard error, 95 % limits, unit, least squares."""
+        """One row per coefficient: value, standard error, 95 % limits, unit, least squares."""
         return self.parameters.to_frame().assign(least_squares=self.naive)
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds of the law beside its coefficients."""
+        """Fields of the law in FIT.json besides its coefficients."""
         return {
             "symbol": self.symbol,
             "least_squares": self.naive,
@@ -187,13 +186,13 @@ class LinearLaw(FrozenRecord):
 
 @dataclass(frozen=True, eq=False)
 class OperatingPoints(FrozenRecord):
-    """I, B, K and EMG amplitudes of L trials, of which a law is made.
+    """I, B, K and EMG amplitudes of L trials, from which a law is fitted.
 
     `trials` (L,) int.
-    `amplitude` (L, m): parts of the maximum contraction.
+    `amplitude` (L, m): shares of the maximum contraction.
     `K`, `sd_K`, `B`, `sd_B` (L,): stiffness (N m/rad) and viscosity (N m s/rad) with their standard
     errors.
-    `imcj`, `sd_imcj` (L,) or None: index of co-contraction, N m, and its standard error, where it
+    `imcj`, `sd_imcj` (L,) or None: index of co-contraction, N m, and its standard error, if it
     was calibrated.
     """
 
@@ -215,14 +214,14 @@ class OperatingPoints(FrozenRecord):
         muscles: tuple[str, ...],
         amplitude: FloatArray,
     ) -> OperatingPoints:
-        """The points of one fit a trial, with their robust standard errors."""
+        """Points from one fit per trial, with their robust standard errors."""
         values = [(p.value, p.sd_robust) for fit in fits for p in (fit["K"], fit["B"])]
         # columns K, sd_K, B, sd_B
         columns = np.array(values).reshape(-1, 4).T
         return cls(trials, muscles, amplitude, *columns)
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a trial, as FIT.json holds it."""
+        """One mapping per trial, as in FIT.json."""
         names = {"K": self.K, "sd_K": self.sd_K, "B": self.B, "sd_B": self.sd_B}
         if self.imcj is not None and self.sd_imcj is not None:
             names |= {"imcj_Nm": self.imcj, "sd_imcj_Nm": self.sd_imcj}
@@ -236,7 +235,7 @@ class OperatingPoints(FrozenRecord):
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a trial; the amplitudes in columns ``amplitude_<muscle>``."""
+        """One row per trial; the amplitudes in columns ``amplitude_<muscle>``."""
         import pandas as pd
 
         rows = [
@@ -252,19 +251,19 @@ class OperatingPoints(FrozenRecord):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class EmgLaw(FittedResult, FrozenRecord):
-    """The law of K and, where B was measured, that of B.
+    """The law of K and, if B was measured, that of B.
 
     Attributes
     ----------
     stiffness : LinearLaw
     viscosity : LinearLaw or None
     points : OperatingPoints or None
-        What the laws were fitted to, where they come from a recording.
+        Points that the laws were fitted to, if they come from a recording.
     notes : tuple of str
-        How the amplitudes were made, and which trials have been left out.
+        Processing of the amplitudes, and trials that were left out.
     of_trials : tuple of Finding
-        Whether their inertia is a joint's, whether each electrode hears its own muscle alone, and
-        whether each muscle pulls the way its name says.
+        Findings on the trials: size of the inertia, crosstalk between the electrodes, and the
+        muscles' names against the direction of their torque.
 
     Examples
     --------
@@ -298,23 +297,24 @@ class EmgLaw(FittedResult, FrozenRecord):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader must know of both laws."""
+        """Warnings of both laws."""
         own = (w for law in self.laws for w in law.warnings)
         return tuple(dict.fromkeys((*own, *warnings_of(self.checks))))
 
     def widened_to(self, other: EmgLaw) -> EmgLaw:
-        """The same laws, their intervals wider by how far those of another are away."""
+        """Return the laws with intervals widened by the distance to another's coefficients."""
         K = self.stiffness.widened_to(other.stiffness)
         if self.viscosity is None or other.viscosity is None:
             return replace(self, stiffness=K)
         return replace(self, stiffness=K, viscosity=self.viscosity.widened_to(other.viscosity))
 
     def with_crosstalk(self, sd: float) -> EmgLaw:
-        """The same laws, their intervals wider by crosstalk that the amplitudes do not show."""
+        """Return the laws with intervals that allow for crosstalk that the amplitudes do not
+        show."""
         if sd == 0:
             return self
         B = self.viscosity
-        said = (
+        text = (
             f"amplitudes do not show it: the intervals of single muscles allow for {100 * sd:g} % "
             "(sd) of the other muscle in each channel; what the law predicts for the same "
             "electrodes does not depend on it; record raw EMG"
@@ -323,17 +323,17 @@ class EmgLaw(FittedResult, FrozenRecord):
             self,
             stiffness=self.stiffness.with_crosstalk(sd),
             viscosity=None if B is None else B.with_crosstalk(sd),
-            of_trials=(Finding("crosstalk", "cannot tell", said), *self.of_trials),
+            of_trials=(Finding("crosstalk", "cannot tell", text), *self.of_trials),
         )
 
     @property
     def checks(self) -> tuple[Finding, ...]:
-        """The trials and their electrodes, then whether each law is straight."""
-        return (*self.of_trials, *(one for law in self.laws for one in law.checks))
+        """Findings on the trials and their electrodes, then on whether each law is straight."""
+        return (*self.of_trials, *(check for law in self.laws for check in law.checks))
 
     @property
     def summary(self) -> FitSummary:
-        """What FIT.json holds of every fit: ``k0, k_<flexor>, k_<extensor>``, the same of B."""
+        """Fields of every fit in FIT.json: ``k0, k_<flexor>, k_<extensor>``, then those of B."""
         law = self.stiffness
         return FitSummary(
             method="emg-law",
@@ -343,13 +343,13 @@ class EmgLaw(FittedResult, FrozenRecord):
             rank=len(law.parameters),
             r2=law.r2,
             vaf=law.r2,
-            parameters=tuple(p for one in self.laws for p in one.parameters),
+            parameters=tuple(p for each_law in self.laws for p in each_law.parameters),
             warnings=self.warnings,
             checks=self.checks,
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds: the contract's fields, both laws, their points, notes."""
+        """Fields of FIT.json: those of every fit, both laws, their points, notes."""
         return {
             **self.summary.to_dict(),
             "laws": [law.to_dict() for law in self.laws],
@@ -362,5 +362,5 @@ class EmgLaw(FittedResult, FrozenRecord):
 
 
 def constant_and(amplitude: FloatArray) -> FloatArray:
-    """W (L, m + 1): a constant and the amplitudes (L, m)."""
+    """Regressors W (L, m + 1): a constant and the amplitudes (L, m)."""
     return np.column_stack([np.ones(len(amplitude)), amplitude])

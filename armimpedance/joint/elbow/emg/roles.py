@@ -1,4 +1,4 @@
-"""Which muscles flex, which extend, and whether their amplitudes can be told apart."""
+"""Roles of muscles (flexor, extensor), and whether their amplitudes can be separated."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from armimpedance.joint.elbow.emg.law_result import LinearLaw
 from armimpedance.numerics.regression import ErrorMoments, refuse_unreliable, t_factor
 
 Action = Literal["flexor", "extensor"]
-#: Sign of a muscle's torque where flexion is positive.
+#: Sign of a muscle's torque if flexion is positive.
 SIGN: Final[dict[str, int]] = {"flexor": 1, "extensor": -1}
 
 
 @dataclass(frozen=True)
 class Role:
-    """What a muscle does at the elbow; `biarticular` spans the shoulder too."""
+    """Action of a muscle at the elbow; `biarticular` muscles also span the shoulder."""
 
     action: Action
     biarticular: bool = False
 
     @property
     def sign(self) -> int:
-        """Of its torque: flexion positive."""
+        """Sign of its torque; flexion is positive."""
         return SIGN[self.action]
 
 
-#: Names as they are usual; others are given by the caller.
+#: Roles of common muscle names; the caller states those of others.
 ROLES: Final[dict[str, Role]] = {
     "flexor": Role("flexor"),
     "extensor": Role("extensor"),
@@ -52,10 +52,10 @@ ROLES: Final[dict[str, Role]] = {
 def roles_of(
     muscles: tuple[str, ...], given: Mapping[str, Action] | None = None
 ) -> tuple[Role, ...]:
-    """The role of each muscle: as given, else by its name.
+    """Role of each muscle: as stated, else by its name.
 
-    Raises InputError: a name that says nothing, a role that is none, or no flexor or no extensor
-    among them.
+    Raises InputError: an unknown name, an unknown role, or no flexor or no extensor among the
+    muscles.
     """
     given = {} if given is None else given
     roles = []
@@ -65,8 +65,8 @@ def roles_of(
                 raise InputError(
                     f"{muscle} as {given[muscle]!r}", expected="'flexor' or 'extensor'"
                 )
-            known = ROLES.get(muscle)
-            roles.append(Role(given[muscle], known.biarticular if known else False))
+            usual = ROLES.get(muscle)
+            roles.append(Role(given[muscle], usual.biarticular if usual else False))
         elif muscle in ROLES:
             roles.append(ROLES[muscle])
         else:
@@ -82,14 +82,14 @@ def roles_of(
     return tuple(roles)
 
 
-# Does each muscle pull the way its name says? The torque that the subject holds tells.
+# Does each muscle pull in the direction of its name? The torque that the subject holds decides.
 #
-# A limb that is held still pushes against the device by what its muscles and its weight do, so the
-# muscles' mean torque, trial by trial, is linear in their activation: it rises with a flexor's and
-# falls with an extensor's. Names that were exchanged change only whose slope is whose in K and B,
-# where both are positive; here the signs are exchanged.
+# A limb that is held still exerts the torque of its muscles and its weight on the device. The mean
+# torque of a trial is therefore linear in the activations: it rises with a flexor's and falls with
+# an extensor's. If the names are exchanged, the signs here are wrong, whereas in K and B only the
+# (positive) slopes are exchanged.
 
-#: Level at which a slope's sign is sure.
+#: Confidence level at which a slope's sign is certain.
 SURE: Final = 0.998
 _NAME: Final = "muscles"
 _WHAT_TO_DO: Final = (
@@ -99,11 +99,11 @@ _WHAT_TO_DO: Final = (
 
 
 def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Finding:
-    """Hold the muscles' names against the signs of a law of their torque.
+    """Check the muscles' names against the signs in a law of their torque.
 
     `law`: of the limb's mean torque on the device, N m, flexion positive.
-    `roles`: for muscles whose names do not say it.
-    Returns: "muscles".
+    `roles`: for muscles whose names do not tell their role.
+    Returns: the finding "muscles".
     """
     try:
         sign = np.array([role.sign for role in roles_of(law.muscles, roles)], dtype=float)
@@ -118,18 +118,18 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
         if sure
     ]
     if len(against) == len(pull):
-        said = f"the muscles' names are exchanged: {', '.join(against)}; {_WHAT_TO_DO}"
-        return Finding(_NAME, "warning", said, smallest)
+        text = f"the muscles' names are exchanged: {', '.join(against)}; {_WHAT_TO_DO}"
+        return Finding(_NAME, "warning", text, smallest)
     if against:
-        said = f"not every electrode is on the muscle that it is named by: {', '.join(against)}"
-        return Finding(_NAME, "warning", f"{said}; {_WHAT_TO_DO}", smallest)
+        text = f"not every electrode is on the muscle that it is named by: {', '.join(against)}"
+        return Finding(_NAME, "warning", f"{text}; {_WHAT_TO_DO}", smallest)
     if (pull > half).all():
         return Finding(_NAME, "ok", "the torque that is held has the signs of the names", smallest)
-    said = (
+    text = (
         "the subject holds too little torque to tell which electrode is on which muscle; add "
         "trials with the flexor, and with the extensor, held against a load"
     )
-    return Finding(_NAME, "cannot tell", said, smallest)
+    return Finding(_NAME, "cannot tell", text, smallest)
 
 
 def _said(name: str, slope: float) -> str:
@@ -137,14 +137,14 @@ def _said(name: str, slope: float) -> str:
     return f"the torque that is held goes into {way} with {name} ({slope:+.3g} N m)"
 
 
-# Can these amplitudes tell the muscles apart? Refused where they rise and fall together.
+# Can these amplitudes separate the muscles? They are refused if they rise and fall together.
 
-#: A smallest singular value below this part of the largest, of amplitudes about their means and
-#: of unit length, counts as zero: EMG is never known any better.
+#: Share of the largest singular value below which the smallest counts as zero; of amplitudes about
+#: their means, scaled to unit length. EMG is never known more precisely.
 RANK_TOLERANCE: Final = 0.01
-#: Amplitudes that differ by less do not vary; part of the maximum contraction.
+#: Least range of an amplitude that varies, as a share of the maximum contraction.
 NO_CHANGE: Final = 1e-3
-#: What to do about it.
+#: Advice in the error messages.
 HINT: Final = (
     "add trials in which one is active without the other: hold a load up (flexor) and one that "
     "pulls up (extensor), besides co-contraction"
@@ -154,7 +154,7 @@ HINT: Final = (
 def refuse_alike(
     amplitude: FloatArray, amplitude_sd: FloatArray, muscles: tuple[str, ...]
 ) -> tuple[float, float]:
-    """Raw condition of [1, s] (L, m + 1), and that of s about its means with unit columns.
+    """Condition numbers of [1, s] (L, m + 1), and of s about its means with unit columns.
 
     Raises NotIdentifiableError: a muscle whose amplitude does not vary beyond its errors; muscles
     that vary together.
@@ -184,24 +184,24 @@ def refuse_alike(
     return float(raw), float(singular[0] / singular[-1])
 
 
-# Which combinations of EMG amplitudes can be told apart beyond their errors.
+# Combinations of EMG amplitudes that vary beyond their errors.
 #
-# A course K(t), B(t) does not need the muscles' coefficients one by one: where flexor and extensor
-# move together, or errors make most of what tells them apart, the combination that does move
-# carries the law.
+# A course K(t), B(t) does not need separate coefficients of the muscles. If flexor and extensor
+# vary together, or their difference is mostly error, the law uses the combination that varies.
 
-#: Part of a combination's power that errors do not explain, below which it is left out.
+#: A combination is left out if errors explain all but less than this share of its power.
 LEAST_RELIABLE: Final = 0.3
-#: Power of a combination, over that of its parts, below which it does not move.
+#: Power of a combination, relative to that of its parts, below which it does not vary.
 LEAST_POWER: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Combinations (c) of m amplitudes.
+    """Combinations (c) of m amplitudes that a law can use.
 
-    `weights` (m, c): the identity where all amplitudes are told apart.
-    `complete`: whether they are.
+    `weights` (m, c): the identity if all amplitudes can be separated.
+    `complete`: True if they can.
+    `told`: description of the combinations for a message.
     """
 
     weights: FloatArray
@@ -213,18 +213,18 @@ class Directions:
 def directions_of(
     amplitude: FloatArray, sd: FloatArray | None, words: tuple[str, ...]
 ) -> Directions:
-    """The amplitudes (N, m) themselves, or those combinations that errors do not explain.
+    """Return the amplitudes (N, m) themselves, or the combinations that errors do not explain.
 
     `amplitude` (N, m).
     `sd` (m,) or None: their standard errors.
-    `words`: what the muscles are called.
+    `words`: names of the muscles.
     Raises NotIdentifiableError: errors explain most of every combination.
     """
-    about = amplitude - amplitude.mean(axis=0)
+    centred = amplitude - amplitude.mean(axis=0)
     m = len(words)
     errors = np.zeros(m) if sd is None else len(amplitude) * sd**2
     moments = ErrorMoments(
-        (about.T @ about)[None],
+        (centred.T @ centred)[None],
         np.zeros((1, m)),
         np.diag(errors)[None],
         tuple(f"the {word}'s amplitude" for word in words),
@@ -247,14 +247,14 @@ def directions_of(
         )
     weights = v[:, kept][:, ::-1] / length[:, None]
     weights = weights / weights[np.abs(weights).argmax(axis=0), np.arange(weights.shape[1])]
-    told = "; ".join(_said_of_direction(column, words) for column in weights.T)
+    description = "; ".join(_said_of_direction(column, words) for column in weights.T)
     return Directions(
         weights,
         False,
-        told,
+        description,
         (
             f"{' and '.join(words)} cannot be told apart by their amplitudes: K and B follow "
-            f"{told}; there are no coefficients of each",
+            f"{description}; there are no coefficients of each",
         ),
     )
 

@@ -1,4 +1,4 @@
-"""All forms of one joint under a random perturbation: verb, command, text, table, plot, page."""
+"""Verbs, command, text, tables, plots and page of one joint under a random perturbation."""
 
 import lazy_loader
 

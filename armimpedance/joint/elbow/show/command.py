@@ -38,15 +38,15 @@ from armimpedance.show.command.verb import Command
 if TYPE_CHECKING:
     from armimpedance.joint.elbow.elbow_result import ElbowFit
 
-# What `armimpedance elbow` is asked: which analysis, and which options have a meaning in it.
+# The requested analysis of `armimpedance elbow`, and the options that have an effect in it.
 
-#: Analyses beside the courses over time, which have their methods' names.
+#: Names of the analyses other than courses over time; those have their methods' names.
 FIT: Final = "fit"
 LAW: Final = "law"
 _AT_ONE_POINT: Final = ((FIT, LAW), "it without --time-varying")
-#: Methods for two pathways that take trials as they come.
+#: Methods for two pathways that do not need repeated trials of one course.
 _PRIORS: Final = ("cascade", "cascade-smooth", "cascade-jumps")
-#: Option -> the analyses in which it has a meaning, and how a message puts that.
+#: Option -> the analyses in which it has an effect, and the expectation in a message.
 _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
     "--method": _AT_ONE_POINT,
     "--decimation": _AT_ONE_POINT,
@@ -63,7 +63,7 @@ _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
 
 
 def analysis_of(arguments: argparse.Namespace) -> str:
-    """Which analysis is asked for: "fit", "law" or a time-varying method's name.
+    """Name of the requested analysis: "fit", "law" or a time-varying method's name.
 
     Raises InputError: two of them, or an option that has no effect on this one.
     """
@@ -72,14 +72,14 @@ def analysis_of(arguments: argparse.Namespace) -> str:
         raise InputError("--time-varying with --emg-law", expected="one of them")
     analysis = (LAW if arguments.emg_law else FIT) if course is None else course
     for option, (analyses, expected) in _MEANT_FOR.items():
-        given = getattr(arguments, option[2:].replace("-", "_")) not in (None, False, "auto")
-        if given and analysis not in analyses:
+        stated = getattr(arguments, option[2:].replace("-", "_")) not in (None, False, "auto")
+        if stated and analysis not in analyses:
             raise InputError(f"{option} has no effect here", expected=expected)
     return analysis
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the command: those of its three analyses, each once."""
+    """Add the command's arguments: those of its three analyses, each once."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(
         parser,
@@ -98,7 +98,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find what is asked for; check, read, fit, write, print and draw."""
+    """Run the requested analysis: check, read, fit, write, print and draw."""
     analysis = analysis_of(arguments)
     if analysis == FIT:
         return _fit(arguments).run(arguments)
@@ -106,7 +106,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _fit(arguments: argparse.Namespace) -> Command:
-    """I, B and K about an operating point."""
+    """Command that fits I, B and K about an operating point."""
 
     def draw(fit: ElbowFit) -> Any:
         from armimpedance.joint.elbow.samples import from_recording

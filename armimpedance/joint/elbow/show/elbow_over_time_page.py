@@ -42,7 +42,7 @@ def page_of(asked: Asked) -> Page:
     course = elbow_over_time(
         recording, method=method, despite=asked.despite, progress=asked.progress
     )
-    told = told_by(course.warnings, (*course.checks, *asked.checks_without_emg))
+    messages = told_by(course.warnings, (*course.checks, *asked.checks_without_emg))
     pictures = tuple(
         picture(
             plot_varying_both(course, row),
@@ -53,7 +53,7 @@ def page_of(asked: Asked) -> Page:
     )
     return page_from(
         asked,
-        told,
+        messages,
         title="Impedance of a joint over time",
         lead=f"{counted(len(course.trials), 'trial')} at {recording.sample_rate_hz:g} Hz; subject "
         f"{recording.subject.id}.",
@@ -63,8 +63,8 @@ def page_of(asked: Asked) -> Page:
             Section("Course of B and K", pictures),
             Section("Constant", (parameter_table(tuple(course.parameters)),)),
         ),
-        reviewer=reviewed(told, varying_text(course)),
-        methods=methods_of(_sentences(course), [RUIZ], told),
+        reviewer=reviewed(messages, varying_text(course)),
+        methods=methods_of(_sentences(course), [RUIZ], messages),
         options=[("method", course.method), ("despite", ", ".join(asked.despite))],
         data={
             "course": course.to_frame().drop(columns=["method", "warnings"]),

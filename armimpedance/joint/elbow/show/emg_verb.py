@@ -26,7 +26,7 @@ from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
 _Action = Literal["flexor", "extensor"]
 
-#: What a part of a recording that allows no fit of its own fails with.
+#: Errors of a trial that cannot be fitted alone.
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
 
@@ -49,8 +49,8 @@ def emg_law(
 ) -> EmgLaw:
     """Fit viscosity and stiffness of one joint as linear laws of the EMG of its muscles.
 
-    One I, B, K is fitted to each trial; trials that allow none are left out, and the result's notes
-    say why.
+    I, B, K are fitted to each trial. Trials that cannot be fitted are left out; the result's notes
+    give the reason.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def emg_law(
         Kind "joint", trials at several levels of contraction, with EMG.
     {options}
     roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles of `imcj` whose names do not say it.
+        For muscles of `imcj` whose names do not tell their role.
     progress : callable, optional
         Called with the number of trials that are done and their total.
 
@@ -73,9 +73,9 @@ def emg_law(
         A recording cannot be read or used, a check of `inspect` says STOP, a muscle is not in it,
         or too few trials allow a fit.
     NotIdentifiableError
-        Amplitudes that do not vary, that vary together, or that are errors for the most part.
+        Amplitudes that do not vary, that vary together, or that are mostly errors.
     EstimationError
-        Weights and slopes do not settle.
+        Weights and slopes do not converge.
 
     Examples
     --------
@@ -99,16 +99,18 @@ def emg_law(
         trials = read_recording(recording, condition=condition)
         pair = two_muscles(trials, flexor, extensor)
         marks = checked(trials, despite)
-        heard = Crosstalk.of(pair)
+        crosstalk = Crosstalk.of(pair)
         # EMG that cannot be used is refused before anything is fitted
-        levels = segment_amplitude(heard.own(pair))
+        levels = segment_amplitude(crosstalk.own(pair))
         fits, left_out = _each_trial(trials, joint, options, progress)
         rows = list(fits)
         amplitude, sd = levels.amplitude[rows], levels.sd[rows]
-        told = {} if flexor is None or extensor is None else _told(flexor, extensor)
-        held = [trials.force[trials.samples_of(row), joint - 1].mean() for row in rows]
+        stated = {} if flexor is None or extensor is None else _told(flexor, extensor)
+        torque = [trials.force[trials.samples_of(row), joint - 1].mean() for row in rows]
         expected = from_recording(trials, joint).expected_inertia
-        law = _law_of(fits, pair, heard, amplitude, sd, held, {**told, **(roles or {})}, expected)
+        law = _law_of(
+            fits, pair, crosstalk, amplitude, sd, torque, {**stated, **(roles or {})}, expected
+        )
         numbers = trials.trials["trial"].to_numpy()[rows]
         points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
         notes = (*levels.notes, *levels.warnings, *left_out)
@@ -121,45 +123,45 @@ def emg_law(
 def _law_of(
     fits: Mapping[int, ElbowFit],
     pair: Recording,
-    heard: Crosstalk,
+    crosstalk: Crosstalk,
     amplitude: FloatArray,
     amplitude_sd: FloatArray,
     held_Nm: list[float],
     roles: Mapping[str, _Action],
     expected: float | None,
 ) -> EmgLaw:
-    """The law of the trials' fits, with what the electrodes hear, and of which muscle they are."""
+    """Law of the trials' fits, with crosstalk and the muscles' names checked."""
     rows, of_fits = list(fits), list(fits.values())
 
     def law_of(own: FloatArray, **more: Any) -> EmgLaw:
-        left = 0.0 if heard.told else SUPPOSED
+        remaining = 0.0 if crosstalk.told else SUPPOSED
         return fit_emg_law_of(
-            of_fits, own, amplitude_sd, muscles=pair.muscles, crosstalk_sd=left, **more
+            of_fits, own, amplitude_sd, muscles=pair.muscles, crosstalk_sd=remaining, **more
         )
 
     law = law_of(amplitude, torque=held_Nm, roles=roles)
-    for near in heard.neighbours(pair):
+    for near in crosstalk.neighbours(pair):
         law = law.widened_to(law_of(segment_amplitude(near).amplitude[rows]))
-    own = (heard.finding(pair.muscles),) if heard.told else ()
+    own = (crosstalk.finding(pair.muscles),) if crosstalk.told else ()
     return replace(law, of_trials=(*own, *law.of_trials, _size(fits, expected)))
 
 
 def _told(flexor: str, extensor: str) -> dict[str, _Action]:
-    """What the two muscles do, as the caller has said."""
+    """Roles of the two muscles, as stated by the caller."""
     return {flexor: "flexor", extensor: "extensor"}
 
 
 def _size(fits: Mapping[int, ElbowFit], expected: float | None) -> Finding:
-    """Whether the trials' inertia, at the median, is a joint's, and this person's."""
+    """Check the trials' median inertia: of a joint's size, and this person's."""
     inertia = [fit.inertia for fit in fits.values()]
-    middle = sorted(inertia, key=lambda one: one.value)[len(inertia) // 2]
+    middle = sorted(inertia, key=lambda value: value.value)[len(inertia) // 2]
     return check_joint_size("inertia", middle.value, middle.sd_robust, expected)
 
 
 def _each_trial(
     recording: Recording, joint: int, options: Mapping[str, Any], progress: Progress | None
 ) -> tuple[dict[int, ElbowFit], list[str]]:
-    """Fits by the rows of the trial table that they are of, and why other rows have none."""
+    """Fits by row of the trial table, and the reasons for rows without a fit."""
     fits, left_out = {}, []
     for row in range(recording.n_trials):
         try:
@@ -175,7 +177,7 @@ def _each_trial(
 def _with_index(
     points: OperatingPoints, recording: Recording, rows: list[int], calibration: ImcjCalibration
 ) -> tuple[OperatingPoints, tuple[str, ...]]:
-    """The points with the index of co-contraction, and what a reader must know of it."""
+    """Return the points with the index of co-contraction, and notes on it."""
     muscles = calibration.muscles
     if missing := sorted(set(muscles) - set(recording.muscles)):
         raise InputError(
@@ -192,9 +194,9 @@ def _with_index(
 
 
 def two_muscles(recording: Recording, flexor: str | None, extensor: str | None) -> Recording:
-    """The recording with the EMG of flexor and extensor alone, in this order.
+    """Return the recording with the EMG of only flexor and extensor, in this order.
 
-    Raises InputError: there is no EMG, no such muscle, or which is which is not known.
+    Raises InputError: there is no EMG, no such muscle, or their roles are not known.
     """
     muscles = recording.muscles
     if recording.emg is None or not muscles:

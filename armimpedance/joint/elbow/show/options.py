@@ -26,17 +26,17 @@ class CourseMethod(MethodName):
 
     @property
     def argparse(self) -> dict[str, Any]:
-        """What `add_argument` is told of it."""
+        """Keywords of the option for `add_argument`."""
         return {"nargs": "?", "const": CASCADE_METHODS.default, "metavar": self.metavar}
 
 
-#: Which trials of which axis, and which STOP is overruled.
+#: Options of every analysis: axis, trials, and the STOP findings to overrule.
 _OF_EVERY_ANALYSIS: Final = (
     Option("joint", Whole(low=1), "axis, counted from 1 (default: {default})", 1),
     Option("condition", AnyWord(), "trials of this condition only"),
     DESPITE,
 )
-#: How I, B and K are fitted about an operating point.
+#: Options of a fit of I, B and K about an operating point.
 _AT_ONE_POINT: Final = (
     Option(
         "method",

@@ -68,9 +68,9 @@ def elbow_over_time(
         The recording cannot be read or used, a check of `inspect` says STOP, or an option has no
         effect on this method.
     NotIdentifiableError
-        EMG amplitudes whose errors explain most of what is seen of them.
+        EMG amplitudes that are mostly errors.
     EstimationError
-        The record does not determine B(t) and K(t), or a solver did not get there.
+        The record does not determine B(t) and K(t), or a solver did not converge.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def elbow_over_time(
             trials = read_recording(recording, condition=condition)
             samples = from_recording(trials, joint)
             marks = checked(trials, despite)
-            found = identify_cascade(
+            cascade = identify_cascade(
                 samples,
                 method=method,
                 aligned=aligned,
@@ -97,13 +97,15 @@ def elbow_over_time(
                 cutoff_hz=cutoff_hz,
                 progress=progress,
             )
-        return replace(found, warnings=(*marks, *found.warnings))
+        return replace(cascade, warnings=(*marks, *cascade.warnings))
     chosen = _standing(method, over, aligned)
     options: dict[str, Any] = {"method": method, "window_s": window_s, "every_s": every_s}
     of_emg = {"flexor": flexor, "extensor": extensor, "emg_cutoff_hz": emg_cutoff_hz}
-    given = [name for name, value in of_emg.items() if value is not None]
-    if given and chosen.needs != "amplitude":
-        raise InputError(f"{', '.join(given)} with method {method!r}", expected="method 'emg'")
+    emg_options = [name for name, value in of_emg.items() if value is not None]
+    if emg_options and chosen.needs != "amplitude":
+        raise InputError(
+            f"{', '.join(emg_options)} with method {method!r}", expected="method 'emg'"
+        )
     with naming(recording):
         trials = read_recording(recording, condition=condition)
         samples = from_recording(trials, joint)
@@ -120,42 +122,44 @@ def elbow_over_time(
 
 
 def _standing(method: str, over: str | None, aligned: bool) -> Any:
-    """A method for B and K alone, which takes neither a variable nor realizations."""
+    """Return a method for B and K only, which takes neither a variable nor realizations."""
     if method not in VARYING_METHODS.names:
         names = ", ".join((*VARYING_METHODS, *CASCADE_METHODS))
         raise InputError(f"unknown method {method!r}", expected=f"one of {names}")
     if over is not None or aligned:
-        given = "aligned" if over is None else f"over {over!r}"
-        raise InputError(f"{given} with method {method!r}", expected="method 'cascade'")
+        stated = "aligned" if over is None else f"over {over!r}"
+        raise InputError(f"{stated} with method {method!r}", expected="method 'cascade'")
     return VARYING_METHODS.named(method)
 
 
-def _refuse_others(method: str, *given: float | str | None) -> None:
+def _refuse_others(method: str, *values: float | str | None) -> None:
     names = ("window_s", "flexor", "extensor", "emg_cutoff_hz")
-    told = [name for name, value in zip(names, given, strict=True) if value is not None]
-    if told:
-        raise InputError(f"{', '.join(told)} with method {method!r}", expected="it without")
+    without_effect = [name for name, value in zip(names, values, strict=True) if value is not None]
+    if without_effect:
+        raise InputError(
+            f"{', '.join(without_effect)} with method {method!r}", expected="it without"
+        )
 
 
 def _variable(recording: Recording, over: str | None) -> FloatArray | None:
-    """Values (N,) of the variable; None where the samples hold it."""
+    """Values (N,) of the variable; None if the samples hold it themselves."""
     if over in (None, "angle", "torque"):
         return None
     muscles = [f"emg_{muscle}" for muscle in recording.muscles]
     if over in muscles:
         return np.asarray(emg_amplitude(recording).amplitude[:, muscles.index(over)])
     if over not in recording.extra:
-        known = ("angle", "torque", *muscles, *recording.extra)
-        raise InputError(f"no variable {over!r}", expected=f"one of {', '.join(known)}")
+        names = ("angle", "torque", *muscles, *recording.extra)
+        raise InputError(f"no variable {over!r}", expected=f"one of {', '.join(names)}")
     return np.asarray(recording.extra[over])
 
 
 def _amplitudes(
     pair: Recording, edge_hz: float
 ) -> tuple[dict[str, Any], tuple[str, ...], tuple[Finding, ...]]:
-    """The EMG of two muscles as keywords of `identify_varying`, with notes and checks of it."""
-    heard = Crosstalk.of(pair)
-    emg = emg_amplitude(heard.own(pair), cutoff_hz=edge_hz)
+    """EMG of two muscles as keywords of `identify_varying`, with notes and findings on it."""
+    crosstalk = Crosstalk.of(pair)
+    emg = emg_amplitude(crosstalk.own(pair), cutoff_hz=edge_hz)
     # one standard error per muscle: the mean square over time
     sd = (emg.sd**2).mean(axis=0) ** 0.5
     options = {
@@ -163,4 +167,4 @@ def _amplitudes(
         "amplitude_sd": sd,
         "amplitude_cutoff_hz": edge_hz,
     }
-    return options, (*emg.notes, *emg.warnings), (heard.finding(pair.muscles),)
+    return options, (*emg.notes, *emg.warnings), (crosstalk.finding(pair.muscles),)

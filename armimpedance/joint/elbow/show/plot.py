@@ -1,4 +1,5 @@
-"""One joint: compliance over frequency against its model, impedance over time with its bands."""
+"""Plots of one joint: measured and model compliance over frequency, impedance over time, EMG
+laws."""
 
 from __future__ import annotations
 
@@ -34,9 +35,9 @@ if TYPE_CHECKING:
 
 
 _ROW_IN = 1.8
-#: Below it a gain is noise.
+#: Below this coherence a gain is noise.
 _LEAST_COHERENCE = 0.3
-#: Points of a decade of frequency that the eye tells apart.
+#: Points per decade of frequency that can be distinguished in a plot.
 _BINS_PER_DECADE: Final = 24
 #: Independent averages of a half-overlapping Hann segment: 1 / (1 + 2 (1/6)^2).
 _INDEPENDENT: Final = 0.947
@@ -59,14 +60,14 @@ def plot_varying(
     ----------
     varying : VaryingImpedance
     name : {"B", "K", "G"}
-        G: the reflex's gain, where there is a reflex.
+        G: the reflex's gain, if there is a reflex.
     trial : int
         Row of the result's trials, from 0.
     truth : (time (S,), value (S,)), optional
         The true course, drawn below, in black.
     color, label : str
     ax : Axes, optional
-        New ones are made if none are given.
+        Axes to draw on; by default new ones.
 
     Returns
     -------
@@ -80,8 +81,8 @@ def plot_varying(
     if not 0 <= trial < len(varying.trials):
         raise InputError(f"no trial {trial}", expected=f"0 to {len(varying.trials) - 1}")
     points = varying.points_of(trial)
-    held: Any = varying.reflex if name == "G" else varying
-    time, value, band = varying.time_s[points], getattr(held, name), varying.band(name)
+    source: Any = varying.reflex if name == "G" else varying
+    time, value, band = varying.time_s[points], getattr(source, name), varying.band(name)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax
         if truth is not None:
@@ -94,12 +95,12 @@ def plot_varying(
 
 
 def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
-    """Draw K above B, of one trial, and a reflex's gain below where there is one.
+    """Draw K above B of one trial, and below them a reflex's gain if there is one.
 
     Parameters
     ----------
     varying : VaryingImpedance
-        B and K over time, as `joint.elbow.show.elbow_over_time` makes them.
+        B and K over time, from `joint.elbow.show.elbow_over_time`.
     trial : int
         Row of the result's trials, from 0.
 
@@ -140,12 +141,12 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
 
 
 def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
-    """Compliance over frequency, measured without a model and as I, B and K predict it.
+    """Draw the compliance over frequency, measured without a model and predicted by I, B and K.
 
-    Gain and phase with 95 % intervals, and coherence, one below the other; without coherence
-    nothing was measured, and no gain is drawn. Neighbouring frequencies are averaged where they lie
-    denser than is seen. The model is dashed beyond the band that was fitted. Where the two part, a
-    second-order joint does not hold: a reflex, a soft strap, a delay between the channels.
+    Panels show gain and phase with 95 % intervals, and coherence; gain and phase are not drawn if
+    the coherence is low. Neighbouring frequencies are averaged if they are denser than the plot can
+    show. The model is dashed beyond the band that was fitted. Where measurement and model differ,
+    the joint is not of second order: a reflex, a soft strap, a delay between the channels.
 
     Parameters
     ----------
@@ -204,9 +205,9 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
 class AveragedResponse(FrozenRecord):
     """A frequency response as it is drawn.
 
-    `frequency_hz`, `gain`, `phase_deg`, `coherence` (p,): the phase is that within half a turn of
-    the model's.
-    `error` (p,): standard error of the gain as a part of it, and of the phase in rad.
+    `frequency_hz`, `gain`, `phase_deg`, `coherence` (p,): the phase lies within half a turn of the
+    model's.
+    `error` (p,): relative standard error of the gain, equal to that of the phase in rad.
     """
 
     frequency_hz: Annotated[FloatArray, "p"]
@@ -222,26 +223,26 @@ def averaged(measured: FrequencyResponse, parameters: FloatArray) -> AveragedRes
     The error of gain and phase is ``sqrt((1 - c) / (2 c n))``, c the coherence, n independent
     averages (Bendat and Piersol, Random Data). Bins of too little coherence are left out.
 
-    `parameters` (3,): I, B, K of the model whose turn the phase keeps to.
+    `parameters` (3,): I, B, K of the model that resolves the phase's full turns.
     """
     f = measured.frequency_hz
     bins = np.floor(_BINS_PER_DECADE * np.log10(f)).astype(int)
     rows = []
     for number in np.unique(bins):
-        own = np.flatnonzero((bins == number) & (measured.coherence > _LEAST_COHERENCE))
-        # Of a hundred frequencies without signal chance makes one coherent.
-        if 2 * len(own) < (bins == number).sum() or len(own) == 0:
+        used = np.flatnonzero((bins == number) & (measured.coherence > _LEAST_COHERENCE))
+        # Among many frequencies without signal, some are coherent by chance.
+        if 2 * len(used) < (bins == number).sum() or len(used) == 0:
             continue
-        c = float(measured.coherence[own].mean())
-        # Less the model's course within the bin, so that the mean is that at its middle.
-        middle = float(np.exp(np.log(f[own]).mean()))
+        c = float(measured.coherence[used].mean())
+        # Relative to the model within the bin, so that the mean is that at the bin's middle.
+        middle = float(np.exp(np.log(f[used]).mean()))
         at_middle = model_compliance(np.array([middle]), parameters)[0]
-        relative = measured.compliance[own] / model_compliance(f[own], parameters)
+        relative = measured.compliance[used] / model_compliance(f[used], parameters)
         mean = relative.mean()
-        # Hann windows make neighbours alike: some two thirds of the frequencies count.
-        n = _INDEPENDENT * measured.segments * max(1.0, len(own) / 1.5)
+        # Hann windows correlate neighbours: about two thirds of the frequencies are independent.
+        n = _INDEPENDENT * measured.segments * max(1.0, len(used) / 1.5)
         phase = np.degrees(np.angle(mean) + np.angle(at_middle))
-        # A coherence of 1 may round to more.
+        # Rounding may give a coherence above 1.
         error = np.sqrt(max(0.0, 1 - c) / (2 * c * n))
         rows.append((middle, abs(mean * at_middle), phase, c, error))
     return AveragedResponse(*np.array(rows, dtype=float).reshape(-1, 5).T)
@@ -254,10 +255,13 @@ def _draw_measured(gain: Axes, phase: Axes, shown: AveragedResponse) -> None:
     low, high = shown.gain * (1 - np.exp(-half)), shown.gain * (np.exp(half) - 1)
     label = "measured, 95 % interval"
     gain.errorbar(shown.frequency_hz, shown.gain, (low, high), label=label, **look)
-    # Wider than a quarter turn a phase is not known: half a turn more is another sign.
-    known = half < np.pi / 4
+    # A phase with an interval wider than a quarter turn is not determined.
+    determined = half < np.pi / 4
     phase.errorbar(
-        shown.frequency_hz[known], shown.phase_deg[known], np.degrees(half[known]), **look
+        shown.frequency_hz[determined],
+        shown.phase_deg[determined],
+        np.degrees(half[determined]),
+        **look,
     )
     gain.set(xscale="log", yscale="log")
     phase.set(xscale="log")
@@ -266,7 +270,7 @@ def _draw_measured(gain: Axes, phase: Axes, shown: AveragedResponse) -> None:
 def _draw_model(
     gain: Axes, phase: Axes, shown: AveragedResponse, band: float, fit: ElbowFit
 ) -> None:
-    """Solid in the fitted band, dashed beyond it."""
+    """Draw the model: solid in the fitted band, dashed beyond it."""
     name = f"I, B, K of method {fit.method}"
     line: dict[str, Any] = {"color": OKABE_ITO["vermillion"], "lw": 1.2}
     ends = (shown.frequency_hz[0], band, max(_last_shown(shown, band), 1.01 * band))
@@ -281,12 +285,12 @@ def _draw_model(
 
 
 def _last_shown(shown: AveragedResponse, band: float) -> float:
-    """Where the picture ends: a little beyond what was fitted and what was measured."""
+    """Last frequency of the picture: a little beyond what was fitted and measured."""
     return 1.15 * max(band, float(shown.frequency_hz[-1]))
 
 
 def degree_ticks() -> Any:
-    """Ticks at 45 or 90 degrees."""
+    """Locator of ticks at 45 or 90 degrees."""
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(nbins=5, steps=[1, 4.5, 9, 10])
@@ -295,7 +299,7 @@ def degree_ticks() -> Any:
 def plot_law(
     law: LinearLaw, value: FloatArray, sd: FloatArray, amplitude: FloatArray, ax: Axes | None = None
 ) -> Axes:
-    """Measured values over those that the law gives for the same EMG, with 95 % error bars.
+    """Draw measured values over those that the law predicts from the EMG, with 95 % error bars.
 
     `amplitude` (L, m).
     `value`, `sd` (L,): measured value of each trial, and its standard error.
@@ -315,12 +319,12 @@ def plot_law(
 
 
 def plot_emg_law(law: EmgLaw) -> Figure:
-    """Draw the law of K and, where there is one, of B, side by side.
+    """Draw the law of K and, if there is one, of B, side by side.
 
     Parameters
     ----------
     law : EmgLaw
-        With its points, as `joint.elbow.show.emg_law` makes it.
+        With its points, as returned by `joint.elbow.show.emg_law`.
 
     Returns
     -------
@@ -348,7 +352,7 @@ def plot_emg_law(law: EmgLaw) -> Figure:
     figure = new_figure(width, ONE_COLUMN_IN)
     with print_style():
         axes = figure.subplots(1, len(law.laws), squeeze=False)[0]
-    for ax, one in zip(axes, law.laws, strict=True):
-        value, sd = getattr(points, one.symbol), getattr(points, f"sd_{one.symbol}")
-        plot_law(one, value, sd, points.amplitude, ax)
+    for ax, linear in zip(axes, law.laws, strict=True):
+        value, sd = getattr(points, linear.symbol), getattr(points, f"sd_{linear.symbol}")
+        plot_law(linear, value, sd, points.amplitude, ax)
     return figure

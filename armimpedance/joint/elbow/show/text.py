@@ -1,4 +1,4 @@
-"""One joint under a random perturbation as text."""
+"""Results of one joint under a random perturbation as text."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ _LEGEND = (
     "Well identified: twice the larger of the two below 10 %."
 )
 _LABEL_WIDTH = 30
-#: Intervals that allow for what may hide are shown from here on, over those that do not.
+#: Ratio of interval widths from which those that allow for undetected effects are shown.
 _NO_WIDER = 1.1
 
 
 def elbow_text(fit: ElbowFit) -> str:
-    """A table of I, B and K, how the data were prepared, then parts of the recording.
+    """Table of I, B and K, how the data were prepared, then parts of the recording.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def elbow_text(fit: ElbowFit) -> str:
 
 
 def _allowing(fit: ElbowFit) -> list[str]:
-    """What I, B, K would be with what the record does not exclude, where that differs."""
+    """I, B, K when undetected effects are allowed for, if their intervals differ."""
     if fit.allowing is None or fit.allowing is fit.parameters:
         return []
     own, wide = (np.diff(p.interval(), axis=1) for p in (fit.parameters, fit.allowing))
@@ -74,7 +74,7 @@ def _allowing(fit: ElbowFit) -> list[str]:
 
 
 def _snr_line(result: ElbowFit | VaryingImpedance) -> str:
-    """``signal to noise: torque 31 dB, angle 40 dB``."""
+    """Line such as ``signal to noise: torque 31 dB, angle 40 dB``."""
     snr = result.snr
     shown = {
         name: "no noise seen" if value is None else f"{value:.0f} dB"
@@ -84,11 +84,11 @@ def _snr_line(result: ElbowFit | VaryingImpedance) -> str:
 
 
 def _whiteness_line(fit: ElbowFit) -> str:
-    """What is left in the residuals."""
+    """Line on the whiteness of the residuals."""
     w = fit.whiteness
-    said = "white" if w.p >= 0.05 else "correlated"
+    verdict = "white" if w.p >= 0.05 else "correlated"
     return (
-        f"residuals: {said} (Ljung-Box over {counted(w.lags, 'lag')}: {w.probability}; "
+        f"residuals: {verdict} (Ljung-Box over {counted(w.lags, 'lag')}: {w.probability}; "
         f"largest correlation {w.largest_correlation:.2f})"
     )
 
@@ -109,7 +109,7 @@ def _parts_table(parts: Mapping[str, ElbowFit]) -> str:
 
 
 def varying_text(varying: VaryingImpedance) -> str:
-    """I, the range of B and K, the mean width of their bands, then notes.
+    """I, the range of B and K, the mean width of their bands, then notes, as text.
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def varying_text(varying: VaryingImpedance) -> str:
     """
     rows = []
     for name in "BK" if varying.reflex is None else "BKG":
-        held = varying.reflex if name == "G" else varying
-        value, band = getattr(held, name), varying.band(name)
+        source = varying.reflex if name == "G" else varying
+        value, band = getattr(source, name), varying.band(name)
         half = (band[:, 1] - band[:, 0]) / 2
         cells = (value.mean(), value.min(), value.max(), np.median(half))
         rows.append([name, *(f"{c:.3g}" for c in cells)])
@@ -155,7 +155,7 @@ _LAW_LEGEND = (
 
 
 def law_text(law: EmgLaw) -> str:
-    """Notes, the points, a table of each law, warnings.
+    """Notes, the points, a table of each law, and warnings, as text.
 
     Parameters
     ----------
@@ -168,26 +168,26 @@ def law_text(law: EmgLaw) -> str:
     blocks = [textwrap.fill(n, TABLE_WIDTH, subsequent_indent="  ") for n in law.notes]
     if law.points is not None:
         blocks += ["", _points_table(law.points)]
-    for one in law.laws:
-        blocks += ["", _law_table(one)]
+    for linear in law.laws:
+        blocks += ["", _law_table(linear)]
     blocks += checks_lines(law.checks)
     return "\n".join([*blocks, "", *numbered_notes([*law.warnings, _LAW_LEGEND])])
 
 
-def _law_table(one: LinearLaw) -> str:
+def _law_table(law: LinearLaw) -> str:
     rows = [
         [p.name, with_interval(p.value, *p.ci95), p.unit, f"{naive:.4g}", fixed(part, 2)]
-        for p, naive, part in zip(one.parameters, one.naive, one.attenuation, strict=True)
+        for p, naive, part in zip(law.parameters, law.naive, law.attenuation, strict=True)
     ]
     head = (
-        f"{one.symbol} over EMG: {one.n} points, R^2 {one.r2:.3f}, scatter beyond the stated "
-        f"errors {one.scatter:.2g} {one.unit}, condition {one.cond_scaled:.3g}"
+        f"{law.symbol} over EMG: {law.n} points, R^2 {law.r2:.3f}, scatter beyond the stated "
+        f"errors {law.scatter:.2g} {law.unit}, condition {law.cond_scaled:.3g}"
     )
     return f"{head}\n{aligned_table(_HEADER, rows)}"
 
 
-def _points_table(given: OperatingPoints) -> str:
-    points, muscles, indexed = given.to_dict(), given.muscles, given.imcj is not None
+def _points_table(source: OperatingPoints) -> str:
+    points, muscles, indexed = source.to_dict(), source.muscles, source.imcj is not None
     header = ["trial", *(f"{m} (%)" for m in muscles), "K", "B"] + ["IMCJ (N m)"] * indexed
     rows = []
     for p in points:

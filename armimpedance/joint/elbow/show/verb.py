@@ -20,7 +20,7 @@ from armimpedance.numerics.criticism import SessionWords, check_inertia_over, re
 from armimpedance.show.verbs.checks import checked
 from armimpedance.show.verbs.results import PathLike, naming, read_recording
 
-#: How a part of a recording that is one trial is called.
+#: Start of the label of a part that is one trial.
 _TRIAL: Final = "trial "
 _WORDS: Final = SessionWords(
     "trial",
@@ -28,9 +28,9 @@ _WORDS: Final = SessionWords(
     "a gain of the torque or the angle, or another person",
     "another limb, or another strap or posture",
 )
-#: Of a record without so many trials pieces are held against each other.
+#: Words for a record with few trials, whose pieces are compared instead.
 _PIECES: Final = replace(_WORDS, part="piece")
-#: What a part of a recording that allows no fit of its own fails with.
+#: Errors of a part of a recording that cannot be fitted alone.
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
 
@@ -50,8 +50,8 @@ def elbow(
 ) -> ElbowFit:
     """Fit inertia, viscosity and stiffness of one joint about an operating point.
 
-    All trials are fitted together; where there are several conditions, each of them is fitted by
-    itself too, else each trial: the result's `parts`.
+    All trials are fitted together. The result's `parts` are separate fits of each condition if
+    there are several, else of each trial.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ def elbow(
         The recording cannot be read or used, a check of `inspect` says STOP; an unknown method or
         condition.
     NotIdentifiableError
-        The motion does not tell I, B and K apart.
+        The motion does not allow I, B and K to be separated.
     EstimationError
-        What was fitted is no joint, or of no person's size, or a search does not settle.
+        The result is not a joint's, or not of a person's size, or a search does not converge.
 
     Examples
     --------
@@ -121,7 +121,7 @@ def elbow(
 
 
 def _parts(recording: Recording) -> dict[str, np.ndarray]:
-    """Which trials belong to each condition, where there are several, else to each trial."""
+    """Trials of each condition, if there are several, else of each trial, as masks."""
     trials = recording.trials
     label = trials["condition"].astype(str)
     if label.nunique() < 2:
@@ -135,19 +135,21 @@ def _has_conditions(names: Iterable[str]) -> bool:
 
 
 def _session(parts: Mapping[str, ElbowFit]) -> tuple[Finding, ...]:
-    """The finding "session": a limb's inertia does not change from trial to trial.
+    """Return the finding "session": a limb's inertia does not change from trial to trial.
 
-    Empty where the parts are no trials, or too few.
+    Empty if the parts are not trials, or too few.
     """
     if not parts or _has_conditions(parts):
         return ()
     fits = [part.parameters for part in parts.values()]
-    numbers = np.array([one.values for one in fits]), np.array([one.sd for one in fits])
+    numbers = np.array([fit.values for fit in fits]), np.array([fit.sd for fit in fits])
     return check_inertia_over(list(parts), {"": numbers}, _WORDS)
 
 
 def _over_pieces(pieces: Mapping[str, JointSamples]) -> tuple[Finding, ...]:
-    """The same of a record in one or two long trials; the fit of a piece asks for no doubts."""
+    """Same check for a record of one or two long trials, whose pieces are fitted without further
+    tests.
+    """
     labels, fits = [], []
     for label, samples in pieces.items():
         try:
@@ -155,12 +157,12 @@ def _over_pieces(pieces: Mapping[str, JointSamples]) -> tuple[Finding, ...]:
         except _NO_FIT:
             continue
         labels.append(label)
-    numbers = np.array([one.values for one in fits]), np.array([one.sd for one in fits])
+    numbers = np.array([fit.values for fit in fits]), np.array([fit.sd for fit in fits])
     return check_inertia_over(labels, {"": numbers}, _PIECES) if fits else ()
 
 
 def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:
-    """A warning where conditions differ by more than their intervals allow."""
+    """Warning if conditions differ by more than their intervals allow."""
     if not _has_conditions(parts):
         return ()
     limits = np.array([part.parameters.interval() for part in parts.values()])
@@ -169,5 +171,5 @@ def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:
     disagree = np.flatnonzero(limits[..., 0].max(axis=0) > limits[..., 1].min(axis=0))
     lowest, highest = values.min(axis=0), values.max(axis=0)
     apart = [f"{'IBK'[j]} from {lowest[j]:.3g} to {highest[j]:.3g}" for j in disagree]
-    told = f"pooled, though its conditions differ beyond their intervals: {', '.join(apart)}"
-    return (told,) if apart else ()
+    warning = f"pooled, though its conditions differ beyond their intervals: {', '.join(apart)}"
+    return (warning,) if apart else ()

@@ -1,1 +1,1 @@
-"""I, B and K of one joint at an operating point: one file a method, and their table."""
+"""I, B and K of one joint at an operating point; the methods and their table."""

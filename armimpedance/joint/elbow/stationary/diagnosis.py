@@ -1,4 +1,6 @@
-"""How far an estimate can be trusted: residuals, other models, what the record hardly tells."""
+"""Diagnose an estimate: whiteness of residuals, other models, parameters that the record hardly
+determines.
+"""
 
 from __future__ import annotations
 
@@ -19,42 +21,43 @@ from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import Parameters, t_factor
 
-# Are the residuals white? Judged where the signal is, not where a filter left its mark.
+# Are the residuals white? They are tested in the band of the signal, not of the filter.
 #
 # The residual of a filtered fit at the filtered samples' rate is coloured by the filter, whatever
-# the joint does. Tested is therefore the equation's residual as Fourier coefficients of the band,
-# in units of what the sensors' noise predicts, as a series at twice the band's upper edge: with
-# white sensors' noise and a true model it is white for every method alike. What is not is the
-# subject's own torque, a reflex, a joint that changed: the interval, made of blocks, allows for it,
-# the values may not.
+# the joint does. The test therefore uses the equation's residual as Fourier coefficients of the
+# band, in units of the predicted sensor noise, as a series at twice the band's upper edge. With
+# white sensor noise and a true model it is white for every method. The subject's own torque, a
+# reflex or a joint that changed makes it coloured; the interval, from blocks, allows for that, but
+# the values may be biased.
 
 MOST_LAGS: Final = 20
-#: A correlation below this is of no consequence, however sure.
+#: A correlation below this does not matter, however significant.
 SMALL: Final = 0.15
 UNLIKELY: Final = 1e-3
-#: What is left when all but this part of the angle is explained is of no consequence either.
+#: A residual below this share of the angle's power does not matter either.
 ENOUGH_RESIDUALS: Final = 1e-4
 
 
 def residual_whiteness(
     floors: Band, values: FloatArray, unexplained: float, *, weighed: bool = False
 ) -> tuple[Whiteness, str | None]:
-    """Ljung-Box test of the weighed residual at I, B, K (3,), and a warning where it is far off.
+    """Ljung-Box test of the weighted residual at I, B, K (3,), and a warning if it is far from
+    white.
 
     `values` (3,).
-    `floors`: weighed by the sensors' noise alone.
-    `unexplained`: part of the angle's power that I, B and K do not explain.
-    `weighed`: the fit's weights follow the residual's spectrum: what is in it is allowed for
-    already.
+    `floors`: weighted by the sensors' noise only.
+    `unexplained`: share of the angle's power that I, B and K do not explain.
+    `weighed`: True if the fit's weights follow the residual's spectrum, which then gives no
+    warning.
     """
     white = ljung_box([in_time(bins.residual(values)) for bins in floors.trials])
     return white, _warning(white, unexplained, weighed)
 
 
 def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
-    """``Q = N (N + 2) sum_k r_k^2 / (N - k)``, chi-squared with as many degrees as lags.
+    """Ljung-Box statistic ``Q = N (N + 2) sum_k r_k^2 / (N - k)``, chi-squared with `lags` degrees.
 
-    `series` list of (S_t,): never correlated across trials.
+    `series` list of (S_t,): correlations are not taken across trials.
     `lags`: 20, or a fifth of the shortest series.
     """
     from scipy.stats import chi2
@@ -75,7 +78,7 @@ def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
 
 
 def _warning(white: Whiteness, unexplained: float, weighed: bool) -> str | None:
-    """A sentence where the residuals are far from white, and more than rounding."""
+    """Warning if the residuals are far from white and larger than rounding; else None."""
     if (
         weighed
         or unexplained < ENOUGH_RESIDUALS
@@ -96,7 +99,7 @@ def _warning(white: Whiteness, unexplained: float, weighed: bool) -> str | None:
 
 @dataclass(frozen=True)
 class LeastSquares:
-    """Parameters (p,) of weighed columns, and the squares that they leave."""
+    """Parameters (p,) of weighted columns, and the residual sum of squares."""
 
     parameters: FloatArray
     squares: float
@@ -105,10 +108,10 @@ class LeastSquares:
 def least_squares(
     band: Band, columns: Sequence[Complex], weights: Sequence[FloatArray]
 ) -> LeastSquares:
-    """Fit all trials together, the ends' polynomials taken off.
+    """Fit all trials together, without the ends' polynomials.
 
-    `weights` one (n,) of each trial.
-    `columns` one (n, p + 1) of each trial: the last column is the one to be explained.
+    `weights`: one (n,) array per trial.
+    `columns`: one (n, p + 1) array per trial; the last column is to be explained.
     """
     trials = zip(band.trials, columns, weights, strict=True)
     table = np.concatenate([bins.free(w, c) for bins, c, w in trials])
@@ -120,28 +123,28 @@ def least_squares(
     return LeastSquares(parameters, float(((y - X @ parameters) ** 2).sum()))
 
 
-# Does a joint of second order hold it? Transfer functions of other orders, by AIC and BIC.
+# Does a joint of second order suffice? Transfer functions of other orders, by AIC and BIC.
 #
 # ``A(s) Theta = B(s) exp(-s nk / rate) Tau`` with na the degree of A, nb the coefficients of B, on
-# the band's Fourier coefficients: noise of the channels is weighed there and does not ask for
-# higher orders, as it does in one-step predictions of filtered samples. I, B, K are ``na = 2, nb =
-# 1, nk = 0``.
+# the band's Fourier coefficients. There the channels' noise is part of the weights, and does not
+# favour higher orders as in one-step predictions of filtered samples. I, B, K are ``na = 2, nb = 1,
+# nk = 0``.
 
 JOINT: Final = (2, 1, 0)
 GRID: Final = tuple(
     (na, nb, nk) for na in (1, 2, 3, 4) for nb in (1, 2) for nk in (0, 1, 2) if nb <= na
 )
 _ROUNDS: Final = 6
-#: What "clearly better" is: of BIC, and of the squares left.
+#: Limits of "clearly better": fall of the BIC, and of the residual squares.
 BIC_GAIN: Final = 10.0
 SQUARES_GAIN: Final = 0.1
-#: A joint that explains all but this part of the angle holds, whatever remains.
+#: A joint that explains all but this share of the angle's power suffices in any case.
 ENOUGH: Final = 1e-3
 
 
 @dataclass(frozen=True)
 class OrderScore:
-    """One set of orders: weighted squares left, AIC and BIC."""
+    """Score of one set of orders: weighted residual squares, AIC and BIC."""
 
     na: int
     nb: int
@@ -159,12 +162,12 @@ class OrderScore:
 def compare_orders(
     band: Band, rate_hz: float, unexplained: float, chance: float = 0.0
 ) -> tuple[tuple[OrderScore, ...], Finding]:
-    """Scores of `GRID`, the best BIC first, and whether the joint is clearly worse.
+    """Scores of `GRID`, the best BIC first, and a finding on whether the joint is clearly worse.
 
-    `rate_hz`: rate in whose samples nk counts.
-    `unexplained`: part of the angle's power that I, B and K do not explain.
-    `chance`: probability that chance departs so far from I, B and K over frequency; where it may,
-    what another order explains is the colour of the noise.
+    `rate_hz`: sample rate; nk is counted in its samples.
+    `unexplained`: share of the angle's power that I, B and K do not explain.
+    `chance`: probability that chance departs so far from I, B and K over frequency; if it is not
+    small, another order only describes the colour of the noise.
     """
     rows, scores = band.rows, []
     for na, nb, nk in GRID:
@@ -185,17 +188,17 @@ def _judged(scores: tuple[OrderScore, ...], unexplained: float, chance: float) -
         return Finding("order", "ok", "what I, B and K leave does not follow the motion", smallest)
     if unexplained < ENOUGH or joint.bic - best.bic < BIC_GAIN or gain < SQUARES_GAIN:
         return Finding("order", "ok", "no transfer function of low order does better", smallest)
-    said = (
+    message = (
         f"a joint of second order does not hold the record: na = {best.na}, nb = {best.nb}, "
         f"nk = {best.nk} leaves {100 * gain:.0f} % less (BIC {joint.bic - best.bic:.0f} lower): "
         "a reflex, soft tissue or the device's own dynamics; look at the frequency response, "
         "measure the torque nearer to the limb"
     )
-    return Finding("order", "warning", said, smallest)
+    return Finding("order", "warning", message, smallest)
 
 
 def _squares(band: Band, na: int, nb: int, delay_s: float) -> float:
-    """Weighted squares left, by linear least squares with the weights of the fit before."""
+    """Weighted residual squares, by linear least squares weighted by the previous fit."""
     top = float(np.abs(band.trials[0].s[-1]))
     columns = [_columns(bins, na, nb, delay_s, top) for bins in band.trials]
     weights = [np.ones(len(b.s)) / np.maximum(np.abs(b.torque).mean(), 1e-300) for b in band.trials]
@@ -208,43 +211,43 @@ def _squares(band: Band, na: int, nb: int, delay_s: float) -> float:
 
 
 def _columns(bins: Bins, na: int, nb: int, delay_s: float, top: float) -> Complex:
-    """Theta s^0 ... s^na, -Tau s^1 ... s^(nb-1); last the torque, whose coefficient is one."""
+    """Columns Theta s^0 ... s^na, -Tau s^1 ... s^(nb-1); last the torque, with coefficient one."""
     x = bins.s / top
     torque = bins.torque * np.exp(-bins.s * delay_s)
-    left = bins.angle[:, None] * x[:, None] ** np.arange(na + 1)
-    right = -torque[:, None] * x[:, None] ** np.arange(1, nb)
-    return np.concatenate([left, right, torque[:, None]], axis=1)
+    of_angle = bins.angle[:, None] * x[:, None] ** np.arange(na + 1)
+    of_torque = -torque[:, None] * x[:, None] ** np.arange(1, nb)
+    return np.concatenate([of_angle, of_torque, torque[:, None]], axis=1)
 
 
 def _power(bins: Bins, parameters: FloatArray, na: int, nb: int, top: float) -> FloatArray:
-    """Power of the noise of ``A Theta - B Tau`` (n,)."""
+    """Noise power of ``A Theta - B Tau`` (n,)."""
     x = bins.s / top
     A = (x[:, None] ** np.arange(na + 1)) @ parameters[: na + 1]
     B = 1 + (x[:, None] ** np.arange(1, nb)) @ parameters[na + 1 :]
     return np.asarray(bins.angle_noise * np.abs(A) ** 2 + bins.torque_noise * np.abs(B) ** 2)
 
 
-#: What instruments are made of, in words.
+#: Sources of the instruments, as text.
 _SOURCES: Final[dict[Source, str]] = {
     "perturbation": "the device's perturbation",
     "command": "the commanded angle, through what each frequency's neighbours answer to it",
     "torque": "the measured torque: what the subject adds to it in answer to the motion stays in",
     "angle": "the measured angle: the subject's own torque is noise of the torque",
 }
-#: However quiet the sensors, I, B and K are as uncertain as this part of themselves (sd): what
-#: converters, holds and clocks do between two samples, and that no limb is quite of second order.
+#: Least relative sd of I, B and K, however quiet the sensors: for errors of converters, holds and
+#: clocks between two samples, and since no limb is exactly of second order.
 MODEL: Final = 5e-4
-#: An interval whose half-width is above this part of the value says little.
+#: Relative half-width above which an interval is reported as hardly determined.
 WIDE: Final = 0.5
 
 
 def diagnosed(
     estimate: Estimate, method: ElbowMethod, prepared: PreparedSamples, floors: Band, band: Band
 ) -> ElbowFit:
-    """The estimate with all that tells how far it can be trusted.
+    """Return the estimate as a fit, with all tests of its assumptions.
 
-    `estimate`: made by `method` with the weights of `band`.
-    `floors`, `band`: weighed by the sensors' noise alone, and as used.
+    `estimate`: by `method` with the weights of `band`.
+    `floors`, `band`: weighted by the sensors' noise only, and as used in the fit.
     """
     samples, values = prepared.source, estimate.parameters.values
     r2 = explained(band, values)
@@ -252,11 +255,11 @@ def diagnosed(
     white, coloured = residual_whiteness(floors, values, 1 - r2, weighed=weighed)
     doubts = doubt(estimate, prepared, band)
     scores, order = compare_orders(band, prepared.sample_rate_hz, 1 - r2, doubts.chance)
-    # What a doubt has named is not told once more without its name.
+    # If a test has named the cause, the general warnings are not repeated.
     unnamed = () if doubts.seen else (*estimate.warnings, coloured)
     checks = doubts.checks if doubts.seen else (*doubts.checks, order)
     commanded = COMMANDED if samples.torque_is == "commanded" else None
-    told = (*warnings_of(checks), *unnamed, commanded, _hardly_told(doubts.parameters))
+    messages = (*warnings_of(checks), *unnamed, commanded, _hardly_told(doubts.parameters))
     notes = _notes(method, prepared, band, coloured=band is not floors)
     return ElbowFit(
         method=method.name,
@@ -271,7 +274,7 @@ def diagnosed(
         whiteness=white,
         joint=samples.joint,
         preparation=(*samples.notes, *notes, *estimate.notes),
-        warnings=tuple(t for t in told if t is not None),
+        warnings=tuple(t for t in messages if t is not None),
         checks=checks,
         details={
             **estimate.details,

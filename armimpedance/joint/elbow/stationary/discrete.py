@@ -1,10 +1,10 @@
-"""From I, B and K to a difference equation and back, exactly.
+"""Convert I, B and K to a difference equation and back, exactly.
 
 The source prints the model as ``y = q^-nk B(q)/A(q) u`` (5), which is the noise-free output-error
-form, and its difference equation (7)-(8) lacks the noise term that makes it ARX: fitted by least
-squares, what is meant is ``A(q) y(t) = B(q) u(t - nk) + e(t)``, e white.
+form, and its difference equation (7)-(8) lacks the noise term that makes it ARX. Since it is fitted
+by least squares, ``A(q) y(t) = B(q) u(t - nk) + e(t)`` with white e is meant.
 
-Two structures hold a joint. "zoh": the torque is held between samples, nb = 2, nk = 1. "tustin":
+Two structures describe a joint. "zoh": torque is held between samples, nb = 2, nk = 1. "tustin":
 ``s = 2/T (1 - q^-1)/(1 + q^-1)``, nb = 3, nk = 0, for torque without steps at a decimated rate.
 """
 
@@ -31,16 +31,16 @@ from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
 Structure = Literal["zoh", "tustin"]
 
-#: Coefficients of B(q), and the delay nk of the first.
+#: Number of coefficients of B(q), and the delay nk of the first.
 INPUTS: Final = {"zoh": 2, "tustin": 3}
 DELAY: Final = {"zoh": 1, "tustin": 0}
-#: A pole this near to zero dies out within a sample: its logarithm says nothing.
+#: A pole this near to zero decays within a sample: its logarithm is meaningless.
 _AT_ZERO: Final = 1e-12
 
 
 @dataclass(frozen=True)
 class DiscreteModel:
-    """``y(t) + a1 y(t-1) + a2 y(t-2) = b1 u(t-nk) + b2 u(t-nk-1) + ...``.
+    """Difference equation ``y(t) + a1 y(t-1) + a2 y(t-2) = b1 u(t-nk) + b2 u(t-nk-1) + ...``.
 
     `a` (2,), `b` (2,) for "zoh" with nk = 1, (3,) for "tustin" with nk = 0.
     """
@@ -58,17 +58,17 @@ class DiscreteModel:
 
     @property
     def nk(self) -> int:
-        """Samples from torque to angle."""
+        """Delay from torque to angle, in samples."""
         return DELAY[self.structure]
 
     @property
     def numerator(self) -> FloatArray:
-        """Coefficients of q^0, q^-1, ...: `b` behind nk zeros."""
+        """Coefficients of q^0, q^-1, ...: `b` after nk zeros."""
         return np.concatenate([np.zeros(self.nk), self.b])
 
     @property
     def denominator(self) -> FloatArray:
-        """1, a1, a2."""
+        """Coefficients 1, a1, a2."""
         return np.concatenate([[1.0], self.a])
 
     @property
@@ -91,10 +91,10 @@ def to_discrete(
     rate_hz: float,
     structure: Structure = "zoh",
 ) -> DiscreteModel:
-    """The difference equation of ``tau = I theta'' + B theta' + K theta`` (3).
+    """Difference equation of ``tau = I theta'' + B theta' + K theta`` (3).
 
     `I`, `B`, `K`: kg m^2, N m s/rad, N m/rad; positive.
-    Raises InputError: a parameter, rate or structure that cannot be.
+    Raises InputError: an impossible parameter, rate or structure.
     """
     _check(rate_hz, structure)
     if not (np.isfinite([I, B, K]).all() and min(I, B, K) > 0):
@@ -110,7 +110,7 @@ def to_discrete(
 def joint_model(
     values: FloatArray, rate_hz: float, structure: Structure = "tustin"
 ) -> DiscreteModel:
-    """`to_discrete` of I, B, K (3,)."""
+    """Difference equation of I, B, K (3,), see `to_discrete`."""
     inertia, viscosity, stiffness = (float(v) for v in values)
     return to_discrete(inertia, viscosity, stiffness, rate_hz, structure)
 
@@ -134,9 +134,9 @@ def _held(I: float, B: float, K: float, rate_hz: float) -> DiscreteModel:  # noq
 def to_continuous(model: DiscreteModel) -> FloatArray:
     """I, B, K (3,) of a difference equation: its poles give B/I and K/I, its gain at rest 1/K.
 
-    Raises EstimationError: no joint has these poles or this gain: unstable, on the negative real
-    axis, at a place where the logarithm has no value, or I, B or K not positive. Says which, and
-    what to do.
+    Raises EstimationError: a joint cannot have these poles or this gain: unstable, on the negative
+    real axis or at zero, where the logarithm has no value, or I, B or K not positive. The message
+    tells which, and what to do.
     """
     _refuse_poles(model)
     values = _continuous(model)
@@ -150,16 +150,16 @@ def to_continuous(model: DiscreteModel) -> FloatArray:
 
 
 def jacobian(model: DiscreteModel) -> FloatArray:
-    """Derivative of I, B, K by (a1, a2, b1, ...), (3, 2 + nb), for the delta method.
+    """Derivative (3, 2 + nb) of I, B, K by (a1, a2, b1, ...), for the delta method.
 
     Raises EstimationError: as `to_continuous`.
     """
     values = to_continuous(model)
     b_sum = float(model.b.sum())
     square, rate, d_square, d_rate = _ratios(model)
-    none = np.zeros(len(model.b))
+    zeros = np.zeros(len(model.b))
     d_K = np.concatenate([[1 / b_sum] * 2, np.full(len(model.b), -values[2] / b_sum)])
-    d_square, d_rate = np.concatenate([d_square, none]), np.concatenate([d_rate, none])
+    d_square, d_rate = np.concatenate([d_square, zeros]), np.concatenate([d_rate, zeros])
     # I = K / w^2, B = (B/I) I
     d_I = d_K / square - values[0] / square * d_square
     return np.stack([d_I, rate * d_I + values[0] * d_rate, d_K])
@@ -171,14 +171,14 @@ def _continuous(model: DiscreteModel) -> FloatArray:
         raise EstimationError("the discrete model has no gain at rest: K cannot be estimated")
     square, rate, _, _ = _ratios(model)
     with np.errstate(all="ignore"):
-        # Numbers beyond all joints overflow here; they are refused as such.
+        # Numbers that no joint can have may overflow here; they are refused later.
         K = np.float64(1 + float(model.a.sum())) / b_sum
         I = K / square  # noqa: E741
         return np.array([I, rate * I, K])
 
 
 def _ratios(model: DiscreteModel) -> tuple[float, float, FloatArray, FloatArray]:
-    """``w^2 = K/I``, ``B/I`` and their derivatives (2,) by a1, a2."""
+    """Ratios ``w^2 = K/I`` and ``B/I``, and their derivatives (2,) by a1, a2."""
     a1, a2 = (float(v) for v in model.a)
     if model.structure == "tustin":
         c, end = 2 * model.rate_hz, 1 - a1 + a2
@@ -187,7 +187,7 @@ def _ratios(model: DiscreteModel) -> tuple[float, float, FloatArray, FloatArray]
         return square, rate, d_square, np.array([rate, -2 * c - rate]) / end
     f = model.rate_hz
     mean, half_square = model._mean_and_square()
-    # ln z = l +- delta; L = delta over half of the poles' difference, smooth where they meet
+    # ln z = l +- delta; L = delta over half of the poles' difference, smooth for equal poles
     l = np.log(a2) / 2  # noqa: E741
     half = np.sqrt(abs(half_square))
     if half == 0:
@@ -207,7 +207,7 @@ def _refuse_poles(model: DiscreteModel) -> None:
     shown = ", ".join(_shown(z) for z in poles)
     advice = "filter both channels, decimate less or more, or take another method"
     a1, a2 = (float(v) for v in model.a)
-    # Jury: both poles inside of the unit circle, told without the rounding of a root.
+    # Jury's test: both poles inside the unit circle, without the rounding of a root.
     if not (a2 < 1 and 1 + a1 + a2 > 0 and 1 - a1 + a2 > 0):
         raise EstimationError(f"the fitted model is unstable (poles {shown}): {advice}")
     on_axis = (np.abs(poles.imag) == 0) & (poles.real <= 0) | (np.abs(poles) < _AT_ZERO)
@@ -228,7 +228,7 @@ def _check(rate_hz: float, structure: str) -> None:
     check_number(rate_hz, f"a rate of {rate_hz} Hz", above=0)
 
 
-# Lagged columns of a difference equation, its model, and I, B, K of a fit to them.
+# Lagged columns of a difference equation, its model, and I, B, K from a fit to them.
 
 #: b (nb,) = SHAPE (nb, columns) @ fitted.
 SHAPE: Final = {"zoh": np.eye(2), "tustin": np.array([[1.0], [2.0], [1.0]])}
@@ -237,7 +237,7 @@ FREE: Final = {"zoh": np.eye(2), "tustin": np.eye(3)}
 
 @dataclass(frozen=True)
 class Lagged:
-    """Rows of one trial before nuisance is taken off: y (S,) and its lagged columns X (S, p)."""
+    """Rows of one trial before nuisance terms are removed: y (S,) and lagged columns X (S, p)."""
 
     X: FloatArray
     y: FloatArray
@@ -246,22 +246,22 @@ class Lagged:
 def lagged(
     angle: FloatArray, torque: FloatArray, structure: Structure, shape: FloatArray
 ) -> Lagged:
-    """``y(t)`` and ``[-y(t-1), -y(t-2), u ...]`` for t from the third sample on.
+    """Columns ``y(t)`` and ``[-y(t-1), -y(t-2), u ...]`` for t from the third sample on.
 
     `angle`, `torque` (S,).
     `shape` (nb, columns): `SHAPE` or `FREE` of the structure.
     """
-    now, one, two = angle[2:], angle[1:-1], angle[:-2]
+    now, back_1, back_2 = angle[2:], angle[1:-1], angle[:-2]
     inputs = np.column_stack([torque[2:], torque[1:-1], torque[:-2]])[:, DELAY[structure] :]
     # U (S, columns) = [u(t-nk) u(t-nk-1) ...] (S, nb) shape (nb, columns)
-    held = inputs @ shape
-    return Lagged(np.column_stack([-one, -two, held]), now)
+    U = inputs @ shape
+    return Lagged(np.column_stack([-back_1, -back_2, U]), now)
 
 
 def model_of(
     parameters: FloatArray, rate_hz: float, structure: Structure, shape: FloatArray
 ) -> DiscreteModel:
-    """The difference equation of fitted parameters."""
+    """Difference equation of fitted parameters."""
     return DiscreteModel(parameters[:2], shape @ parameters[2:], rate_hz, structure)
 
 
@@ -270,8 +270,8 @@ def solve_structure(
 ) -> Estimate:
     """Least squares in one of the two structures, its b in their proportions or `free`.
 
-    Raises EstimationError: the fitted poles or gain are no joint's.
-    Raises NotIdentifiableError: the record does not tell the coefficients apart.
+    Raises EstimationError: the fitted poles or gain are not a joint's.
+    Raises NotIdentifiableError: the record does not allow the coefficients to be separated.
     """
     shape = (FREE if free else SHAPE)[structure]
     rows = []
@@ -297,7 +297,7 @@ def _to_estimate(
 
 
 def simulated(model: DiscreteModel, torque: FloatArray) -> FloatArray:
-    """The angle (S,) that a torque (S,) makes, from rest."""
+    """Angle (S,) under a torque (S,), from rest."""
     from scipy.signal import lfilter
 
     return np.asarray(lfilter(model.numerator, model.denominator, torque))

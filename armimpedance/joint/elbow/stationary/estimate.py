@@ -1,4 +1,4 @@
-"""What every stationary method returns: I, B, K of one joint, all positive."""
+"""Result of every stationary method: I, B, K of one joint, all positive."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from armimpedance.numerics.regression import (
     split_blocks,
 )
 
-# Linear equations in order of time: nuisance taken off, solved with instruments, by blocks.
+# Linear equations in time order: nuisance terms removed, solved with instruments, in blocks.
 
-#: Residuals remember for some tenths of a second: blocks of this length are independent (s).
+#: Length of blocks that are independent (s): residuals are correlated over some tenths of a second.
 BLOCK_S: Final = 1.0
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of one trial: ``y = X p + e`` with instruments Z, in order of time.
+    """Equations of one trial: ``y = X p + e`` with instruments Z, in order of time.
 
     `X`, `Z` (S, p), `y` (S,).
-    `seconds`: the time that the rows span.
+    `seconds`: duration of the rows.
     """
 
     X: FloatArray
@@ -44,13 +44,13 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class Solved(FrozenRecord):
-    """Parameters of pooled rows.
+    """Parameters estimated from the rows of all trials.
 
     `parameters`: their covariance is clustered by blocks; the plain one takes residuals as
     independent.
     `n`: number of rows.
-    `conditioning`: condition of the regressors X.
-    `moved` (T, p) or None: by how much each of T blocks moved the parameters; ``moved^T moved`` is
+    `conditioning`: condition numbers of the regressors X.
+    `moved` (T, p) or None: influence of each of T blocks on the parameters; ``moved^T moved`` is
     the covariance.
     """
 
@@ -62,7 +62,8 @@ class Solved(FrozenRecord):
     def transformed(
         self, values: FloatArray, D: FloatArray, names: tuple[str, ...], units: tuple[str, ...]
     ) -> Solved:
-        """Other parameters (m,), whose derivative by these is D (m, p): the delta method.
+        """Other parameters (m,), by the delta method; D (m, p) is their derivative by the present
+        ones.
 
         Raises EstimationError: a parameter or its covariance is not finite.
         """
@@ -75,24 +76,24 @@ class Solved(FrozenRecord):
 
 
 def without(nuisance: FloatArray, *columns: FloatArray) -> list[FloatArray]:
-    """Columns (S, ...) less what the nuisance columns (S, k) explain of them."""
+    """Columns (S, ...) without the part that the nuisance columns (S, k) explain."""
     Q = np.linalg.qr(nuisance)[0]
     return [np.asarray(c - Q @ (Q.T @ c)) for c in columns]
 
 
 def ramp(rows: int) -> FloatArray:
-    """Offset and slope, (rows, 2)."""
+    """Regressors of offset and slope, (rows, 2)."""
     return np.column_stack([np.ones(rows), np.linspace(-1, 1, rows)])
 
 
 def solve_rows(
     trials: Sequence[Rows], names: tuple[str, ...], units: tuple[str, ...] | None = None
 ) -> Solved:
-    """``sum Z^T (y - X p) = 0`` over all trials, covariance clustered by blocks (CR3).
+    """Solve ``sum Z^T (y - X p) = 0`` over all trials, covariance clustered by blocks (CR3).
 
-    Least squares has ``Z = X``.
+    With ``Z = X`` this is least squares.
 
-    Raises NotIdentifiableError: X loses rank, or the instruments do not tell the parameters apart.
+    Raises NotIdentifiableError: X loses rank, or the instruments do not separate the parameters.
     Raises EstimationError: a parameter or its covariance is not finite.
     """
     X = np.concatenate([t.X for t in trials])
@@ -118,12 +119,12 @@ def solve_rows(
 
 
 def blocks(rows: int, seconds: float) -> tuple[slice, ...]:
-    """Blocks of a second or more, at least two."""
+    """Split rows into blocks of a second or more, at least two."""
     return split_blocks(rows, min(int(np.ceil(rows * BLOCK_S / seconds)), rows // 2))
 
 
 def _classical(trials: Sequence[Rows], parameters: FloatArray) -> FloatArray:
-    """``s^2 (Z^T X)^-1 Z^T Z (X^T Z)^-1`` (p, p): residuals taken as independent."""
+    """Covariance ``s^2 (Z^T X)^-1 Z^T Z (X^T Z)^-1`` (p, p) for independent residuals."""
     n, p = sum(len(t.y) for t in trials), len(parameters)
     squares = sum(float(((t.y - t.X @ parameters) ** 2).sum()) for t in trials)
     scale = np.sqrt(sum((t.X**2).sum(axis=0) for t in trials))
@@ -142,7 +143,7 @@ def _finite(
     plain: FloatArray,
     dof: float,
 ) -> Parameters:
-    """Parameters with their clustered (CR3) and plain covariance, all finite.
+    """Return parameters with their clustered (CR3) and plain covariance, all finite.
 
     Raises EstimationError: a number is not finite.
     """
@@ -155,8 +156,8 @@ def _finite(
 class Estimate(Solved):
     """I, B, K of one method.
 
-    `parameters`, `n`, `conditioning`, `moved`: as of `rows.Solved`; the parameters are I, B and K.
-    `warnings`, `notes`: what a reader must know, and what the intervals allow for already.
+    `parameters`, `n`, `conditioning`, `moved`: as in `Solved`; the parameters are I, B and K.
+    `warnings`, `notes`: sentences for the user; notes are on effects that the intervals include.
     Raises EstimationError: one of the three is not positive.
     """
 
@@ -181,8 +182,10 @@ class Estimate(Solved):
         notes: tuple[str, ...] = (),
         **details: Any,
     ) -> Estimate:
-        """The same, more uncertain by what is known to be off; further sentences and details."""
-        # What may be off by d (3,) is uncertain by it: C (3, 3) + d d^T
+        """Return the estimate with covariance increased by a possible error `by` (3,), and more
+        sentences.
+        """
+        # A possible error d (3,) adds d d^T to the covariance C (3, 3)
         covariance = self.parameters.covariance + np.outer(by, by)
         return replace(
             self,
@@ -195,7 +198,7 @@ class Estimate(Solved):
 
 
 def estimate_of(solved: Solved, **details: Any) -> Estimate:
-    """Where the parameters that were solved for are I, B, K themselves.
+    """Return the estimate if the solved parameters are I, B, K themselves.
 
     Raises EstimationError: one is not positive.
     """

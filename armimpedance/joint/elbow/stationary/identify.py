@@ -1,4 +1,4 @@
-"""The verb of this room: I, B and K of one joint from torque and angle."""
+"""Identify I, B and K of one joint from torque and angle."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def identify_elbow(
     decimation: Decimation = "auto",
     lowest_hz: float | None = None,
 ) -> ElbowFit:
-    """Inertia, viscosity and stiffness about an operating point (3), all trials together.
+    """Estimate inertia, viscosity and stiffness about an operating point (3), all trials together.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ def identify_elbow(
         Edge of the low-pass on torque and angle, Hz; None: no filter; "auto": chosen. Only `arx`
         filters and decimates: for the others the cut-off ends the band.
     decimation : int or "auto"
-        Every how many samples one is kept.
+        Keep every so many-th sample.
     lowest_hz : float, optional
-        The band begins here, Hz, all of it by default; not for `arx`.
+        Lower end of the band, Hz; by default the whole band; not for `arx`.
 
     Returns
     -------
@@ -62,11 +62,11 @@ def identify_elbow(
     ------
     InputError
         Unknown method; a record that is too short, constant, stuck or clipped; signal to noise
-        below the method's limit; ARX on raw samples whose noise would decide the outcome.
+        below the method's limit; ARX on raw samples whose noise would bias the result strongly.
     NotIdentifiableError
-        The motion does not tell I, B and K apart.
+        The motion does not allow I, B and K to be separated.
     EstimationError
-        What was fitted is no joint, or a search does not settle.
+        The result is not a joint's, or a search does not converge.
     """
     chosen = METHODS.named(method)
     if lowest_hz is not None and chosen.name == "arx":
@@ -85,15 +85,15 @@ def identify_elbow(
 
 
 def _concluded(answer: Answer, fits: Sequence[ElbowFit], expected: float | None) -> ElbowFit:
-    """The likeliest way's fit, with I, B, K over all ways that the record does not exclude."""
-    found = [fit.parameters for fit in fits]
-    imposed, fit = answer.finding(found), fits[0]
-    checks, told = fit.checks, warnings_of(fit.checks)
-    warnings = tuple(sentence for sentence in fit.warnings if sentence not in told)
+    """Fit of the likeliest way, with I, B, K over all ways that the record does not exclude."""
+    parameters_ = [fit.parameters for fit in fits]
+    imposed, fit = answer.finding(parameters_), fits[0]
+    checks, messages = fit.checks, warnings_of(fit.checks)
+    warnings = tuple(sentence for sentence in fit.warnings if sentence not in messages)
     if answer.gives_way:
-        # No instrument was right: what was looked for with one says nothing.
+        # No instrument was right, so tests that used one are void.
         checks, warnings = (_NOT_LOOKED_FOR,), ()
-    parameters = answer.parameters(found)
+    parameters = answer.parameters(parameters_)
     allowing = answer.parameters([fit.allowing or fit.parameters for fit in fits])
     inertia, sd = float(parameters.values[0]), float(parameters.sd[0])
     size = check_joint_size("inertia", inertia, sd, expected)
@@ -114,7 +114,7 @@ def estimate_joint(
     cutoff_hz: Cutoff = "auto",
     decimation: Decimation = "auto",
 ) -> Parameters:
-    """I, B and K by one method alone: no limit to the noise, no comparison, no diagnosis.
+    """Estimate I, B and K by one method only: no limit to the noise, no comparison, no diagnosis.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def estimate_joint(
         A name in `METHODS`; its default if none is given.
     cutoff_hz : float, None or "auto"
     decimation : int or "auto"
-        As of `identify_elbow`.
+        As for `identify_elbow`.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def estimate_joint(
     Raises
     ------
     InputError, NotIdentifiableError, EstimationError
-        As of `identify_elbow`.
+        As for `identify_elbow`.
     """
     prepared = prepare(samples, spectra_of(samples), cutoff_hz, decimation)
     band = weighed_band(band_of(prepared))
@@ -148,7 +148,8 @@ def least_squares_arx(
     decimation: Decimation,
     free: bool = False,
 ) -> Parameters:
-    """I, B and K by the source's ARX in one of two structures, whatever the noise makes of it.
+    """Estimate I, B and K by the source's ARX in one of two structures, without regard to noise
+    bias.
 
     Parameters
     ----------
@@ -157,9 +158,9 @@ def least_squares_arx(
         Torque held between samples, nb = 2 and nk = 1; or bilinear, nb = 3 and nk = 0.
     cutoff_hz : float, None or "auto"
     decimation : int or "auto"
-        As of `identify_elbow`.
+        As for `identify_elbow`.
     free : bool
-        The b are fitted one by one, not in the proportions of the structure.
+        Fit each b separately, not in the proportions of the structure.
 
     Returns
     -------
@@ -169,11 +170,11 @@ def least_squares_arx(
     Raises
     ------
     InputError
-        A cut-off or a decimation that cannot be.
+        An impossible cut-off or decimation.
     NotIdentifiableError
-        The record does not tell the coefficients apart.
+        The record does not allow the coefficients to be separated.
     EstimationError
-        The fitted poles or gain are no joint's.
+        The fitted poles or gain are not a joint's.
     """
     prepared = prepare(samples, spectra_of(samples), cutoff_hz, decimation)
     return solve_structure(prepared, structure, free=free).parameters

@@ -1,14 +1,14 @@
-"""Instruments: columns that follow the motion but none of its noise.
+"""Instruments: columns that follow the motion but are free of its noise.
 
 ``sum Z^H W (Tau - X p) = 0`` over the coefficients of the band, ``X = [s^2 s 1] Theta``: the
-equation of motion in continuous time (see `band`), without hold or bilinear warping, at whatever
-rate the samples come. Where the recording holds the device's perturbation, Z is made of the angle
-that a joint of second order, limb and device together, makes of it: neither the sensors' noise
-nor the subject's own torque, to which the measured one reacts, is in it. Else it is made of the
-measured torque less the part of its noise that the residual tells of. Model, instruments and
-weights are refined in turn (P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed.
-2011, chapters 7, 8; with a reference signal in the frequency domain: R. Pintelon, J. Schoukens,
-System Identification, 2nd ed. 2012, chapter 9).
+equation of motion in continuous time (see `band`), without hold or bilinear warping, at any sample
+rate. If the recording has the device's perturbation, Z comes from the angle that a joint of second
+order, limb and device together, makes of it. This angle is free of sensor noise and of the
+subject's own torque, which the measured torque is not. Else Z comes from the measured torque,
+corrected for the noise that the residual shows. Model, instruments and weights are refined in turn
+(P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed. 2011, chapters 7, 8; with a
+reference signal in the frequency domain: R. Pintelon, J. Schoukens, System Identification, 2nd ed.
+2012, chapter 9).
 """
 
 from __future__ import annotations
@@ -32,27 +32,26 @@ from armimpedance.joint.elbow.stationary.estimate import (
     without,
 )
 
-# I, B and K of a band: linear least squares to start from, then output error.
+# I, B and K of a band: linear least squares as a start, then output error.
 #
-# Output error: minimised over I, B, K is ``sum |Z Theta - Tau|^2 / (s_theta^2 |Z|^2 + s_tau^2)``
-# over the coefficients of the band. Where the torque has no noise this is the error of the
-# simulated angle, ``|Theta - Tau / Z|^2``; with noise of both channels it is the maximum of the
-# likelihood whatever the true motion was (R. Pintelon, J. Schoukens, System Identification, 2nd ed.
-# 2012, chapter 9).
+# Output error minimises ``sum |Z Theta - Tau|^2 / (s_theta^2 |Z|^2 + s_tau^2)``, summed over the
+# coefficients of the band, by I, B, K. Without torque noise this is the error of the simulated
+# angle, ``|Theta - Tau / Z|^2``; with noise of both channels it is the maximum of the likelihood
+# for any true motion (R. Pintelon, J. Schoukens, System Identification, 2nd ed. 2012, chapter 9).
 
 _STARTS: Final = 6
 _STEPS: Final = 60
 _HALVINGS: Final = 30
-#: A step of the logarithms below this has settled.
+#: The search ends when the step of the logarithms is below this.
 _SETTLED_FIT: Final = 1e-9
 _LONGEST: Final = 1.0
 
 
 def start_values(band: Band) -> FloatArray:
-    """Rough positive I, B, K (3,) by linear least squares, weights from the fit before.
+    """Rough positive I, B, K (3,) by linear least squares, weighted by the previous fit.
 
-    Raises EstimationError: the torque takes energy from the joint at all frequencies together: its
-    sign is wrong.
+    Raises EstimationError: the torque takes energy from the joint over all frequencies, so its sign
+    is wrong.
     """
     _refuse_wrong_sign(band)
     columns = [np.column_stack([b.powers * b.angle[:, None], b.torque]) for b in band.trials]
@@ -64,14 +63,14 @@ def start_values(band: Band) -> FloatArray:
         scale = np.linalg.norm(table[:, :3], axis=0)
         # X (n, 3) [I B K] (3,) = Tau (n,)
         values = np.linalg.lstsq(table[:, :3] / scale, table[:, 3], rcond=None)[0] / scale
-        # A parameter lost in the noise starts small, at a tenth of what would be seen.
+        # A parameter lost in the noise starts small, at a tenth of a detectable value.
         values = np.maximum(values, 0.1 * np.linalg.norm(table[:, 3]) / scale / 10)
         weights = [b.weight(b.impedance(values)) for b in band.trials]
     return np.asarray(values)
 
 
 def _rough(bins: Bins) -> Complex:
-    """|Z| from smoothed powers, (n,)."""
+    """Rough |Z| (n,) from smoothed powers."""
     kernel = np.ones(5) / 5
     torque = np.convolve(np.abs(bins.torque) ** 2, kernel, mode="same")
     angle = np.convolve(np.abs(bins.angle) ** 2, kernel, mode="same")
@@ -89,9 +88,9 @@ def _refuse_wrong_sign(band: Band) -> None:
 
 
 def fit_band(band: Band) -> FloatArray:
-    """I, B, K (3,) of output error, at the minimum nearest to `start_values`.
+    """I, B, K (3,) by output error, at the minimum nearest to `start_values`.
 
-    Raises EstimationError: the search does not settle, or the torque has the wrong sign.
+    Raises EstimationError: the search does not converge, or the torque has the wrong sign.
     """
     logs = np.log(start_values(band))
     cost = _cost(band, logs)
@@ -123,7 +122,9 @@ def _cost(band: Band, logs: FloatArray) -> float:
 
 
 def linearised(bins: Bins, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Derivative (2 n, 3) of the weighed residual by the logarithms, and the residual (2 n,)."""
+    """Weighted residual (2 n,) and its derivative by the logarithms of I, B, K (2 n, 3), in reverse
+    order.
+    """
     Z = bins.impedance(values)
     power, weight = bins.noise_power(Z), bins.weight(Z)
     slope = bins.powers * values
@@ -135,22 +136,22 @@ def linearised(bins: Bins, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     return without(real_rows(bins.ends * weight[:, None]), J)[0], e
 
 
-# The motion that a command explains, from its neighbours in frequency alone.
+# The motion that a command explains, from neighbouring frequencies only.
 #
-# About line k the response to a command is nearly constant: ``Theta_j = (g0 + g1 d + g2 d^2) R_j +
-# t0 + t1 d``, ``d = j - k``, over the lines beside it; t0, t1 take up what the record owes to its
-# ends (R. Pintelon, J. Schoukens, System Identification, 2nd ed. 2012, chapter 7, the local
-# polynomial method). Line k itself is left out, so ``g0 R_k`` holds nothing of its noise, sensors'
-# or subject's, whatever device lies between command and joint.
+# Near line k the response to a command is nearly constant: ``Theta_j = (g0 + g1 d + g2 d^2) R_j +
+# t0 + t1 d``, ``d = j - k``, over the neighbouring lines; t0, t1 describe the leakage from the
+# record's ends (the local polynomial method: R. Pintelon, J. Schoukens, System Identification, 2nd
+# ed. 2012, chapter 7). Line k itself is left out, so ``g0 R_k`` is free of its noise, from sensors
+# or the subject, whatever device lies between command and joint.
 
-#: Lines on each side that the local fit rests on.
+#: Number of lines on each side in the local fit.
 SIDE: Final = 10
-#: Added to the squares of its columns, relative: lines without command explain nothing.
+#: Relative ridge on the squares of its columns, so that lines without command explain nothing.
 _RIDGE: Final = 1e-9
 
 
 def explained_motion(angle: Complex, command: Complex) -> Complex:
-    """What the command explains of the angle, each line left out of the fit for it.
+    """Part of the angle that the command explains; each line is left out of its own fit.
 
     `angle`, `command` (n,) complex: neighbouring Fourier coefficients of one trial.
     Returns: (n,) complex.
@@ -161,7 +162,7 @@ def explained_motion(angle: Complex, command: Complex) -> Complex:
     window = first[:, None] + np.arange(width)
     d = (window - np.arange(n)[:, None]) / SIDE
     R = command[window]
-    # X (n, width, 5) [g0 g1 g2 t0 t1] (5,) = Theta (n, width), line k itself weighed by zero
+    # X (n, width, 5) [g0 g1 g2 t0 t1] (5,) = Theta (n, width), line k itself with weight zero
     size = np.sqrt((np.abs(R) ** 2).mean(axis=1, keepdims=True)) + np.finfo(float).tiny
     X = np.stack([R, R * d, R * d**2, size + 0 * d, size * d], axis=-1)
     X = X * (d != 0)[..., None]
@@ -174,29 +175,29 @@ def explained_motion(angle: Complex, command: Complex) -> Complex:
 
 
 ROUNDS: Final = 60
-#: Rounds that start from what the one before gave; later ones start half way.
+#: Rounds that start from the previous result; later rounds start half way, against oscillation.
 _FREE_ROUNDS: Final = 4
-#: A parameter that a round finds at or below zero starts the next at this part of what it was.
+#: A parameter that becomes zero or negative restarts at this share of its previous value.
 _SHRUNK: Final = 0.1
-#: Rounds settle once no parameter moves by more than this part of itself ...
+#: The rounds have converged once no parameter moves by more than this share of itself ...
 _SETTLED: Final = 1e-6
 #: ... or of its standard error, whichever is larger.
 _SETTLED_SD: Final = 1e-3
 
-#: Lines on each side over which a residual's power is taken for constant.
+#: Number of lines on each side over which a residual's power is assumed constant.
 _BESIDE: Final = 25
 
 
 @dataclass(frozen=True)
 class Driver:
-    """What the angle of the instruments is made from, and by what.
+    """Source of the noise-free angle from which the instruments are made.
 
-    `band`: with the perturbation for the torque; None = the measured torque.
-    `values` (3,) or None: I, B, K of limb and device together, under the perturbation; None = the
-    limb's own.
-    `motion` tuple of (n,) complex, or None: what a command explains of each trial's angle.
-    `imposed`: the measured angle is imposed, and serves itself.
-    `torque_floor`: variance of the noise of the measured torque's sensor.
+    `band`: with the perturbation in place of the torque; None: the measured torque is used.
+    `values` (3,) or None: I, B, K of limb and device together, under the perturbation; None: those
+    of the limb.
+    `motion` tuple of (n,) complex, or None: part of each trial's angle that a command explains.
+    `imposed`: True if the measured angle is imposed, and is its own instrument.
+    `torque_floor`: variance of the torque sensor's noise.
     """
 
     band: Band | None = None
@@ -207,11 +208,11 @@ class Driver:
 
     @property
     def simulates(self) -> bool:
-        """Whether the angle is that of a model under a torque."""
+        """True if the angle is simulated by a model under a torque."""
         return self.motion is None and not self.imposed
 
     def angle(self, row: int, bins: Bins, limb: FloatArray) -> Complex:
-        """The angle without noise of trial `row`, (n,); `limb` is I, B, K (3,) so far."""
+        """Noise-free angle of trial `row`, (n,); `limb` (3,): present I, B, K."""
         if self.motion is not None:
             return self.motion[row]
         if self.imposed:
@@ -225,10 +226,10 @@ class Driver:
         return np.asarray(torque / bins.impedance(limb if self.values is None else self.values))
 
     def torque_correction(self, bins: Bins, Z: Complex, residual: Complex) -> Complex:
-        """By how much the expected torque differs from the measured one where it is imposed, (n,).
+        """Difference (n,) of the expected from the measured torque, if the torque is imposed.
 
-        The residual ``e = Tau - Z Theta`` tells of the torque sensor's own noise: ``-s_tau^2 e /
-        power``. With it the instrument is uncorrelated with the noise of the equation.
+        The residual ``e = Tau - Z Theta`` predicts the torque sensor's own noise: ``-s_tau^2 e /
+        power``. With this correction the instrument is uncorrelated with the noise of the equation.
 
         `Z`, `residual` (n,).
         """
@@ -236,12 +237,12 @@ class Driver:
 
 
 def imposed_correction(bins: Bins, Z: Complex, residual: Complex) -> Complex:
-    """By how much the expected angle differs from the measured one where it is imposed, (n,).
+    """Difference (n,) of the expected from the measured angle, if the angle is imposed.
 
-    The residual ``e = Tau - Z Theta`` of a limb of impedance Z tells of the angle's own noise:
-    ``s_theta^2 conj(Z) e / (s_theta^2 |Z|^2 + s_tau^2)``. With it the instrument is uncorrelated
-    with the noise of the equation, as the likelihood of both channels has it. Where the residual is
-    larger than the band's weights say, the rest is the subject's own torque, which tells nothing.
+    The residual ``e = Tau - Z Theta`` of a limb of impedance Z predicts the angle's own noise:
+    ``s_theta^2 conj(Z) e / (s_theta^2 |Z|^2 + s_tau^2)``. With this correction the instrument is
+    uncorrelated with the noise of the equation, as in the likelihood of both channels. If the
+    residual is larger than the band's weights predict, the rest is the subject's own torque.
 
     `Z`, `residual` (n,).
     """
@@ -250,14 +251,14 @@ def imposed_correction(bins: Bins, Z: Complex, residual: Complex) -> Complex:
 
 
 def _seen_power(bins: Bins, Z: Complex, residual: Complex) -> FloatArray:
-    """Power of a residual (n,): that of the band's weights, or of the lines beside, if larger."""
+    """Power of a residual (n,): that of the band's weights, or of neighbouring lines, if larger."""
     power = bins.noise_power(Z)
     level = _beside(np.abs(residual) ** 2) / _beside(power)
     return np.asarray(power * np.maximum(level, 1.0))
 
 
 def _beside(power: FloatArray) -> FloatArray:
-    """Mean over the lines beside each, itself left out, (n,)."""
+    """Mean over the lines near each line, without itself, (n,)."""
     kernel = np.ones(2 * _BESIDE + 1)
     kernel[_BESIDE] = 0
     count = np.convolve(np.ones(len(power)), kernel)[_BESIDE:-_BESIDE]
@@ -265,7 +266,7 @@ def _beside(power: FloatArray) -> FloatArray:
 
 
 def driver_of(band: Band) -> Driver:
-    """What the band's source moves."""
+    """Return the driver for the band's source."""
     if band.source == "angle":
         return Driver(imposed=True)
     if band.source == "command":
@@ -276,18 +277,18 @@ def driver_of(band: Band) -> Driver:
     try:
         return Driver(under, fit_band(under))
     except EstimationError:
-        # A device that is no joint of second order: what each line's neighbours tell.
+        # The device is not a joint of second order: use the local fit over neighbouring lines.
         return _of_lines(band, [bins.perturbation for bins in band.trials])
 
 
-def _of_lines(band: Band, told: Sequence[Complex | None]) -> Driver:
-    """The motion that a command or perturbation explains, whatever the device."""
-    pairs = zip(band.trials, told, strict=True)
+def _of_lines(band: Band, references: Sequence[Complex | None]) -> Driver:
+    """Driver from the motion that a command or perturbation explains, for any device."""
+    pairs = zip(band.trials, references, strict=True)
     return Driver(motion=tuple(explained_motion(b.angle, r) for b, r in pairs if r is not None))
 
 
 def round_of(band: Band, driver: Driver, values: FloatArray) -> Solved:
-    """One round: instruments and weights of I, B, K (3,), then the equations' solution."""
+    """One round: instruments and weights from I, B, K (3,), then the solution of the equations."""
     rows = []
     for row, bins in enumerate(band.trials):
         clean = driver.angle(row, bins, values)
@@ -300,9 +301,9 @@ def round_of(band: Band, driver: Driver, values: FloatArray) -> Solved:
 
 
 def refined(solve_from: Callable[[FloatArray], Solved], start: FloatArray) -> Estimate:
-    """Rounds of instruments, each from what the one before gave, until they settle.
+    """Repeat rounds of instruments, each from the previous result, until they converge.
 
-    Raises EstimationError: I, B or K is not positive at the end, or the rounds do not settle.
+    Raises EstimationError: I, B or K is not positive at the end, or the rounds do not converge.
     """
     values = start
     for number in range(ROUNDS):
@@ -311,7 +312,7 @@ def refined(solve_from: Callable[[FloatArray], Solved], start: FloatArray) -> Es
         if _settled(solved, values) or (number > _FREE_ROUNDS and (new <= 0).any()):
             return estimate_of(solved)
         new = positive(solved, values)
-        # Half way, after the first rounds, should they swing.
+        # Half way, after the first rounds, in case they oscillate.
         values = np.sqrt(values * new) if number >= _FREE_ROUNDS else new
     raise EstimationError(
         f"the instruments do not settle within {ROUNDS} rounds: is the perturbation "
@@ -320,12 +321,12 @@ def refined(solve_from: Callable[[FloatArray], Solved], start: FloatArray) -> Es
 
 
 def positive(solved: Solved, before: FloatArray) -> FloatArray:
-    """I, B, K (3,) to start the next round from; those before it bound them from below."""
+    """I, B, K (3,) to start the next round; a share of the previous values is a lower bound."""
     return np.maximum(solved.parameters.values, _SHRUNK * before)
 
 
 def _settled(solved: Solved, before: FloatArray) -> bool:
-    """Whether a round moved I, B, K by less than matters."""
+    """Return True if a round changed I, B, K by a negligible amount."""
     values, sd = solved.parameters.values, solved.parameters.sd
     allowed = np.maximum(_SETTLED * np.abs(values), _SETTLED_SD * sd)
     return bool((np.abs(values - before) <= allowed).all())

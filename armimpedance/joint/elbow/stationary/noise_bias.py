@@ -1,11 +1,11 @@
-"""What the sensors' noise does to ARX by least squares, told before it is fitted.
+"""Predict the bias of ARX by least squares due to sensor noise, before the fit.
 
-Lagged angles stand among the columns with their noise; at 1 kHz they differ by less than it. With
-noise-free columns X0, and noise whose products have the mean D per row (d with the left side),
-the estimate tends to ``(X0^T X0 + n D)^-1 (X0^T y0 + n d)``. X0 is simulated with the values of a
-fit that stands the noise and goes through the same filter and decimation; D and d are those of
-white noise at the floors of the channels behind that filter. What the rate warps is in X0 and so
-in the answer too.
+The columns include lagged angles with their noise; at 1 kHz neighbouring angles differ by less than
+that. With noise-free columns X0, and noise whose products have the mean D per row (d with the left
+side), the estimate tends to ``(X0^T X0 + n D)^-1 (X0^T y0 + n d)``. X0 is simulated with the values
+of a fit that is robust to noise, and passes the same filter and decimation; D and d are those of
+white noise at the channels' floors after that filter. Frequency warping at the sample rate affects
+X0, and is thus part of the predicted bias.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from armimpedance.joint.elbow.stationary.discrete import (
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples, prepare, without_ramp
 from armimpedance.numerics.signals import lowpass
 
-#: Relative bias above which raw samples are refused and filtered ones warned of.
+#: Relative bias above which raw samples are refused, and filtered ones give a warning.
 LARGEST: Final = 0.1
 
 
@@ -48,11 +48,11 @@ def predicted_bias(
     *,
     free: bool = False,
 ) -> FloatArray | None:
-    """Relative error of I, B, K (3,); None where no joint comes out.
+    """Predicted relative error of I, B, K (3,); None if the result is not a joint.
 
-    `band`: holds the floors of the channels.
-    `values` (3,): I, B, K about which is asked.
-    `structure`, `free`: as in `lagged.solve_structure`.
+    `band`: gives the noise floors of the channels.
+    `values` (3,): assumed I, B, K.
+    `structure`, `free`: as in `discrete.solve_structure`.
     """
     shape = (FREE if free else SHAPE)[structure]
     noiseless = _without_noise(prepared, values)
@@ -76,7 +76,7 @@ def predicted_bias(
 
 
 def in_words(bias: FloatArray | None) -> str:
-    """The bias, for a user."""
+    """Text of the bias for a user."""
     if bias is None:
         return "no joint at all (its poles or gain are none)"
     return "a bias of " + ", ".join(
@@ -85,7 +85,7 @@ def in_words(bias: FloatArray | None) -> str:
 
 
 def _without_noise(prepared: PreparedSamples, values: FloatArray) -> JointSamples:
-    """The torque inside the band, and the angle that I, B, K make of it."""
+    """Samples with the torque inside the band, and the angle simulated from I, B, K."""
     samples = prepared.source
     model = joint_model(values, samples.sample_rate_hz)
     torques, angles = [], []

@@ -1,4 +1,4 @@
-"""What is done to the samples before a fit: drift, one filter for all channels, decimation."""
+"""Prepare the samples for a fit: remove drift, filter all channels alike, decimate."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from armimpedance.numerics.signals import lowpass, ramp_basis
 Cutoff = float | None | Literal["auto"]
 Decimation = int | Literal["auto"]
 
-#: A band that is chosen by itself never ends below this (Hz).
+#: Lowest end of a band that is chosen automatically (Hz).
 LOWEST_CUTOFF_HZ: Final = 2.0
-#: A channel is worth keeping as far up as its signal's density is this many times its floor.
+#: A channel's band ends where its signal's density falls below this multiple of its noise floor.
 ABOVE_FLOOR: Final = 2.0
-#: Without a floor: as far up as all but this part of the torque's power lies.
+#: The band ends where all but this share of the torque's power lies below.
 OUTSIDE: Final = 0.02
-#: Samples per period of the cut-off that a decimated signal keeps: at 50 the bilinear transform
-#: is off by 0.13 % at the cut-off, within the interval of a good record; at 20 by 0.8 %.
+#: Least samples per period of the cut-off after decimation: with 50 the error of the bilinear
+#: transform at the cut-off is 0.13 %, within the interval of a good record; with 20 it is 0.8 %.
 SAMPLES_PER_PERIOD: Final = 50
-#: A decimated signal is filtered below this part of its new rate, whatever else is asked for.
+#: A decimated signal is always filtered below this share of its new rate.
 ANTI_ALIAS: Final = 0.4
 
 
@@ -35,15 +35,17 @@ class PreparedSamples(FrozenRecord):
 
     `offsets` (T + 1,) int, `torque`, `angle` (N,).
     `sample_rate_hz`: after decimation.
-    `perturbation` (N,) or None: through the same filter.
-    `cutoff_hz`: edge of the zero-phase low-pass; None where there was none.
-    `edge`: samples at each end of each trial in which the filter rings: not to be used in a fit.
-    `band_hz`: up to here the channels hold signal; a fit in the frequency domain ends here.
-    `source`: what was prepared.
-    `spectra`: those of the source's torque and angle.
-    `notes`: what was chosen, and why, one sentence each.
-    `lowest_hz`: a fit in the frequency domain begins here.
-    `band_why`: why it ends at `band_hz`.
+    `perturbation` (N,) or None: after the same filter.
+    `cutoff_hz`: edge of the zero-phase low-pass; None if there was none.
+    `edge`: number of samples at each end of each trial in which the filter rings; a fit must not
+    use them.
+    `band_hz`: highest frequency with signal in both channels; upper end of a fit in the frequency
+    domain.
+    `source`: the original samples.
+    `spectra`: of the source's torque and angle.
+    `notes`: the choices and their reasons, one sentence each.
+    `lowest_hz`: lower end of a fit in the frequency domain.
+    `band_why`: reason for `band_hz`.
     """
 
     sample_rate_hz: float
@@ -76,7 +78,7 @@ class PreparedSamples(FrozenRecord):
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
     def inside(self, row: int) -> slice:
-        """The same without the ends in which the filter rings."""
+        """Samples of trial `row` without the ends in which the filter rings."""
         whole = self.samples_of(row)
         return slice(whole.start + self.edge, whole.stop - self.edge)
 
@@ -88,17 +90,17 @@ def prepare(
     decimation: Decimation = "auto",
     lowest_hz: float | None = None,
 ) -> PreparedSamples:
-    """Take offset and drift off each trial, filter all channels alike, decimate.
+    """Remove offset and drift from each trial, filter all channels alike, decimate.
 
-    `spectra`: those of the samples' channels.
+    `spectra`: of the samples' channels.
     `cutoff_hz`: edge in Hz of the zero-phase low-pass (second order, forward and backward: four
-    poles). "auto": as far up as both channels stand above their noise; None: no filter, save
-    against aliases.
-    `decimation`: every how many samples one is kept. "auto": 50 samples per period of the cut-off.
-    `lowest_hz`: nothing below is fitted: where the subject answers, by reflex or at will. The
-    samples themselves are left as they are.
-    Raises InputError: a cut-off at or above half of the rate, a decimation that is no whole number
-    from 1, a lowest frequency that is not positive or not below the band's end.
+    poles). "auto": the highest frequency at which both channels exceed their noise; None: no filter
+    except against aliases.
+    `decimation`: keep every so many-th sample. "auto": 50 samples per period of the cut-off.
+    `lowest_hz`: lower end of the fit, above the subject's reflexes and voluntary responses. The
+    samples themselves are not changed.
+    Raises InputError: a cut-off at or above half of the rate, a decimation that is not a whole
+    number from 1, a lowest frequency that is not positive or not below the band's end.
     """
     band, why = _band(spectra, samples.sample_rate_hz)
     cutoff, notes = _cutoff(samples, cutoff_hz, decimation, band, why)
@@ -131,14 +133,14 @@ def prepare(
 
 
 def without_ramp(signal: FloatArray) -> FloatArray:
-    """Signals (..., S) without offset and slope."""
+    """Return signals (..., S) without offset and slope."""
     Q = ramp_basis(np.arange(signal.shape[-1], dtype=np.float64))
     # s (..., S) - s Q (..., 2) Q^T (2, S)
     return np.asarray(signal - (signal @ Q) @ Q.T)
 
 
 def _channels(samples: JointSamples, row: int, cutoff_hz: float | None, keep: int) -> FloatArray:
-    """Torque, angle and, where there is one, perturbation of one trial, (2 or 3, S)."""
+    """Torque, angle and, if recorded, perturbation of one trial, prepared, (2 or 3, S)."""
     inside = samples.samples_of(row)
     channels = [samples.torque, samples.angle]
     if samples.perturbation is not None:
@@ -147,37 +149,37 @@ def _channels(samples: JointSamples, row: int, cutoff_hz: float | None, keep: in
     return lowpass(table, cutoff_hz, samples.sample_rate_hz, axis=1)[:, ::keep]
 
 
-def _lowest(asked: float | None, band_hz: float) -> float:
-    if asked is None:
+def _lowest(requested: float | None, band_hz: float) -> float:
+    if requested is None:
         return 0.0
-    if not (np.isfinite(asked) and 0 < asked < band_hz):
+    if not (np.isfinite(requested) and 0 < requested < band_hz):
         raise InputError(
-            f"a lowest frequency of {asked:g} Hz",
+            f"a lowest frequency of {requested:g} Hz",
             expected=f"more than 0 and below the band's end, {band_hz:.3g} Hz",
         )
-    return float(asked)
+    return float(requested)
 
 
 def _cutoff(
-    samples: JointSamples, asked: Cutoff, decimation: Decimation, band: float, why: str
+    samples: JointSamples, requested: Cutoff, decimation: Decimation, band: float, why: str
 ) -> tuple[float | None, list[str]]:
-    if asked == "auto":
+    if requested == "auto":
         # a whole number may be longer than any float
         keep = 1 if decimation == "auto" else min(max(decimation, 1), 10**9)
         if decimation != "auto" and band > ANTI_ALIAS * samples.sample_rate_hz / keep:
             return None, []
         return band, [f"zero-phase low-pass {band:.3g} Hz on all channels: {why}"]
-    if asked is None:
+    if requested is None:
         return None, ["no low-pass, as asked"]
-    if isinstance(asked, str) or not np.isfinite(asked):
-        raise InputError(f"a cut-off of {asked!r}", expected="a number of Hz, None or 'auto'")
-    return float(asked), [f"zero-phase low-pass {asked:g} Hz on all channels, as asked"]
+    if isinstance(requested, str) or not np.isfinite(requested):
+        raise InputError(f"a cut-off of {requested!r}", expected="a number of Hz, None or 'auto'")
+    return float(requested), [f"zero-phase low-pass {requested:g} Hz on all channels, as asked"]
 
 
 def _decimation(
-    samples: JointSamples, asked: Decimation, cutoff_hz: float | None
+    samples: JointSamples, requested: Decimation, cutoff_hz: float | None
 ) -> tuple[int, str]:
-    if asked == "auto":
+    if requested == "auto":
         if cutoff_hz is None:
             return 1, "no decimation"
         keep = max(int(samples.sample_rate_hz / (SAMPLES_PER_PERIOD * cutoff_hz)), 1)
@@ -188,14 +190,16 @@ def _decimation(
             f"every {keep}. sample kept, {samples.sample_rate_hz / keep:g} Hz: "
             f"{SAMPLES_PER_PERIOD} or more per period of the cut-off"
         )
-    if not isinstance(asked, int | np.integer) or not 1 <= asked <= 10**9:
+    if not isinstance(requested, int | np.integer) or not 1 <= requested <= 10**9:
         expected = "a whole number from 1 to 1e9, or 'auto'"
-        raise InputError(f"a decimation of {asked!r:.40}", expected=expected)
-    return int(asked), f"every {asked}. sample kept, as asked" if asked > 1 else "no decimation"
+        raise InputError(f"a decimation of {requested!r:.40}", expected=expected)
+    return int(
+        requested
+    ), f"every {requested}. sample kept, as asked" if requested > 1 else "no decimation"
 
 
 def _band(spectra: Spectra, rate_hz: float) -> tuple[float, str]:
-    """Up to where torque and angle hold signal, Hz, and why."""
+    """Highest frequency with signal in torque and angle, Hz, and the reason."""
     highest = ANTI_ALIAS * rate_hz
     ends = [
         (_power_end(spectra.torque), f"{100 * (1 - OUTSIDE):g} % of the torque's power lie below"),
@@ -203,13 +207,13 @@ def _band(spectra: Spectra, rate_hz: float) -> tuple[float, str]:
         (_floor_end(spectra.angle), "above it the angle drowns in its noise"),
         (highest, "little below half of the rate"),
     ]
-    seen = [(float(end), why) for end, why in ends if end is not None]
-    end, why = min(seen, key=lambda e: e[0])
+    candidates = [(float(end), why) for end, why in ends if end is not None]
+    end, why = min(candidates, key=lambda e: e[0])
     return float(np.clip(end, min(LOWEST_CUTOFF_HZ, highest), highest)), why
 
 
 def _floor_end(spectrum: ChannelSpectrum) -> float | None:
-    """The first frequency above the peak at which the signal meets its floor."""
+    """First frequency above the peak at which the signal meets its noise floor."""
     if spectrum.floor is None:
         return None
     smooth = np.convolve(spectrum.density, np.ones(3) / 3, mode="same")
@@ -219,10 +223,10 @@ def _floor_end(spectrum: ChannelSpectrum) -> float | None:
 
 
 def _power_end(spectrum: ChannelSpectrum) -> float:
-    """Below it lies all but a small part of the signal's power."""
+    """Frequency below which all but a small share of the signal's power lies."""
     signal = np.clip(spectrum.density - (spectrum.floor or 0.0), 0, None)
     if spectrum.floor is not None:
-        # Noise that is clipped at zero would add up over a wide band.
+        # Otherwise noise, clipped at zero, would add up over a wide band.
         signal[signal < ABOVE_FLOOR * spectrum.floor] = 0
     share = np.cumsum(signal) / max(float(signal.sum()), np.finfo(float).tiny)
     return float(

@@ -1,18 +1,20 @@
-"""The same record another way: where two estimates differ by more than chance, one is biased.
+"""Compare two estimates of the same record: if they differ by more than chance, one is biased.
 
-Both come from the same blocks of the same record, so most of their errors are common. Each tells
-what every block moved it by; the difference of these has the covariance of the difference (J. A.
-Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are compared:
+Both come from the same blocks of the same record, so most of their errors are common. The influence
+of every block on each estimate is known; the differences of these influences give the covariance of
+the difference (J. A. Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are
+compared:
 
 - Output error against instruments from the device's perturbation or command. The device reacts to
-  what the subject pushes, so the measured torque holds it, and output error takes it for a cause of
-  the motion. It is not made to use what the device was told: it would then be the instruments once
-  more.
-- Weights of the residual against weights of the sensors' floors, or, where the angle is imposed,
-  against a torque whose noise is white: the subject's own torque is there by nature. A joint of
-  second order gives the same under both; one whose stiffness depends on the frequency does not. A
-  person who is never quite still differs too, by chance more often than blocks tell, so this is a
-  note on an interval that holds both; the doubts name the cause where there is one.
+  the subject's push, so this push is part of the measured torque, and output error treats it as a
+  cause of the motion. Output error does not use the perturbation or command itself: it would then
+  equal the instruments.
+- Weights from the residual against weights from the sensors' noise or, if the angle is imposed,
+  against a torque with white noise, since the subject's own torque is then noise of the torque. A
+  joint of second order gives the same under both; one whose stiffness depends on the frequency does
+  not. A restless subject also gives a difference by chance, more often than the blocks predict.
+  The result is therefore a note and an interval that covers both; the tests in `doubts` name the
+  cause if they detect one.
 """
 
 from __future__ import annotations
@@ -32,14 +34,14 @@ from armimpedance.joint.elbow.stationary.methods import METHODS, ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import t_factor
 
-#: Chance alone finds a difference in I, B or K this often.
+#: Significance level of a difference in I, B or K.
 CHANCE: Final = 0.01
-#: Differences below this part of a value are of no consequence, however sure.
+#: Relative differences below this do not matter, however significant.
 SMALL: Final = 0.01
 
 
 def difference(first: Estimate, second: Estimate) -> FloatArray | None:
-    """``first - second`` of I, B, K (3,); None where chance explains it."""
+    """Difference ``first - second`` of I, B, K (3,); None if it is not significant."""
     d = first.parameters.values - second.parameters.values
     if first.moved is None or second.moved is None or first.moved.shape != second.moved.shape:
         return None
@@ -53,10 +55,10 @@ def difference(first: Estimate, second: Estimate) -> FloatArray | None:
 def with_comparisons(
     estimate: Estimate, method: ElbowMethod, prepared: PreparedSamples, floors: Band, band: Band
 ) -> Estimate:
-    """The estimate with a word, and a wider interval, where another way differs.
+    """Return the estimate, with a sentence and a wider interval if another method differs.
 
     `estimate`: of `method` with the weights of `band`.
-    `floors`, `band`: weights of the sensors alone, and those used.
+    `floors`, `band`: with weights from the sensors' noise only, and as used in the fit.
     """
     if method.name == "output-error" and band.source in ("perturbation", "command"):
         estimate = _compared(
@@ -68,15 +70,15 @@ def with_comparisons(
             warns=True,
         )
     if band is not floors:
-        # arx weighs nothing: what its reference finds holds for it too.
-        weighs = METHODS["iv"] if method.name == "arx" else method
+        # arx has no weights: the comparison of its reference method is used.
+        weighted = METHODS["iv"] if method.name == "arx" else method
         imposed = band.source == "angle"
         by = "white noise" if imposed else "the sensors' noise"
-        other = _white(band) if imposed else floors
+        alternative = _white(band) if imposed else floors
         estimate = _compared(
             estimate,
-            lambda: estimate if weighs is method else weighs.identify(prepared, band),
-            lambda: weighs.identify(prepared, other),
+            lambda: estimate if weighted is method else weighted.identify(prepared, band),
+            lambda: weighted.identify(prepared, alternative),
             f"weighed by {by} alone "
             "the record gives {}: a stiffness that depends on "
             "the frequency (a reflex), or the subject's answer in the torque; compare bands "
@@ -87,7 +89,7 @@ def with_comparisons(
 
 
 def _white(band: Band) -> Band:
-    """The band whose torque has as much noise, white."""
+    """Return the band with white torque noise of the same mean power."""
     level = float(np.concatenate([bins.torque_noise for bins in band.trials]).mean())
     whites = (replace(b, torque_noise=np.full(len(b.s), level)) for b in band.trials)
     return replace(band, trials=tuple(whites))
@@ -101,15 +103,15 @@ def _compared(
     *,
     warns: bool,
 ) -> Estimate:
-    """The estimate, wider where one way and another differ beyond chance, and why."""
+    """Return the estimate, widened if the two ways differ significantly, with the sentence."""
     try:
-        one, other = one_way(), other_way()
+        first, second = one_way(), other_way()
     except (EstimationError, NotIdentifiableError):
         return estimate
-    d = difference(one, other)
+    d = difference(first, second)
     if d is None:
         return estimate
-    values = other.parameters.values
+    values = second.parameters.values
     shown = ", ".join(f"{n} {v:.3g}" for n, v in zip(NAMES, values, strict=True))
-    said = (f"{sentence.format(shown)}; the intervals allow for it",)
-    return estimate.widened(d, said) if warns else estimate.widened(d, notes=said)
+    sentences = (f"{sentence.format(shown)}; the intervals allow for it",)
+    return estimate.widened(d, sentences) if warns else estimate.widened(d, notes=sentences)

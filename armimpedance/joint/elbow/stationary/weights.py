@@ -1,15 +1,15 @@
-"""What is left of the torque, over frequency: weights where the subject pushes too.
+"""Weights from the spectrum of the torque's residual, for subjects who push too.
 
-Voluntary torque lies low, tremor in a band, and neither is told by the sensors' floors. A first
-pass of instruments leaves a residual whose power relative to the floors is fitted as
-``g(f) = exp(sum_j c_j h_j(ln f))``, hats h_j between knots, by Whittle's likelihood of a
-periodogram (P. Whittle, Ark. Mat. 2, 1953): ``sum_k nu_k / 2 (ln g_k + r_k / g_k)``. What of the
-power the floors do not explain then counts as noise of the torque.
+Voluntary torque has low frequencies, tremor is in a narrow band; the sensors' noise floors show
+neither. A first pass of instruments gives a residual, whose power relative to the floors is fitted
+as ``g(f) = exp(sum_j c_j h_j(ln f))``, hats h_j between knots, by Whittle's likelihood of a
+periodogram (P. Whittle, Ark. Mat. 2, 1953): ``sum_k nu_k / 2 (ln g_k + r_k / g_k)``. Power above
+the floors then counts as noise of the torque.
 
-Between two knots lie `LINES` frequencies or more, of all trials together: each value of the
-spectrum rests on some 16 squares, its relative error is about a third, which costs a few per cent
-of efficiency. The weights depend on the residual through squares alone. Its sign, and so the
-estimating equation's zero, does not depend on them.
+There are `LINES` frequencies or more, of all trials together, between two knots. Each value of the
+spectrum comes from about 16 squares; its relative error of about a third costs a few per cent
+of efficiency. The weights depend only on the squares of the residual, not on its sign, so they do
+not bias the estimate.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from armimpedance.joint.elbow.stationary.instruments import (
     start_values,
 )
 
-#: How often the residual's spectrum is estimated anew, and rounds of instruments before each.
+#: Number of times the residual's spectrum is estimated, and of instrument rounds before each.
 SPECTRA: Final = 2
 _FIRST_ROUNDS: Final = 6
-#: Frequencies between two knots, of all trials together, at least.
+#: Least number of frequencies between two knots, of all trials together ...
 LINES: Final = 8
-#: ... and this ratio of frequencies: half an octave.
+#: ... and their least ratio of frequencies: half an octave.
 RATIO: Final = float(np.sqrt(2))
-#: The floors hold unless chance explains what is above them less often than this.
+#: The noise floors are used alone unless the p value of the power above them is below this.
 UNLIKELY: Final = 1e-3
-#: A residual below this part of the motion is rounding.
+#: A residual below this share of the motion's power is rounding.
 ENOUGH: Final = 1e-6
 _ROUNDS: Final = 50
 _LONGEST: Final = 1.0
@@ -45,12 +45,12 @@ _SETTLED: Final = 1e-6
 
 
 def weighed_band(floors: Band) -> Band:
-    """The band, weighed by the sensors' floors and by what a first pass leaves of the torque.
+    """Return the band weighted by the sensors' noise and by the residual of a first pass.
 
-    `floors`, of `band.band_of`, come back themselves where nothing is left beyond chance.
+    `floors`, from `band.band_of`, is returned itself if the residual is not significant.
 
     Raises EstimationError: the torque has the wrong sign.
-    Raises NotIdentifiableError: the motion does not tell I, B and K apart.
+    Raises NotIdentifiableError: the motion does not allow I, B and K to be separated.
     """
     band, driver, values = floors, driver_of(floors), start_values(floors)
     for _ in range(SPECTRA):
@@ -65,15 +65,15 @@ def weighed_band(floors: Band) -> Band:
 
 
 def _with_residual(band: Band, values: FloatArray, floors: Band) -> Band:
-    """The floors with weights from the residual at I, B, K (3,), where chance does not explain it.
+    """Return the floors with weights from the residual at I, B, K (3,), if that is significant.
 
-    The weights so far are those of `band`; those of `floors`, of the sensors' noise alone, are the
-    lower limit.
+    The present weights are those of `band`; those of `floors`, from the sensors' noise only, are
+    the lower limit of the noise.
     """
     power, squares = _relative_power(band, values, floors)
     frequency = np.concatenate([b.frequency_hz for b in floors.trials])
     seen = floors.torque_noise > 0 or floors.angle_noise > 0
-    # Without floors the scale is free: a constant is what chance is held against.
+    # Without floors the scale is unknown: the test is against a constant spectrum.
     level = 0.0 if seen else float(np.log(squares @ power / squares.sum()))
     knots = np.log(knots_of(frequency))
     H, power = hats(np.log(frequency), knots), power * np.exp(-level)
@@ -100,15 +100,14 @@ def knots_of(frequency_hz: FloatArray) -> FloatArray:
 
 
 def hats(x: FloatArray, knots: FloatArray) -> FloatArray:
-    """Piecewise linear functions, one at each of k knots, at x (n,): (n, k)."""
+    """Piecewise linear functions (n, k), one for each of k knots, at x (n,)."""
     return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
 def _relative_power(band: Band, values: FloatArray, floors: Band) -> tuple[FloatArray, FloatArray]:
-    """Power of the residual over that of the floors, and how many squares each line holds, (n,).
+    """Power of the residual over that of the floors, and number of squares per line, both (n,).
 
-    The ends' polynomial takes its share of a line, ``h`` of one; what is left has the mean
-    ``(1 - h) P``.
+    The ends' polynomial takes the share ``h`` of a line; the rest has the mean ``(1 - h) P``.
     """
     power, squares = [], []
     for bins, floor in zip(band.trials, floors.trials, strict=True):
@@ -117,14 +116,14 @@ def _relative_power(band: Band, values: FloatArray, floors: Band) -> tuple[Float
         # Q (2 n, 6) spans the ends, weighed; e (2 n,) = (1 - Q Q^T) residual
         Q = np.linalg.qr(real_rows(bins.ends * weight[:, None]))[0]
         e = bins.residual(values)
-        left = _per_line(1 - (Q**2).sum(axis=1)).clip(1e-3)
-        power.append(_per_line(e**2) / left * total / floor.noise_power(Z))
-        squares.append(left)
+        remaining = _per_line(1 - (Q**2).sum(axis=1)).clip(1e-3)
+        power.append(_per_line(e**2) / remaining * total / floor.noise_power(Z))
+        squares.append(remaining)
     return np.concatenate(power), np.concatenate(squares)
 
 
 def _per_line(rows: FloatArray) -> FloatArray:
-    """Sum of what belongs to real and imaginary part, (2 n,) to (n,)."""
+    """Sum over real and imaginary parts, (2 n,) to (n,)."""
     n = len(rows) // 2
     return np.asarray(rows[:n] + rows[n:])
 
@@ -145,7 +144,7 @@ def _smooth(H: FloatArray, power: FloatArray, squares: FloatArray) -> FloatArray
 
 
 def _chance(eta: FloatArray, power: FloatArray, squares: FloatArray, count: int) -> float:
-    """Probability of so large a ratio of likelihoods where g = 1."""
+    """p value of the likelihood ratio under g = 1."""
     from scipy.stats import chi2
 
     ratio = float((squares * (power - eta - power * np.exp(-eta))).sum())
@@ -153,11 +152,11 @@ def _chance(eta: FloatArray, power: FloatArray, squares: FloatArray, count: int)
 
 
 def _scaled(floor: Bins, g: FloatArray) -> Bins:
-    """The noise, of one channel and of unknown size, with the residual's course."""
+    """Noise of one channel and unknown size, with the shape of the residual's spectrum."""
     return replace(floor, angle_noise=g * floor.angle_noise, torque_noise=g * floor.torque_noise)
 
 
 def _noisier(floor: Bins, g: FloatArray, values: FloatArray) -> Bins:
-    """What is above the floors as noise of the torque."""
+    """Add the power above the floors to the noise of the torque."""
     more = np.maximum(g - 1, 0.0) * floor.noise_power(floor.impedance(values))
     return replace(floor, torque_noise=floor.torque_noise + more)

@@ -1,1 +1,1 @@
-"""B and K of one joint over time, with bands: one file a method, and their table."""
+"""B and K of one joint over time, with bands; the methods and their table."""

@@ -1,4 +1,4 @@
-"""B(t) and K(t) as sums of known functions: one weighted regression, solved again about itself."""
+"""B(t) and K(t) as sums of known functions: a weighted regression, repeated until it converges."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from armimpedance.joint.elbow.varying.equation import (
 )
 
 ROUNDS: Final = 20
-#: K that moves by less than this part of its standard error has settled.
+#: The fit has converged if K changes by less than this share of its standard error.
 SETTLED: Final = 0.02
-#: One that still moves by more has not: no result.
+#: If it still changes by more than this share, the fit fails.
 UNSETTLED: Final = 0.5
-#: Part of the whitened residual's spectrum in which a joint moves: an excess there is no noise.
+#: Lowest share of the whitened residual's spectrum, where a joint moves: excess there is misfit.
 LOW_PART: Final = 0.125
-#: Blocks of rows whose scores are taken as independent, where regressors have errors: so many, or
-#: more in a long record, of so many seconds each.
+#: Number of blocks of rows whose scores are treated as independent, if regressors have errors; in a
+#: long record more, of `BLOCK_S` seconds each.
 BLOCKS: Final = 50
 MOST_BLOCKS: Final = 150
 BLOCK_S: Final = 0.5
@@ -36,12 +36,12 @@ BLOCK_S: Final = 0.5
 
 @dataclass(frozen=True)
 class BasisFit:
-    """Coefficients of the functions of B, then of K, and what they make.
+    """Coefficients of the functions of B, then of K, and the course that they give.
 
     `coefficients` (p,): functions of B, then of K.
-    `covariance` (p, p): with `excess`.
-    `excess`: power of the residuals where the joint moves, over that of the noise; 1 or more.
-    `eq`: about the course.
+    `covariance` (p, p): including `excess`.
+    `excess`: power of the residuals at low frequencies over that of the noise; 1 or more.
+    `eq`: the equation linearised about the course.
     """
 
     course: Course
@@ -63,17 +63,16 @@ def fit_basis(
     strict: bool = True,
     rounds: int = ROUNDS,
 ) -> BasisFit:
-    """Solve for B = of_B b and K = of_K k.
+    """Fit B = of_B b and K = of_K k.
 
     `of_B`, `of_K` (N, p_B), (N, p_K): functions at the samples.
-    `error` (M, N, p_B + p_K) or None: draws of what the functions carry as errors: their moments
-    are taken off.
-    `prior` (p_B + p_K, p_B + p_K) or None: information that the coefficients have before the
-    samples.
-    `strict`: rounds that still move count as a failure.
-    `rounds`: at most.
-    Raises EstimationError: the functions are not determined by the record, or the rounds do not
-    settle.
+    `error` (M, N, p_B + p_K) or None: draws of the functions' errors, whose moments are
+    subtracted.
+    `prior` (p_B + p_K, p_B + p_K) or None: prior information on the coefficients.
+    `strict`: True if rounds that do not converge are a failure.
+    `rounds`: largest number of rounds.
+    Raises EstimationError: the record does not determine the functions, or the rounds do not
+    converge.
     """
     course, pB, step = first, of_B.shape[1], Step()
     for turn in range(rounds):
@@ -91,7 +90,7 @@ def fit_basis(
         if strict and not step.moved < UNSETTLED * typical:
             raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
     residual = eq.whitened((eq.y - columns @ p)[:, None])[:, 0]
-    # clustered errors hold all that residuals have beyond the sensors' noise
+    # clustered errors include all residuals beyond the sensors' noise
     excess = low_excess(residual) if error is None else 1.0
     inner = slice(1, 1 + pB + len(k))
     return BasisFit(
@@ -105,7 +104,7 @@ def fit_basis(
 
 
 def basis_columns(eq: Linearised, of_B: FloatArray, of_K: FloatArray) -> FloatArray:
-    """[x2, functions of B times x1, functions of K times x0, offsets], (R, q)."""
+    """Columns [x2, functions of B times x1, functions of K times x0, offsets], (R, q)."""
     at = eq.centre
     return np.column_stack(
         [eq.x2, of_B[at] * eq.x1[:, None], of_K[at] * eq.x0[:, None], eq.nuisance]
@@ -113,7 +112,7 @@ def basis_columns(eq: Linearised, of_B: FloatArray, of_K: FloatArray) -> FloatAr
 
 
 def low_excess(white: FloatArray) -> float:
-    """Power of whitened residuals (R,) at low frequencies over that of white noise, 1 at least."""
+    """Power of whitened residuals (R,) at low frequencies over that of white noise, at least 1."""
     power = np.abs(np.fft.rfft(white)) ** 2 / len(white)
     return max(float(power[1 : max(int(LOW_PART * len(power)), 8)].mean()), 1.0)
 
@@ -140,7 +139,7 @@ def _solve(
 
 
 def error_columns(eq: Linearised, error: FloatArray, pB: int) -> Iterator[FloatArray]:
-    """What draws (M, N, k) of the functions' errors do to their columns: (R, k) each."""
+    """Errors of the columns for draws (M, N, k) of the functions' errors: (R, k) each."""
     motion = np.where(np.arange(error.shape[2]) < pB, eq.x1[:, None], eq.x0[:, None])
     return (draw[eq.centre] * motion for draw in error)
 
@@ -148,9 +147,9 @@ def error_columns(eq: Linearised, error: FloatArray, pB: int) -> Iterator[FloatA
 def error_moments(
     data: VaryingData, eq: Linearised, q: int, draws: Iterable[FloatArray], inner: IntArray
 ) -> FloatArray:
-    """``E[U_b^T Sigma^-1 U_b]`` (blocks, q, q) of errors U of the columns `inner` of q.
+    """Moments ``E[U_b^T Sigma^-1 U_b]`` (blocks, q, q) of errors U of the columns `inner` of q.
 
-    Each draw of U is (R, k); blocks are those of `blocked`.
+    Each draw of U is (R, k); blocks as in `blocked`.
     """
     total: FloatArray = np.zeros(1)
     count = 0
@@ -162,7 +161,7 @@ def error_moments(
 
 
 def blocked(data: VaryingData, white: FloatArray) -> FloatArray:
-    """Grams (C, q, q) of blocks of whitened rows (R, q)."""
+    """Gram matrices (C, q, q) of blocks of whitened rows (R, q)."""
     rows = len(white)
     count = min(max(BLOCKS, round(rows / (BLOCK_S * data.rate_hz))), MOST_BLOCKS, rows)
     starts = np.unique(np.linspace(0, rows, count + 1).astype(np.int64)[:-1])
@@ -170,9 +169,9 @@ def blocked(data: VaryingData, white: FloatArray) -> FloatArray:
 
 
 def clustered(grams: FloatArray, p: FloatArray, inverse: FloatArray, S: FloatArray) -> FloatArray:
-    """Covariance (q, q) of p from scores of blocks: where errors of regressors add to the noise.
+    """Covariance (q, q) of p from the scores of blocks, for regressors with errors.
 
-    ``s_b = X_b^T y_b - (X_b^T X_b - S_b) p`` of the blocks' moments of [X, y], (C, q + 1, q + 1).
+    Scores ``s_b = X_b^T y_b - (X_b^T X_b - S_b) p`` from moments of [X, y], (C, q + 1, q + 1).
     """
     scores = grams[:, :-1, -1] - (grams[:, :-1, :-1] - S) @ p
     count = len(scores)

@@ -1,4 +1,4 @@
-"""Where every time-varying method begins: the subject's own torque, and a free course."""
+"""Start of every time-varying method: the subject's own torque, and a free course."""
 
 from __future__ import annotations
 
@@ -35,36 +35,37 @@ from armimpedance.joint.elbow.varying.smoother_model import (
     smoother_model,
 )
 
-# The torque that the subject adds unasked, read off the residuals of the equation of motion.
+# The subject's own torque, estimated from the residuals of the equation of motion.
 #
-# ``tau = I theta'' + B theta' + K theta - v``: the residual about a course holds v beside the
-# sensors' noise, whose spectrum is known. The spectrum of v is fitted as that of an autoregression
+# ``tau = I theta'' + B theta' + K theta - v``: the residual about a course is v plus the sensors'
+# noise, whose spectrum is known. The spectrum of v is fitted as that of an autoregression
 # by P. Whittle's likelihood (Ark. Mat. 2 (1953) 423-434), its order by Schwarz's criterion; order
-# 0, no torque at all, is one of the candidates. Weights that know v make least squares consistent
-# though the device answers the motion that v causes: the innovations of v are new to the motion
-# before them (the direct method for closed loops, L. Ljung, System Identification, 1999, 13.4).
+# 0, no torque at all, is one of the candidates. With weights that include v, least squares is
+# consistent although the device reacts to the motion that v causes, because the innovations of v
+# are independent of earlier motion (the direct method for closed loops, L. Ljung, System
+# Identification, 1999, 13.4).
 
-#: Orders that are compared beside none.
+#: Orders that are compared, besides 0.
 ORDERS: Final = (1, 2, 3, 4, 6)
-#: Part of the rate up to which residuals are compared: above, the decimating filter falls off.
+#: Share of the rate up to which residuals are used: above, the decimating filter falls off.
 HIGHEST: Final = 0.4
-#: Lowest bins of a tapered spectrum that the trial's offset reaches.
+#: Number of lowest bins of a tapered spectrum that the trial's offset affects.
 LOWEST_BIN: Final = 2
-#: Neighbouring bins of a Hann taper agree: so many bins are worth one.
+#: Neighbouring bins of a Hann taper are correlated: number of bins that count as one.
 BINS_PER_ONE: Final = 1.9
 #: Bins after averaging; spaced equally below `FINEST` (cycles per sample), then by ratio.
 BINS: Final = 160
 FINEST: Final = 0.01
-#: No reflection coefficient nearer to 1.
+#: Largest absolute reflection coefficient.
 MOST: Final = 0.9995
 
 
 @dataclass(frozen=True)
 class Residual:
-    """Power of the equation's residuals over frequency, F bins of neighbours together.
+    """Power of the equation's residuals over frequency, averaged in F bins.
 
     `frequency` (F,): cycles per sample.
-    `power`, `floor` (F,): seen, and expected of the sensors' noise alone; N m^2.
+    `power`, `floor` (F,): measured, and expected from the sensors' noise only; N m^2.
     `count` (F,): independent values in each bin.
     """
 
@@ -75,40 +76,40 @@ class Residual:
 
 
 def own_torque(residual: Residual, near: Autoregression | None = None) -> Autoregression:
-    """The process v that, beside the sensors' noise, explains the residuals.
+    """Process v that, with the sensors' noise, explains the residuals.
 
-    `near`: a process that is near, whose order is kept.
+    `near`: a start value, whose order is kept.
     """
     if near is not None and near.order:
         return _fitted(near.order, residual, near)
     best = Autoregression()
     least = _score(best, residual)
     for order in ORDERS:
-        made = _fitted(order, residual)
-        score = _score(made, residual)
+        candidate = _fitted(order, residual)
+        score = _score(candidate, residual)
         score += 0.5 * (order + 1) * float(np.log(residual.count.sum()))
         if score < least:
-            best, least = made, score
+            best, least = candidate, score
     return best
 
 
 def residual_of(data: VaryingData, course: Course, doubt: FloatArray | None = None) -> Residual:
     """Spectrum of the residuals about a course.
 
-    `doubt` (R, M) or None: draws of the torque by which the course may be wrong: their power is
-    what the course took from the residuals.
+    `doubt` (R, M) or None: draws of the torque error of an uncertain course; their power is added,
+    because the course removed it from the residuals.
     """
     eq = linearise(data, course)
     sums = np.zeros((4, BINS))
     edges = np.geomspace(1, 1 + HIGHEST / FINEST, BINS + 1)
     for t in range(len(data.trials)):
-        here = np.flatnonzero(eq.trial == t)
-        power = _tapered(eq.e[here, None])[:, 0]
+        rows = np.flatnonzero(eq.trial == t)
+        power = _tapered(eq.e[rows, None])[:, 0]
         if doubt is not None:
-            power = power + _tapered(doubt[here]).mean(axis=1)
-        f = np.arange(len(power)) / len(here)
+            power = power + _tapered(doubt[rows]).mean(axis=1)
+        f = np.arange(len(power)) / len(rows)
         use = (np.arange(len(f)) >= LOWEST_BIN) & (f < HIGHEST)
-        floor = data.sd_torque[t] ** 2 + data.sd_angle[t] ** 2 * _gain(eq, here, f[use])
+        floor = data.sd_torque[t] ** 2 + data.sd_angle[t] ** 2 * _gain(eq, rows, f[use])
         at = np.clip(np.searchsorted(edges, 1 + f[use] / FINEST, "right") - 1, 0, BINS - 1)
         for row, values in zip(sums, (f[use], power[use], floor, np.ones(use.sum())), strict=True):
             np.add.at(row, at, values)
@@ -124,16 +125,16 @@ def _tapered(e: FloatArray) -> FloatArray:
 
 
 def _gain(eq: Linearised, rows: IntArray, frequency: FloatArray) -> FloatArray:
-    """Mean over a trial's rows of ``|L(f)|^2``, (f,)."""
+    """Mean of ``|L(f)|^2`` over a trial's rows, (f,)."""
     L = eq.L[rows]
-    # mean of L L^T (9, 9) between the phases of its nine samples
+    # mean of L^T L (9, 9), applied to the phases of its nine samples
     mean = L.T @ L / len(L)
     phase = np.exp(2j * np.pi * frequency[:, None] * np.arange(WIDTH))
     return np.asarray(((phase.conj() @ mean) * phase).sum(axis=1).real)
 
 
 def _score(process: Autoregression, residual: Residual) -> float:
-    """Minus Whittle's log likelihood, but for a constant."""
+    """Minus Whittle's log likelihood, up to a constant."""
     expected = residual.floor + process.spectrum(residual.frequency)
     return float(residual.count @ (np.log(expected) + residual.power / expected))
 
@@ -148,7 +149,7 @@ def _fitted(order: int, residual: Residual, near: Autoregression | None = None) 
     phase = phases(residual.frequency, order)
 
     def objective(x: FloatArray) -> tuple[float, FloatArray]:
-        """Minus the log likelihood but for a constant, and its gradient (p + 1,)."""
+        """Minus the log likelihood up to a constant, and its gradient (p + 1,)."""
         process = _process(x)
         # expected = floor + sd^2 / |1 - phase a|^2
         own, slope = process.with_slope_at(phase)
@@ -167,10 +168,10 @@ def _fitted(order: int, residual: Residual, near: Autoregression | None = None) 
 
 
 def _excess_covariance(order: int, residual: Residual) -> FloatArray:
-    """Autocovariance (p + 1,) of what the residuals hold beside the sensors' noise."""
+    """Autocovariance (p + 1,) of the residuals beyond the sensors' noise."""
     excess = np.maximum(residual.power - residual.floor, 0.0)
     lags = np.cos(2 * np.pi * residual.frequency[:, None] * np.arange(order + 1))
-    # less of what noise leaves by chance at high frequencies
+    # reduces the excess that noise gives by chance at high frequencies
     share = excess / (excess + residual.floor)
     return np.asarray((residual.count * excess * share) @ lags / residual.count.sum())
 
@@ -179,14 +180,14 @@ def _process(x: FloatArray) -> Autoregression:
     return from_reflections(MOST * np.tanh(x[:-1]), float(np.exp(x[-1])))
 
 
-#: Rounds of the first courses: near enough to see what their residuals hold.
+#: Rounds of the first courses, enough for their residuals to be used.
 FIRST_ROUNDS: Final = 4
-#: Freer than any course that can be told: +-30 % at 3 Hz asks for less, s^-1.5.
+#: Intensity above that of any course that can be resolved (+-30 % at 3 Hz needs less), s^-1.5.
 FREE_INTENSITY: Final = 30.0
-#: The torque may change the inertia of a constant joint by this part.
+#: Largest relative change of a constant joint's inertia due to the subject's torque.
 INERTIA_KEPT: Final = 0.3
-#: Rounds that look for the subject's own torque, the draws of each, and the change of its rms and
-#: its innovation that ends them.
+#: Rounds of the search for the subject's own torque, draws in each round, and (`OWN_SETTLED`) the
+#: relative change of its rms and innovation that ends them.
 OWN_ROUNDS: Final = 12
 OWN_DRAWS: Final = 8
 #: Rounds in which the order may change.
@@ -196,9 +197,10 @@ OWN_SETTLED: Final = 0.01
 
 @dataclass(frozen=True)
 class Beginning:
-    """Data with the subject's own torque, a course that is free to vary, levels that are near.
+    """Data with the subject's own torque, a course that is free to vary, and levels near the
+    optimum.
 
-    `unexplained` is a sentence where the residuals hold much, and no such torque describes it.
+    `unexplained`: a warning if the residuals are large and no torque of this kind describes them.
     """
 
     data: VaryingData
@@ -208,11 +210,11 @@ class Beginning:
 
 
 def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginning:
-    """The data with the torque that the subject adds unasked, and a free course under it.
+    """Estimate the subject's own torque, and a free course with it.
 
-    A fast course must not be mistaken for such a torque: the torque has to show in the residuals of
-    a course that is free to vary as fast as can be resolved. It is then estimated by expectation
-    and maximisation: the uncertainty of the course is added to the power of the residuals.
+    A fast course must not be mistaken for such a torque. The torque must therefore be visible in
+    the residuals of a course that may vary as fast as can be resolved. It is then estimated by
+    expectation and maximisation: the uncertainty of the course is added to the residuals' power.
 
     `tick`: called after each step.
     """
@@ -238,11 +240,11 @@ def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginni
 def with_own_torque(
     data: VaryingData, constant: Course, intensity: float, tick: Callable[[], None]
 ) -> Beginning | None:
-    """The torque that the subject adds, found from above: all that a constant course leaves.
+    """Estimate the subject's own torque, starting from the whole residual of a constant course.
 
-    None where the weights that it gives change the inertia: it is no such torque.
+    None if the resulting weights change the inertia: then it is not such a torque.
 
-    `intensity`: of B and K, from which the rounds start, s^-1.5.
+    `intensity`: start value for B and K, s^-1.5.
     `tick`: called after each step.
     """
     scale = np.array([np.abs(constant.B).mean(), np.abs(constant.K).mean()])
@@ -255,7 +257,7 @@ def with_own_torque(
 
 
 def _no_torque(begun: Beginning, constant: Course) -> str:
-    """Inertia is what fast motion says most surely: weights that change it are wrong, or it was."""
+    """Warning that the residuals are not the subject's torque, since the inertia would change."""
     return (
         "the residuals hold far more than the sensors' noise; weighed as a torque of the subject's "
         f"own, I would be {begun.course.inertia:.2g}, not {constant.inertia:.2g} kg m^2: such a "
@@ -272,7 +274,7 @@ def _maximised(
     scale: FloatArray,
     tick: Callable[[], None],
 ) -> Beginning:
-    """Rounds from above: what a constant course leaves, all taken for the subject's own."""
+    """Rounds that start with the whole residual of a constant course as the subject's torque."""
     begun = Beginning(replace(data, own=own_torque(residual_of(data, constant))), constant, levels)
     for turn in range(OWN_ROUNDS):
         before = begun.data.own
@@ -300,7 +302,7 @@ def _own_torque_again(
     course = course_of(course, model, levels, factor)
     drawn = _draws(model, factor)
     at = eq.centre
-    # torque x1 dB + x0 dK by which the course may be wrong, (R, M)
+    # torque error x1 dB + x0 dK of the uncertain course, (R, M)
     doubt = eq.x1[:, None] * drawn[at, 1] + eq.x0[:, None] * drawn[at, 2]
     own = own_torque(residual_of(data, course, doubt), near)
     if own.order:
@@ -319,7 +321,7 @@ def _draws(model: SmootherModel, factor: FloatArray) -> FloatArray:
 
 
 def _expected_levels(model: SmootherModel, course: Course, drawn: FloatArray) -> Levels:
-    """Levels that the second differences of the course and its draws have."""
+    """Levels from the second differences of the course and its draws."""
     intensities = []
     for which, values in ((1, course.B), (2, course.K)):
         both = np.concatenate([values[:, None], values[:, None] + drawn[:, which]], axis=1)

@@ -1,8 +1,8 @@
 """Torque and angle at the rate that their motion needs, and the torque's autoregression.
 
-What varies must not be filtered after it was multiplied: ``F[K theta] != K F[theta]``. So the two
-measured channels alone go through one anti-aliasing filter whose edge lies far above the motion,
-and whatever weighs frequencies afterwards does so through the noise covariance of the equation.
+A product with a varying factor must not be filtered: ``F[K theta] != K F[theta]``. So only the two
+measured channels pass an anti-aliasing filter, whose edge lies far above the motion. Later weights
+over frequency are part of the noise covariance of the equation.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from armimpedance.joint.elbow.checks import check_samples, spectra_of
 from armimpedance.joint.elbow.elbow_result import ChannelSnr
 from armimpedance.joint.elbow.samples import JointSamples
 
-# An autoregressive torque, and the operator that makes it white: what a subject adds unasked.
+# The subject's own torque as an autoregression, and the operator that makes it white.
 #
 #     v_t = a_1 v_(t-1) + ... + a_p v_(t-p) + w_t,      w ~ sd^2
 #
 # One pole near 1 is an Ornstein-Uhlenbeck process (slow voluntary torque); a pair of poles near the
 # unit circle is a tremor. The operator A with ``A Cov(v) A^T = sd^2 1`` is banded: row t is ``(1,
-# -a_1, ..., -a_p)``, and the first p rows of a trial take what came before from the stationary
+# -a_1, ..., -a_p)``; the first p rows of a trial, which lack their past, follow from the stationary
 # covariance.
 
 
 @dataclass(frozen=True, eq=False)
 class Autoregression:
-    """A stationary process of order p; order 0 with `sd` 0 is no torque at all.
+    """A stationary process of order p; order 0 with `sd` 0 means no torque at all.
 
     `coefficients` (p,).
     `sd`: standard deviation of the innovation, N m.
@@ -48,7 +48,7 @@ class Autoregression:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Autocovariance at lags 0 to p, (p + 1,), N m^2: the equations of Yule and Walker."""
+        """Autocovariance at lags 0 to p, (p + 1,), N m^2, from the Yule-Walker equations."""
         p = self.order
         # M (p + 1, p + 1) r = (sd^2, 0, ...)
         M = np.zeros((p + 1, p + 1))
@@ -66,7 +66,7 @@ class Autoregression:
         return float(np.sqrt(self.covariance[0]))
 
     def slower(self, factor: float) -> Autoregression:
-        """The same innovation, the longest time constant of a real pole so many times as long."""
+        """Process with the same innovation, but the longest real time constant times `factor`."""
         # poles z (p,) of z^p = a_1 z^(p - 1) + ... + a_p
         poles = np.roots(np.append(1.0, -self.coefficients)).astype(complex)
         real = np.flatnonzero((np.abs(poles.imag) < 1e-9) & (poles.real > 0))
@@ -81,11 +81,11 @@ class Autoregression:
         return self.spectrum_at(phases(frequency, self.order))
 
     def spectrum_at(self, phase: Phases) -> FloatArray:
-        """The same at `phases` of p lags."""
+        """Power per sample at `phases` of p lags."""
         return self.with_slope_at(phase)[0]
 
     def with_slope_at(self, phase: Phases) -> tuple[FloatArray, FloatArray]:
-        """The power at `phases` (f,), and its derivative by the coefficients (f, p)."""
+        """Power at `phases` (f,), and its derivative by the coefficients (f, p)."""
         # S = sd^2 / |e|^2 with e = 1 - phase a (f,):  dS/da_k = 2 S Re(e* phase_k) / |e|^2
         real, imaginary = 1 - phase.cosine @ self.coefficients, phase.sine @ self.coefficients
         square = real**2 + imaginary**2
@@ -94,7 +94,9 @@ class Autoregression:
         return power, 2 * (power / square)[:, None] * turned
 
     def operator(self, lengths: IntArray) -> FloatArray:
-        """A of trials of so many rows, lower banded: ``A[i, i - k]`` at [k, i], (p + 1, R)."""
+        """Operator A of trials with these numbers of rows, lower banded: ``A[i, i - k]`` at [k, i],
+        (p + 1, R).
+        """
         p, R = self.order, int(np.sum(lengths))
         A = np.zeros((p + 1, R))
         A[0], A[1:] = 1.0, -self.coefficients[:, None]
@@ -117,20 +119,22 @@ class Autoregression:
 
 
 class Phases(NamedTuple):
-    """``exp(-2 pi i f k)`` of lags k = 1 to p: real part, and minus the imaginary one, (f, p)."""
+    """Phases ``exp(-2 pi i f k)`` of lags k = 1 to p: real part, and minus the imaginary part, (f,
+    p).
+    """
 
     cosine: FloatArray
     sine: FloatArray
 
 
 def phases(frequency: FloatArray, order: int) -> Phases:
-    """Those of frequencies (f,) in cycles per sample."""
+    """Phases at frequencies (f,) in cycles per sample."""
     angle = 2 * np.pi * frequency[:, None] * np.arange(1, order + 1)
     return Phases(np.cos(angle), np.sin(angle))
 
 
 def applied(operator: FloatArray, columns: FloatArray) -> FloatArray:
-    """``A columns`` for A of `Autoregression.operator` and columns (R, q)."""
+    """Product ``A columns`` for A of `Autoregression.operator` and columns (R, q)."""
     out = operator[0][:, None] * columns
     for k in range(1, len(operator)):
         out[k:] += operator[k, k:, None] * columns[: len(columns) - k]
@@ -138,7 +142,7 @@ def applied(operator: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def transposed(operator: FloatArray, columns: FloatArray) -> FloatArray:
-    """``A^T columns`` for A of `Autoregression.operator` and columns (R, q)."""
+    """Product ``A^T columns`` for A of `Autoregression.operator` and columns (R, q)."""
     out = operator[0][:, None] * columns
     for k in range(1, len(operator)):
         out[: len(columns) - k] += operator[k, k:, None] * columns[k:]
@@ -146,7 +150,7 @@ def transposed(operator: FloatArray, columns: FloatArray) -> FloatArray:
 
 
 def from_reflections(reflections: FloatArray, sd: float) -> Autoregression:
-    """The stable process of reflection coefficients (p,) within -1..1 (Levinson's recursion)."""
+    """Stable process with reflection coefficients (p,) within -1..1 (Levinson's recursion)."""
     a = np.zeros(0)
     for r in reflections:
         a = np.append(a - r * a[::-1], r)
@@ -154,7 +158,8 @@ def from_reflections(reflections: FloatArray, sd: float) -> Autoregression:
 
 
 def by_reflection(reflections: FloatArray) -> FloatArray:
-    """Derivative (p, p) of the coefficients of `from_reflections` by what they come from."""
+    """Derivative (p, p) of the coefficients of `from_reflections` by the reflection
+    coefficients."""
     a, slope = np.zeros(0), np.zeros((0, len(reflections)))
     for k, r in enumerate(reflections):
         own = np.eye(1, len(reflections), k)
@@ -164,7 +169,7 @@ def by_reflection(reflections: FloatArray) -> FloatArray:
 
 
 def reflections_of(covariance: FloatArray) -> tuple[FloatArray, float]:
-    """Reflection coefficients (p,) and the innovation's variance of autocovariances (p + 1,)."""
+    """Reflection coefficients (p,) and innovation variance from autocovariances (p + 1,)."""
     a, variance = np.zeros(0), float(covariance[0])
     out = []
     for k in range(1, len(covariance)):
@@ -176,38 +181,38 @@ def reflections_of(covariance: FloatArray) -> tuple[FloatArray, float]:
     return np.array(out), variance
 
 
-#: Samples per period of the highest frequency of the perturbation: what the differences need.
+#: Samples per period of the perturbation's highest frequency that the differences need.
 SAMPLES_PER_PERIOD: Final = 8.0
-#: The band holds this part of the torque's power.
+#: Share of the torque's power in the band.
 BAND_POWER: Final = 0.995
-#: Unless told otherwise the band ends here: above, a limb in a device is no longer one inertia
-#: (soft tissue, straps, the device's own resonance), and little of B and K shows there.
+#: Default upper end of the band: above it a limb in a device is not a single inertia (soft tissue,
+#: straps, the device's own resonance), and B and K have little effect.
 HIGHEST_HZ: Final = 20.0
-#: Lowest rate, Hz: two thirds of it below the resonance of a stiff elbow.
+#: Lowest rate, Hz: high enough for the resonance of a stiff elbow.
 LOWEST_RATE_HZ: Final = 60.0
-#: Below this the first linearisation may lead to another minimum, dB (10 dB is measured sound).
+#: Below this the first linearisation may lead to a wrong minimum, dB (10 dB was tested as safe).
 LOWEST_SNR_DB: Final = 9.0
-#: The spectrum is averaged over this band before its edge is read, Hz.
+#: Width over which the spectrum is averaged to find its edge, Hz.
 SPECTRUM_HZ: Final = 1.0
-#: Part of the Nyquist band that is read as the floor of white noise.
+#: Band in which the floor of white noise is measured, as shares of the Nyquist frequency.
 FLOOR_BAND: Final = (0.5, 0.95)
-#: Noise below this part of a signal's rms is set to it: the differences err as much.
+#: Least noise as a share of a signal's rms: the error of the differences.
 LEAST_NOISE: Final = 3e-4
-#: Decimated samples that the ends of a trial lose to the anti-aliasing filter.
+#: Decimated samples at each end of a trial that the anti-aliasing filter spoils.
 EDGE: Final = 4
 
 
 @dataclass(frozen=True, eq=False)
 class VaryingData(FrozenRecord):
-    """Decimated torque and angle of T trials, means taken off, with their noise.
+    """Decimated torque and angle of T trials without their means, and their noise.
 
     `trials` (T,) tuple of str, `offsets` (T + 1,) int.
     `torque`, `angle` (N,): N m on the limb, rad.
-    `sd_torque`, `sd_angle` (T,): standard deviation of white noise at this rate with the density
-    that the raw channel shows.
+    `sd_torque`, `sd_angle` (T,): standard deviation of white noise at this rate with the density of
+    the raw channel's noise.
     `snr`: signal to noise of the raw channels.
-    `every`: raw samples per sample.
-    `own`: the torque that the subject adds unasked, one draw per trial; none at first.
+    `every`: raw samples per decimated sample.
+    `own`: process of the subject's own torque; at first none.
     """
 
     rate_hz: float
@@ -229,26 +234,26 @@ class VaryingData(FrozenRecord):
 
     @property
     def time_s(self) -> FloatArray:
-        """From each trial's first sample, (N,)."""
+        """Time from each trial's first sample, s, (N,)."""
         start = np.repeat(self.offsets[:-1], np.diff(self.offsets))
         return np.asarray((np.arange(len(self.torque)) - start) / self.rate_hz)
 
 
 def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> VaryingData:
-    """Decimate, take the operating point off, and read the noise off the raw channels.
+    """Decimate, remove the operating point, and measure the noise of the raw channels.
 
-    `cutoff_hz`: highest frequency of the motion that counts; None: from the torque's spectrum, at
+    `cutoff_hz`: highest frequency of the motion that is used; None: from the torque's spectrum, at
     most `HIGHEST_HZ`.
     Raises InputError: samples that no method can use (`checks.check_samples`), too much noise, or a
-    cut-off beyond what the rate holds.
+    cut-off not below half of the rate.
     """
     rate = samples.sample_rate_hz
     rows = [samples.samples_of(t) for t in range(samples.n_trials)]
     check_samples(samples)
     snr = spectra_of(samples).snr
     _refuse_noise(snr)
-    held = _band(samples, rows)
-    band = min(held, HIGHEST_HZ) if cutoff_hz is None else cutoff_hz
+    torque_band = _band(samples, rows)
+    band = min(torque_band, HIGHEST_HZ) if cutoff_hz is None else cutoff_hz
     if not 0 < band < rate / 2:
         raise InputError(
             f"band edge {band:g} Hz of samples at {rate:g} Hz",
@@ -274,13 +279,13 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
         notes=(
             f"each trial's mean torque and angle taken off; band to {band:.3g} Hz, decimated from "
             f"{rate:g} to {rate / every:.4g} Hz behind a zero-phase filter",
-            *_above(band, held),
+            *_above(band, torque_band),
         ),
     )
 
 
 def decimated(signal: FloatArray, every: int) -> FloatArray:
-    """Every n-th sample of a trial (S,) behind a zero-phase anti-aliasing filter.
+    """Every n-th sample of a trial (S,) after a zero-phase anti-aliasing filter.
 
     The ends are continued by point reflection.
     """
@@ -309,28 +314,28 @@ def decimated_amplitudes(
 ) -> tuple[FloatArray, FloatArray | None]:
     """Amplitudes (N, m) at the decimated rate, (N', m), and their standard errors.
 
-    Raises InputError: no amplitudes, others than of these samples, or standard errors that cannot
-    be.
+    Raises InputError: no amplitudes, amplitudes of other samples, or impossible standard errors.
     """
     if amplitude is None:
         raise InputError("method 'emg' without EMG amplitudes", expected="amplitude (N, m)")
-    given = np.asarray(amplitude, dtype=np.float64)
-    if given.ndim != 2 or len(given) != len(samples.torque) or not np.isfinite(given).all():
+    values = np.asarray(amplitude, dtype=np.float64)
+    if values.ndim != 2 or len(values) != len(samples.torque) or not np.isfinite(values).all():
         raise InputError(
-            f"EMG amplitudes of shape {given.shape}",
+            f"EMG amplitudes of shape {values.shape}",
             expected=f"({len(samples.torque)}, muscles), finite",
         )
     rows = [samples.samples_of(t) for t in range(samples.n_trials)]
     columns = [
-        np.concatenate([decimated(given[r, j], every) for r in rows]) for j in range(given.shape[1])
+        np.concatenate([decimated(values[r, j], every) for r in rows])
+        for j in range(values.shape[1])
     ]
     if sd is None:
         return np.stack(columns, axis=1), None
     errors = np.asarray(sd, dtype=np.float64)
-    if errors.shape != (given.shape[1],) or not (np.isfinite(errors) & (errors >= 0)).all():
+    if errors.shape != (values.shape[1],) or not (np.isfinite(errors) & (errors >= 0)).all():
         raise InputError(
             f"standard errors {errors} of the amplitudes",
-            expected=f"{given.shape[1]} numbers, 0 or more",
+            expected=f"{values.shape[1]} numbers, 0 or more",
         )
     return np.stack(columns, axis=1), errors
 
@@ -343,10 +348,10 @@ def _spectrum(signal: FloatArray) -> FloatArray:
 
 
 def _floor(signal: FloatArray) -> float:
-    """Variance of white noise with the density seen near the Nyquist frequency.
+    """Variance of white noise with the density measured near the Nyquist frequency.
 
-    Always a number, of each trial: the covariance of the equation needs one, also where `snr` sees
-    no floor because the spectrum still falls.
+    This is a number for each trial, even if `snr` detects no floor because the spectrum still
+    falls: the covariance of the equation needs one.
     """
     power = _spectrum(signal)
     low, high = (int(part * len(power)) for part in FLOOR_BAND)
@@ -368,11 +373,11 @@ def _band(samples: JointSamples, rows: list[slice]) -> float:
     return float(min(max(edges), samples.sample_rate_hz / 2 * 0.99))
 
 
-def _above(band_hz: float, held_hz: float) -> tuple[str, ...]:
-    """A sentence where the torque reaches far beyond the band."""
-    if held_hz < 1.2 * band_hz:
+def _above(band_hz: float, torque_hz: float) -> tuple[str, ...]:
+    """Note if the torque's spectrum reaches far beyond the band."""
+    if torque_hz < 1.2 * band_hz:
         return ()
-    return (f"the torque reaches up to {held_hz:.3g} Hz: what is above the band is left out",)
+    return (f"the torque reaches up to {torque_hz:.3g} Hz: what is above the band is left out",)
 
 
 def _refuse_noise(snr: ChannelSnr) -> None:

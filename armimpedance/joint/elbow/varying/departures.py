@@ -1,12 +1,12 @@
-"""Is the law linear, without lag, and the same throughout? Further terms, one kind at a time.
+"""Test if a law of EMG is linear, without lag, and constant: further terms, one kind at a time.
 
-A score test: the terms' scores under the law, freed of the law's own, are summed over blocks of the
-record and held against their spread between the blocks. With C blocks and k terms,
+A score test: the terms' scores under the law, orthogonal to the law's own, are summed over the
+record and compared with their spread between blocks. With C blocks and k terms,
 
     T = r^T V^-1 r,   r = sum_b s_b,   V = sum_b s_b s_b^T,   T / C ~ Beta(k / 2, (C - k) / 2)
 
-for normal scores, whatever their common covariance: the level holds though errors are coloured, or
-as large as the amplitudes' own errors make them.
+for normal scores, whatever their common covariance. The significance level is therefore correct for
+coloured errors, and with the amplitudes' own errors.
 """
 
 from __future__ import annotations
@@ -31,25 +31,25 @@ from armimpedance.joint.elbow.varying.data import VaryingData
 from armimpedance.joint.elbow.varying.equation import Linearised
 from armimpedance.numerics.signals import lowpass
 
-#: A term that is missing is told below this probability, if it moves K or B by more than
+#: A missing term is reported if its p value is below this, and it changes K or B by more than
 #: `MATTERS` of their mean (rms).
 UNLIKELY: Final = 1e-3
 MATTERS: Final = 0.02
-#: Squares are told below this: the noise of the amplitudes is a little skewed, which bends a
-#: straight law (1 of 44 clean sessions had p = 5e-6, saturating ones 8e-6 to 1e-21).
+#: Level for squares: the noise of the amplitudes is slightly skewed, which bends a straight law
+#: (1 of 44 clean sessions had p = 5e-6, saturating ones 8e-6 to 1e-21).
 UNLIKELY_BEND: Final = 3e-6
-#: Functions of the free course at most.
+#: Largest number of functions of the free course.
 MOST_FREE: Final = 12
-#: Rates are those of amplitudes without what errors of this share of the power, or more, hide.
+#: For rates, an amplitude is filtered where errors are this share of its power or more.
 ERRORS_SHARE: Final = 0.5
-#: Width of the amplitudes' spectrum's average, Hz, and the lowest band that is kept.
+#: Width of the averaging of the amplitudes' spectrum, Hz, and the lowest edge of the filter.
 SPECTRUM_HZ: Final = 0.3
 LOWEST_HZ: Final = 1.0
 
 
 @dataclass(frozen=True)
 class LawDeparture:
-    """Terms beside the linear law: their probability, and how far they move B and K.
+    """Test of terms added to the linear law: p value, and change of B and K.
 
     `p`: probability of a statistic as large if the law holds.
     `moves` (2,): rms of the change of B and K over their means.
@@ -61,16 +61,16 @@ class LawDeparture:
     size: FloatArray
 
     def matters(self, unlikely: float = UNLIKELY) -> bool:
-        """Whether it is both unlikely by chance and large."""
+        """Return True if the terms are both significant and large."""
         return bool(self.p < unlikely and self.moves.max() > MATTERS)
 
 
 @dataclass(frozen=True)
 class LawTerms:
-    """Further functions of time, and draws of what they carry of the amplitudes' errors.
+    """Further functions of time, and draws of their errors due to the amplitudes' errors.
 
     `of_B`, `of_K` (N, f), `error_B`, `error_K` (M, N, f) or None.
-    `shared`: one coefficient for a function of B and that of K, not one each.
+    `shared`: True if a function of B and that of K have one common coefficient.
     """
 
     of_B: FloatArray
@@ -84,7 +84,7 @@ class LawTerms:
         return self._columns(eq, self.of_B, self.of_K)
 
     def error_columns(self, eq: Linearised) -> Iterator[FloatArray]:
-        """Draws of their errors, (R, k) each."""
+        """Draws of the columns' errors, (R, k) each."""
         if self.error_B is None or self.error_K is None:
             return iter(())
         pairs = zip(self.error_B, self.error_K, strict=True)
@@ -104,39 +104,40 @@ class LawTerms:
 def departures(
     data: VaryingData, fit: BasisFit, law: FloatArray, error: FloatArray | None
 ) -> tuple[str, ...]:
-    """Sentences of what the law misses: a lag, squares, a course beside the amplitudes.
+    """Warnings on departures from the law: a lag, squares, a course beside the amplitudes.
 
     `law` (N, 1 + m): one and the amplitudes.
     `error` (M, N, 2 (1 + m)) or None: draws of the amplitudes' errors.
     """
-    told = []
-    late = departure(data, fit, law, lag_terms(data, fit, law, error), error)
-    if late.matters():
-        told.append(
-            f"K and B do not follow the amplitudes at once (p = {late.p:.1g}): a lag of about "
-            f"{1e3 * late.size[0]:.0f} ms; the linear law does not hold"
+    messages = []
+    lag = departure(data, fit, law, lag_terms(data, fit, law, error), error)
+    if lag.matters():
+        messages.append(
+            f"K and B do not follow the amplitudes at once (p = {lag.p:.1g}): a lag of about "
+            f"{1e3 * lag.size[0]:.0f} ms; the linear law does not hold"
         )
     curved = departure(data, fit, law, square_terms(law, error), error)
     if curved.matters(UNLIKELY_BEND):
-        told.append(
+        messages.append(
             f"squares of the amplitudes are needed (p = {curved.p:.1g}; they move K by "
             f"{100 * curved.moves[1]:.0f} %, B by {100 * curved.moves[0]:.0f} %): the linear law "
             "does not hold"
         )
     free = departure(data, fit, law, free_terms(data, law, error), error)
     if free.matters():
-        told.append(
+        messages.append(
             f"K or B changes beside the amplitudes (p = {free.p:.1g}; by "
             f"{100 * free.moves[1]:.0f} % of K, {100 * free.moves[0]:.0f} % of B): the law does "
             "not hold"
         )
-    return tuple(told)
+    return tuple(messages)
 
 
 def lag_terms(
     data: VaryingData, fit: BasisFit, law: FloatArray, error: FloatArray | None
 ) -> LawTerms:
-    """``a(t - lag) = a - lag a'``: one lag for B and K, size of the term = lag in s."""
+    """Term of a lag, ``a(t - lag) = a - lag a'``: one lag for B and K, whose coefficient is in
+    s."""
     m = law.shape[1]
     b, k = fit.coefficients[1:m], fit.coefficients[m + 1 :]
     if error is None:
@@ -155,7 +156,7 @@ def lag_terms(
 
 
 def square_terms(law: FloatArray, error: FloatArray | None) -> LawTerms:
-    """Squares and products of the amplitudes, freed of the law."""
+    """Squares and products of the amplitudes, without the part that the law describes."""
     a, m = law[:, 1:], law.shape[1]
     pairs = [(i, j) for i in range(m - 1) for j in range(i, m - 1)]
     squares = np.stack([a[:, i] * a[:, j] for i, j in pairs], axis=1)
@@ -167,7 +168,7 @@ def square_terms(law: FloatArray, error: FloatArray | None) -> LawTerms:
 
 
 def free_terms(data: VaryingData, law: FloatArray, error: FloatArray | None) -> LawTerms:
-    """A slow course of its own: polynomials of time within trials, or over them all."""
+    """Slow courses beside the law: polynomials of time within trials, or over all trials."""
     T = len(data.trials)
     degree = (MOST_FREE + 1) // T - 1
     free: FloatArray
@@ -178,27 +179,27 @@ def free_terms(data: VaryingData, law: FloatArray, error: FloatArray | None) -> 
         free = np.zeros((len(law), T * (degree + 1)))
         for t, (a, b) in enumerate(zip(data.offsets[:-1], data.offsets[1:], strict=True)):
             x = np.linspace(-1, 1, int(b - a))
-            mine = slice(t * (degree + 1), (t + 1) * (degree + 1))
-            free[a:b, mine] = np.polynomial.legendre.legvander(x, degree)
-        # all constants together are the law's own
+            columns = slice(t * (degree + 1), (t + 1) * (degree + 1))
+            free[a:b, columns] = np.polynomial.legendre.legvander(x, degree)
+        # the sum of all constants is part of the law
         free = free[:, 1:]
     if error is None:
         return _beside(law, free, None, None)
-    own = error[:, :, : law.shape[1]]
-    return _beside(law, free, np.zeros((*own.shape[:2], free.shape[1])), own)
+    law_error = error[:, :, : law.shape[1]]
+    return _beside(law, free, np.zeros((*law_error.shape[:2], free.shape[1])), law_error)
 
 
 def _beside(
-    law: FloatArray, further: FloatArray, lost: FloatArray | None, own: FloatArray | None
+    law: FloatArray, further: FloatArray, lost: FloatArray | None, law_error: FloatArray | None
 ) -> LawTerms:
-    """What the law can itself say of the further functions is no departure: taken off, scaled."""
+    """Remove the part of further functions that the law describes, and scale the rest."""
     # fitted (1 + m, f): law (N, 1 + m) fitted = further (N, f)
     fitted = np.linalg.lstsq(law, further, rcond=None)[0]
-    beside = further - law @ fitted
-    scale = np.sqrt((beside**2).mean(axis=0))
+    rest = further - law @ fitted
+    scale = np.sqrt((rest**2).mean(axis=0))
     scale = np.where(scale > 0, scale, 1.0)
-    error = None if lost is None or own is None else (lost - own @ fitted) / scale
-    return LawTerms(beside / scale, beside / scale, error, error)
+    error = None if lost is None or law_error is None else (lost - law_error @ fitted) / scale
+    return LawTerms(rest / scale, rest / scale, error, error)
 
 
 def _rates(data: VaryingData, amplitude: FloatArray, band: list[float] | None) -> FloatArray:
@@ -213,7 +214,7 @@ def _rates(data: VaryingData, amplitude: FloatArray, band: list[float] | None) -
 
 
 def _seen_band(data: VaryingData, amplitude: FloatArray, error: FloatArray) -> float:
-    """Lowest frequency (Hz) from which errors (M, N) make most of an amplitude (N,)."""
+    """Lowest frequency (Hz) from which errors (M, N) are most of an amplitude (N,)."""
     first = slice(0, int(np.diff(data.offsets).min()))
     taper = np.hanning(first.stop)
     about = [amplitude[a:][first] for a in data.offsets[:-1]]
@@ -247,7 +248,7 @@ def departure(
     A, b = moments.sum(axis=0), grams[:, :-1, -1].sum(axis=0)
     last = np.arange(o - len(eq.prior_sd), o)
     A[last, last] += eq.prior_sd**-2
-    # terms z (k,) with the law's own eliminated: (A_zz - A_zo A_oo^-1 A_oz) z = r
+    # terms z (k,) after elimination of the law's own: (A_zz - A_zo A_oo^-1 A_oz) z = r
     mixed = np.linalg.solve(A[:o, :o], A[:o, o:])
     information = A[o:, o:] - A[o:, :o] @ mixed
     law_alone = np.linalg.solve(A[:o, :o], b[:o])
@@ -265,7 +266,7 @@ def departure(
 
 
 def _probability(scores: FloatArray) -> float:
-    """Of a sum as large of C independent scores (C, k) of mean zero and one covariance."""
+    """p value of the sum of C independent scores (C, k) of mean zero and one covariance."""
     C, k = scores.shape
     if k >= C:
         return 1.0

@@ -1,18 +1,18 @@
-"""The equation of motion with errors in both channels, as every time-varying method solves it.
+"""Equation of motion with errors in both channels, for all time-varying methods.
 
-Measured are ``tau_m = tau + n1`` and ``theta_m = theta + n2``, both noises white. With the
+The measurements are ``tau_m = tau + n1`` and ``theta_m = theta + n2``, both noises white. With the
 difference operator ``L = I D2 + diag(B) D1 + diag(K)`` the equation error is
 
     e = tau_m - L theta_m = n1 - L n2,    Sigma = s1^2 1 + s2^2 L L^T    (banded)
 
-so that frequencies where the angle's noise would drown the torque weigh little, without a filter
-that would not commute with K(t). A torque v that the subject adds unasked, an autoregression with
-the whitening operator A (`autoregression`), enters as ``A e``, whose covariance ``sd^2 1 +
-A Sigma A^T`` is banded too: rows are filtered after the products were formed. The gradient of
-``e^T Sigma^-1 e`` over the parameters holds the motion that is most likely, ``theta^ = theta_m +
-s2^2 L^T Sigma^-1 e``, not the measured one: used as regressors it removes the bias by errors in
-the regressors (weighted total least squares; the envelope theorem gives the gradient). Solve, take
-new L and theta^, and solve again.
+so that frequencies at which the angle's noise exceeds the torque have little weight, without a
+filter, which would not commute with K(t). A torque v of the subject's own is an autoregression with
+the whitening operator A (`data.Autoregression`). With it the error is ``A e``, whose covariance
+``sd^2 1 + A Sigma A^T`` is banded too: rows are filtered after the products were formed. The
+gradient of ``e^T Sigma^-1 e`` by the parameters contains the most likely motion, ``theta^ = theta_m
++ s2^2 L^T Sigma^-1 e``, not the measured one. With the most likely motion as regressors there is no
+bias from errors in the regressors (weighted total least squares; the envelope theorem gives the
+gradient). The equation is solved repeatedly, with new L and theta^ in every round.
 """
 
 from __future__ import annotations
@@ -35,19 +35,18 @@ from armimpedance.joint.elbow.varying.data import (
     transposed,
 )
 
-# A course of B and K over time with what goes with it, and damped steps towards one.
+# A course of B and K over time with its constants, and damped steps from one course to another.
 
-#: No step is shorter than this part of the one that the equation asks for.
+#: Least length of a step, as a share of the full step.
 SHORTEST_STEP: Final = 0.125
 
 
 @dataclass(frozen=True)
 class Course:
-    """Where an iteration stands.
+    """Present state of an iteration: I, B and K over time, and offsets.
 
     `B`, `K` (N,).
-    `torque_offset`, `angle_offset` (T,): difference of a trial's operating point from its means: N
-    m, rad.
+    `torque_offset`, `angle_offset` (T,): operating point of a trial less its means, N m and rad.
     """
 
     inertia: float
@@ -58,7 +57,7 @@ class Course:
 
 
 def with_offsets(course: Course, offsets: FloatArray) -> Course:
-    """The same course with the offsets (2 T,) of the nuisance columns."""
+    """Return the course with the offsets (2 T,) of the nuisance columns."""
     T = len(course.torque_offset)
     return replace(course, torque_offset=offsets[:T], angle_offset=offsets[T:])
 
@@ -67,8 +66,8 @@ def with_offsets(course: Course, offsets: FloatArray) -> Course:
 class Step:
     """Length of the next step, and the size of the last one.
 
-    A round that moves hardly less than the one before swings to and fro: from then on courses go
-    half as far.
+    If a round changes the course hardly less than the previous one, the iteration oscillates; the
+    following steps are then halved.
     """
 
     length: float = 1.0
@@ -88,7 +87,7 @@ class Step:
         return Course(**mixed), Step(length, size)
 
 
-#: Samples on either side that a difference uses: order 8.
+#: Number of samples on either side in a difference of order 8.
 HALF: Final = 4
 WIDTH: Final = 2 * HALF + 1
 #: First and second difference of order 8 (B. Fornberg, Math. Comp. 51 (1988) 699-706), times the
@@ -101,17 +100,17 @@ SECOND: Final = np.array(
 
 @dataclass(frozen=True)
 class Linearised:
-    """The equation about a `Course`: ``y = I x2 + B x1 + K x0 + U u + e``, Sigma of e.
+    """Equation about a `Course`: ``y = I x2 + B x1 + K x0 + U u + e``, with Sigma of e.
 
     `trial` (R,) int, `sd_torque`, `sd_angle` (R,), (N,).
     `centre` (R,) int: sample of each row.
     `L` (R, 9): coefficients of the angle about each row's sample.
-    `x2`, `x1`, `x0` (R,): acceleration, velocity and angle that are most likely.
+    `x2`, `x1`, `x0` (R,): most likely acceleration, velocity and angle.
     `y`, `torque_side` (R,): ``y = torque_side - L theta_m``.
     `nuisance` (R, 2 T): columns of each trial's offset of torque, then of angle.
     `prior_sd` (2 T,): prior standard deviation of the offsets; inf = none.
     `own`: the subject's own torque.
-    `e` (R,): error of the equation under the course itself, with the angle as measured.
+    `e` (R,): error of the equation for the course itself, with the measured angle.
     """
 
     centre: IntArray
@@ -131,7 +130,7 @@ class Linearised:
 
     @cached_property
     def sigma(self) -> FloatArray:
-        """Sigma of the rows behind the operator of `own`, lower banded (9 + p, R)."""
+        """Sigma of the rows after the operator of `own`, lower banded (9 + p, R)."""
         return self._whitening[1]
 
     @cached_property
@@ -139,7 +138,7 @@ class Linearised:
         return self._whitening_of(slice(0, len(self.centre)))
 
     def _whitening_of(self, rows: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Operator A, Sigma of ``A e`` and its Cholesky factor, of rows by themselves."""
+        """Operator A, Sigma of ``A e`` and its Cholesky factor, for given rows only."""
         A = self.own.operator(np.unique(self.trial[rows], return_counts=True)[1])
         sigma = _sigma(
             self.centre[rows], self.L[rows], self.sd_torque[rows], self.sd_angle, A, self.own.sd
@@ -147,10 +146,10 @@ class Linearised:
         return A, sigma, _cholesky(sigma)
 
     def whitened(self, columns: FloatArray, rows: slice | None = None) -> FloatArray:
-        """``C^-1 A columns`` with ``Cov(A e) = C C^T``: white errors of unit variance.
+        """Columns ``C^-1 A columns`` with ``Cov(A e) = C C^T``: white errors of unit variance.
 
-        `columns` (R, q), or those of some rows.
-        `rows`: consecutive rows by themselves: their block of Sigma.
+        `columns` (R, q), or those of the given rows.
+        `rows`: consecutive rows to be treated alone, with their block of Sigma.
         """
         A, _, factor = self._whitening if rows is None else self._whitening_of(rows)
         # C (R, R) banded, A X (R, q)
@@ -161,7 +160,7 @@ class Linearised:
 
 
 def rows_of(data: VaryingData) -> IntArray:
-    """Samples (R,) whose differences lie inside a trial, its filtered ends left out."""
+    """Samples (R,) whose differences lie inside a trial, without its filtered ends."""
     margin = HALF + EDGE
     return np.concatenate(
         [
@@ -172,13 +171,13 @@ def rows_of(data: VaryingData) -> IntArray:
 
 
 def start(data: VaryingData) -> Course:
-    """A constant course from the weighted equation: what every method starts from.
+    """Constant course from the weighted equation, the start of every method.
 
-    Raises EstimationError: torque and angle do not belong to a joint that could be started from.
+    Raises EstimationError: torque and angle do not give a joint to start from.
     """
     centre = rows_of(data)
     near = data.angle[centre[:, None] + np.arange(-HALF, HALF + 1)]
-    # a first guess with plain least squares on the angle as measured
+    # a first guess by plain least squares with the measured angle
     X = np.stack([near @ SECOND * data.rate_hz**2, near @ FIRST * data.rate_hz, near[:, HALF]], 1)
     smooth = np.hanning(13)
     X, y = (
@@ -201,7 +200,7 @@ def start(data: VaryingData) -> Course:
 
 
 def linearise(data: VaryingData, course: Course) -> Linearised:
-    """The equation about a course, the motion that is most likely under it as regressors.
+    """Linearise the equation about a course, with the most likely motion as regressors.
 
     Raises EstimationError: the covariance of the equation's noise is not positive definite.
     """
@@ -227,7 +226,7 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
     x2, x1 = likely @ SECOND / step**2, likely @ FIRST / step
     x0 = likely[:, HALF] - course.angle_offset[at]
     side = data.torque[centre] + course.inertia * x2 + B * x1 + K * x0
-    mine = at[:, None] == np.arange(len(data.trials))
+    in_trial = at[:, None] == np.arange(len(data.trials))
     return Linearised(
         centre=centre,
         trial=at,
@@ -237,7 +236,7 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
         x0=x0,
         y=side - (L * data.angle[near]).sum(axis=1),
         torque_side=side,
-        nuisance=np.concatenate([mine, -K[:, None] * mine], axis=1),
+        nuisance=np.concatenate([in_trial, -K[:, None] * in_trial], axis=1),
         prior_sd=np.concatenate([np.full(len(data.trials), np.inf), _rms_of_trials(data)]),
         sd_torque=s1,
         sd_angle=s2,
@@ -247,7 +246,7 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
 
 
 def solve_weighted(eq: Linearised, X: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Generalised least squares of y on X (R, q), the last 2 T columns being the nuisance.
+    """Generalised least squares of y on X (R, q); the last 2 T columns are nuisance columns.
 
     Returns: parameters (q,), covariance (q, q).
     Raises EstimationError: the columns do not determine the parameters.
@@ -258,9 +257,9 @@ def solve_weighted(eq: Linearised, X: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def solve_gram(A: FloatArray, b: FloatArray, prior_sd: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Parameters and covariance of normal equations A (q, q), b (q,), priors on the last columns.
+    """Solve normal equations A (q, q), b (q,), with priors on the last parameters; give covariance.
 
-    Raises EstimationError: a is singular.
+    Raises EstimationError: A is singular.
     """
     A = np.array(A)
     last = np.arange(len(A) - len(prior_sd), len(A))
@@ -287,7 +286,7 @@ def _rms_of_trials(data: VaryingData) -> FloatArray:
 def _sigma(
     centre: IntArray, L: FloatArray, s1: FloatArray, s2: FloatArray, A: FloatArray, sd: float
 ) -> FloatArray:
-    """``sd^2 1 + A (s1^2 1 + L diag(s2^2) L^T) A^T`` in lower banded form, (9 + p, R)."""
+    """Covariance ``sd^2 1 + A (s1^2 1 + L diag(s2^2) L^T) A^T``, lower banded, (9 + p, R)."""
     p, R = len(A) - 1, len(L)
     wide = np.zeros((R, WIDTH + p))
     torque = np.zeros((R, p + 1))
@@ -299,7 +298,7 @@ def _sigma(
         wide[:, a] *= s2[np.clip(centre - HALF - p + a, 0, len(s2) - 1)]
     sigma = np.zeros((WIDTH + p, R))
     for k in range(min(WIDTH + p, R)):
-        # rows i and i + k meet in the columns a + k of the one and a of the other
+        # rows i and i + k overlap in columns a + k of row i and a of row i + k
         product = (wide[: R - k, k:] * wide[k:, : WIDTH + p - k]).sum(axis=1)
         if k <= p:
             product += (torque[: R - k, k:] * torque[k:, : p + 1 - k]).sum(axis=1)

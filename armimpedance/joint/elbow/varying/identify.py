@@ -1,4 +1,4 @@
-"""B(t) and K(t) of a joint under a random perturbation: the entry."""
+"""Identify B(t) and K(t) of a joint under a random perturbation."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.regression import Parameters, t_factor
 from armimpedance.numerics.signals import CUTOFF_HZ
 
-#: Steps that are told of at most: the data, rounds that look for the subject's own torque, the
-#: method's own.
+#: Largest number of steps that progress reports: the data, the search for the subject's own torque,
+#: and the method's own steps.
 _STEPS: Final = 24
-#: Half of K's 95 % band over K, above which the subject's own torque is told to limit it.
+#: Half of K's 95 % band over K from which a warning names the subject's own torque as the limit.
 WIDE: Final = 0.1
 
 
@@ -44,7 +44,7 @@ def identify_varying(
     every_s: float | None = None,
     progress: Progress | None = None,
 ) -> VaryingImpedance:
-    """``tau = I theta'' + B(t) theta' + K(t) theta``, I constant.
+    """Identify ``tau = I theta'' + B(t) theta' + K(t) theta``, I constant.
 
     Parameters
     ----------
@@ -57,11 +57,11 @@ def identify_varying(
     amplitude_sd : (m,) or None
         Their standard errors.
     amplitude_cutoff_hz : float
-        Edge of the low-pass that made them, Hz: their errors lie below it.
+        Edge of the low-pass of the amplitudes, Hz; their errors lie below it.
     window_s : float or None
         Length of a window, s, for "windows" and "quadratic"; None: the method's own.
     cutoff_hz : float or None
-        Highest frequency of the motion that counts, Hz; None: read from the torque's spectrum.
+        Highest frequency of the motion that is used, Hz; None: from the torque's spectrum.
     every_s : float or None
         Grid of the result, s; None: the method's own, 0.02 s or the windows' step.
     progress : callable, optional
@@ -76,7 +76,7 @@ def identify_varying(
     InputError
         An unknown method, an option that it does not take, or samples that cannot be used.
     EstimationError
-        The record does not determine B(t) and K(t), or a solver did not get there.
+        The record does not determine B(t) and K(t), or a solver did not converge.
     """
     chosen = VARYING_METHODS.named(method)
     _refuse_times(chosen, window_s, every_s)
@@ -84,13 +84,13 @@ def identify_varying(
     data = varying_data(samples, cutoff_hz)
     options = VaryingOptions(window_s, every_s, amplitude_cutoff_hz=amplitude_cutoff_hz, tick=tick)
     if chosen.needs == "amplitude":
-        own, sd = decimated_amplitudes(samples, data.every, amplitude, amplitude_sd)
-        options = replace(options, amplitude=own, amplitude_sd=sd)
+        at_rate, sd = decimated_amplitudes(samples, data.every, amplitude, amplitude_sd)
+        options = replace(options, amplitude=at_rate, amplitude_sd=sd)
     tick()
     begun, course = _with_rivals(chosen, begin(data, tick), options)
     rest = at_rest(samples, data, course, cutoff_hz)
     if rest.corrects:
-        # where the corrected record does not settle, the bands alone allow for what was found
+        # if the corrected record does not converge, only the bands allow for the detected effect
         with suppress(EstimationError):
             corrected = varying_data(rest.corrected(samples), cutoff_hz)
             begun, course = _with_rivals(chosen, begin(corrected, tick), options)
@@ -103,9 +103,9 @@ def identify_varying(
 def _with_rivals(
     chosen: VaryingMethod, begun: Beginning, options: VaryingOptions
 ) -> tuple[Beginning, EstimatedCourse]:
-    """The method's course; one that does not judge the subject's own torque is judged here."""
+    """Course of the method, with a test for the subject's own torque if the method makes none."""
     course = chosen.identify(begun, options)
-    # a course of measured amplitudes does not follow a torque that is none of theirs
+    # a course that follows the measured amplitudes cannot follow another torque
     free = chosen.needs != "amplitude"
     if free and not any(check.name == "voluntary" for check in course.checks):
         course = beside_rivals(course, begun, options.tick)
@@ -113,7 +113,7 @@ def _with_rivals(
 
 
 def _ticks(progress: Progress | None) -> Callable[[], None]:
-    """What tells of one step more; the last one is told at the end."""
+    """Return a function that reports one more step; the last step is reported at the end."""
     done = count(1)
 
     def tick() -> None:
@@ -177,7 +177,7 @@ def _warnings(samples: JointSamples, begun: Beginning, course: EstimatedCourse) 
 
 
 def _limited(data: VaryingData, course: EstimatedCourse) -> tuple[str, ...]:
-    """The subject's own torque, where K's band is wide because of it."""
+    """Warning on the subject's own torque if K's band is wide because of it."""
     half = float(np.median(t_factor(np.inf) * course.sd_K / np.abs(course.K)))
     if not data.own.order or half < WIDE:
         return ()
@@ -189,17 +189,17 @@ def _limited(data: VaryingData, course: EstimatedCourse) -> tuple[str, ...]:
 
 
 def _negative(course: EstimatedCourse) -> tuple[str, ...]:
-    """A joint that pushes or feeds energy: more likely a sign or too much noise."""
+    """Warnings on negative I, B or K: probably a wrong sign or too much noise."""
     parts = {"B": float((course.B < 0).mean()), "K": float((course.K < 0).mean())}
-    told = [
+    messages = [
         f"{name} is negative in {_percent(part)} of the time: the sign of the torque, or too "
         "little motion for so fast a course"
         for name, part in parts.items()
         if part > 0
     ]
     if course.inertia < 0:
-        told.append("the inertia is negative: the sign of the torque, or too much noise")
-    return tuple(told)
+        messages.append("the inertia is negative: the sign of the torque, or too much noise")
+    return tuple(messages)
 
 
 def _percent(part: float) -> str:

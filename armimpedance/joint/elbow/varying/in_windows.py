@@ -1,9 +1,9 @@
-"""B and K in windows that overlap: constant (the source's) or quadratic inside a window.
+"""B and K in overlapping windows, constant (as in the source) or quadratic in each window.
 
 In each window the weighted equation of `equation` is solved for the window's own
-coefficients; I and the offsets are shared by all windows. What a constant cannot follow is told:
-the same windows are solved with two more powers of time, and how far the values at their centres
-move apart, beyond what their noise explains, is the error by time variation that the bands take in.
+coefficients; I and the offsets are shared by all windows. To find the error by time variation, the
+same windows are solved with two more powers of time. The difference of the values at the centres,
+beyond what noise explains, is this error; it is added to the bands.
 """
 
 from __future__ import annotations
@@ -28,13 +28,15 @@ from armimpedance.joint.elbow.varying.equation import (
 from armimpedance.joint.elbow.varying.method import EstimatedCourse, VaryingOptions
 
 ROUNDS: Final = 4
-#: An error by time variation above this part of the mean is warned of.
+#: Error by time variation, over the mean, above which there is a warning.
 TOO_FAST: Final = 0.05
 
 
 @dataclass(frozen=True)
 class _Values:
-    """B, K at the windows' centres (W, 2), their variances, and the shared (s,) with covariance."""
+    """B and K at the windows' centres (W, 2) with variances; shared parameters (s,) with
+    covariance.
+    """
 
     values: FloatArray
     variance: FloatArray
@@ -45,12 +47,12 @@ class _Values:
 def in_windows(
     begun: Beginning, options: VaryingOptions, *, length_s: float, per_window: int, degree: int
 ) -> EstimatedCourse:
-    """B and K as polynomials of time inside windows, read at their centres.
+    """Fit B and K as polynomials of time in windows; the values are those at the centres.
 
-    `options`: `window_s` and `every_s` are used instead of the following two where they are given.
-    `per_window`: steps from window to window that make up a window's length.
+    `options`: `window_s` and `every_s`, if stated, override the following two.
+    `per_window`: number of steps from window to window in a window's length.
     `degree`: degree of the polynomials.
-    Raises InputError: Windows that are too short for their coefficients, or longer than a trial.
+    Raises InputError: windows that are too short for their coefficients, or longer than a trial.
     """
     data, course = begun.data, begun.course
     length_s = length_s if options.window_s is None else options.window_s
@@ -116,10 +118,10 @@ def _solve_windows(eq: Linearised, first: IntArray, rows: int, degree: int) -> _
     p, s = 2 * (degree + 1), U.shape[1]
     gram = np.empty((len(first), p + s + 1, p + s + 1))
     for w, a in enumerate(first):
-        here = slice(a, a + rows)
-        x1, x0 = eq.x1[here, None] * powers, eq.x0[here, None] * powers
-        columns = np.column_stack([x1, x0, U[here], eq.y[here]])
-        white = eq.whitened(columns, here)
+        row = slice(a, a + rows)
+        x1, x0 = eq.x1[row, None] * powers, eq.x0[row, None] * powers
+        columns = np.column_stack([x1, x0, U[row], eq.y[row]])
+        white = eq.whitened(columns, row)
         gram[w] = white.T @ white
     return _reduced(gram, p, s, eq.prior_sd, rows / np.diff(first).min() if len(first) > 1 else 1.0)
 
@@ -127,7 +129,7 @@ def _solve_windows(eq: Linearised, first: IntArray, rows: int, degree: int) -> _
 def _reduced(gram: FloatArray, p: int, s: int, prior_sd: FloatArray, overlap: float) -> _Values:
     """Shared parameters from all windows, then each window's own.
 
-    A sample lies in `overlap` windows, so that the sum of their information counts it as often.
+    A sample lies in `overlap` windows, so the sum of their information is divided by this.
     """
     own = gram[:, :p, :p]
     scale = 1 / np.sqrt(np.maximum(np.diagonal(own, axis1=1, axis2=2), 1e-300))
@@ -137,8 +139,8 @@ def _reduced(gram: FloatArray, p: int, s: int, prior_sd: FloatArray, overlap: fl
     inverse = np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
     # G (W, p, s + 1) = A^-1 [X^T U, X^T y]
     G = inverse @ gram[:, :p, p:]
-    left = gram[:, p:, p:] - gram[:, p:, :p] @ G
-    total = left.sum(axis=0) / max(overlap, 1.0)
+    remaining = gram[:, p:, p:] - gram[:, p:, :p] @ G
+    total = remaining.sum(axis=0) / max(overlap, 1.0)
     shared, covariance = solve_gram(total[:s, :s], total[:s, s], prior_sd)
     values = G[:, :, s] - G[:, :, :s] @ shared
     spread = inverse + G[:, :, :s] @ covariance @ G[:, :, :s].transpose(0, 2, 1)
@@ -148,12 +150,12 @@ def _reduced(gram: FloatArray, p: int, s: int, prior_sd: FloatArray, overlap: fl
 
 
 def _course_of(data: VaryingData, course: Course, at: IntArray, solved: _Values) -> Course:
-    """B and K of all samples: lines between the centres of a trial, level beyond them."""
+    """B and K of all samples: lines between the centres of a trial, constant beyond them."""
     trial = data.trial_of
     B, K = np.empty(len(trial)), np.empty(len(trial))
     for t in range(len(data.trials)):
-        mine, here = trial[at] == t, np.flatnonzero(trial == t)
+        points, samples = trial[at] == t, np.flatnonzero(trial == t)
         for k, out in ((0, B), (1, K)):
-            out[here] = np.interp(here, at[mine], solved.values[mine, k])
+            out[samples] = np.interp(samples, at[points], solved.values[points, k])
     new = replace(course, inertia=float(solved.shared[0]), B=B, K=K)
     return with_offsets(new, solved.shared[1:])

@@ -1,4 +1,4 @@
-"""What the table of time-varying methods holds of each, and what it is given."""
+"""Interface of the time-varying methods: their input, their result, and the record of a method."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from armimpedance.joint.elbow.varying.beginning import Beginning
 from armimpedance.joint.elbow.varying.data import Autoregression, VaryingData
 from armimpedance.numerics.signals import CUTOFF_HZ
 
-# What a time-varying method hands over, of which the result is made.
+# Result of a time-varying method, from which the final result is made.
 
-#: Grid of the result where a method has none of its own, s.
+#: Grid of the result if a method has none of its own, s.
 EVERY_S: Final = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class EstimatedCourse:
-    """B and K at L points of the trials, with what was chosen and warned of.
+    """B and K at L points of the trials, with notes and warnings.
 
     `B`, `K`, `sd_B`, `sd_K` (L,).
     `at` (L,) int: sample of each point, rising.
-    `own`: the subject's own torque, where the method itself has chosen it.
+    `own`: the subject's own torque, if the method itself has chosen it.
     """
 
     at: IntArray
@@ -44,7 +44,7 @@ class EstimatedCourse:
 
 
 def grid(data: VaryingData, every_s: float | None) -> IntArray:
-    """Samples (L,) on the grid of the result, from each trial's first."""
+    """Samples (L,) on the grid of the result, counted from each trial's first."""
     step = max(round((every_s or EVERY_S) * data.rate_hz), 1)
     pairs = zip(data.offsets[:-1], data.offsets[1:], strict=True)
     return np.concatenate([np.arange(a, b, step) for a, b in pairs])
@@ -52,15 +52,14 @@ def grid(data: VaryingData, every_s: float | None) -> IntArray:
 
 @dataclass(frozen=True)
 class VaryingOptions:
-    """What methods take beside the samples.
+    """Options of the methods.
 
     `window_s`: length of a window; None: the method's own.
     `every_s`: grid of the result; None: the method's own.
-    `amplitude` (N, m): EMG amplitudes at the decimated rate, 0..1; no muscles where none are
-    needed.
+    `amplitude` (N, m): EMG amplitudes at the decimated rate, 0..1; empty if they are not needed.
     `amplitude_sd` (m,) or None: their standard errors.
-    `amplitude_cutoff_hz`: edge of the low-pass that made them: their errors lie below it.
-    `tick`: to be called after each step that takes a while.
+    `amplitude_cutoff_hz`: edge of the low-pass of the amplitudes; their errors lie below it.
+    `tick`: is called after each long step.
     """
 
     window_s: float | None = None
@@ -75,8 +74,8 @@ class VaryingOptions:
 class VaryingMethod:
     """A method for B(t) and K(t) with constant I.
 
-    `description`: what it takes B and K for, in one line.
-    `needs`: what it takes beside the samples: a window's length, EMG amplitudes.
+    `description`: its model of B and K, in one line.
+    `needs`: its input besides the samples: a window's length, or EMG amplitudes.
     """
 
     name: str

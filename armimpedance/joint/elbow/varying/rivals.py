@@ -1,8 +1,8 @@
-"""A course that varies, or a torque of the subject's own? Both are fitted, the likelihood decides.
+"""Compare a course that varies with a torque of the subject's own, by their likelihoods.
 
-A course that is free to vary follows a slow torque v as well as it follows itself: ``K(t) theta``
-and v are both slow. What tells them apart is that v goes on where the joint stands still, and the
-marginal likelihood, the courses integrated out, knows that (`smoother.negative_log`).
+A course that is free to vary can follow a slow torque v of the subject, since ``K(t) theta`` and v
+are both slow. They differ because v continues while the joint stands still. The marginal
+likelihood, with the courses integrated out, makes use of this (`smoother.negative_log`).
 """
 
 from __future__ import annotations
@@ -35,26 +35,27 @@ from armimpedance.joint.elbow.varying.method import EstimatedCourse
 from armimpedance.joint.elbow.varying.smoother import SmoothedCourse, smooth
 from armimpedance.numerics.regression import t_factor
 
-#: Intensities (s^-1.5) of B and K from which a torque of the subject's own is looked for.
+#: Start intensities (s^-1.5) of B and K for the search for a torque of the subject's own.
 FIRST_INTENSITIES: Final = (0.3, 3.0)
-#: White torque noise above this many times the sensor's is a torque of the subject's own.
+#: White torque noise above this multiple of the sensor's is a torque of the subject's own.
 MUCH_NOISE: Final = 3.0
-#: Difference of log likelihood within which both explanations stand.
+#: Difference of log likelihood up to which both explanations are kept.
 EQUAL: Final = 15.0
-#: Times by which the subject's slowest torque may be slower than it seems: a course takes the
-#: slowest part of it for its own.
+#: Factor by which the subject's torque may be slower than it seems, since a course can follow the
+#: slowest part of it.
 SLOWER: Final = 4.0
-#: Torque of the subject's own over the torque's noise that is seen.
+#: Detection limit of the subject's own torque, over the torque's noise.
 FLOORS: Final = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class ExplainedCourse:
-    """The course by the likelier explanation, and others that its bands must hold as well.
+    """Course of the likelier explanation, and others that its bands must cover.
 
     `data`: with the subject's own torque of this explanation.
-    `others`: by a torque of the subject's own that is slower, which so short a record does not
-    exclude; by the other explanation, where that is about as likely.
+    `made`: the course.
+    `others`: with a slower torque of the subject, which a short record does not exclude; and by the
+    other explanation, if that is about as likely.
     """
 
     data: VaryingData
@@ -64,61 +65,63 @@ class ExplainedCourse:
 
 
 def explained(begun: Beginning, tick: Callable[[], None]) -> ExplainedCourse:
-    """Smooth with and, where the residuals ask for it, without a torque of the subject's own.
+    """Smooth with and, if the residuals require it, without a torque of the subject's own.
 
-    Raises EstimationError: no explanation settles.
+    Raises EstimationError: no explanation converges.
     """
-    found: list[tuple[float, VaryingData, SmoothedCourse]] = []
+    results: list[tuple[float, VaryingData, SmoothedCourse]] = []
     first: EstimationError | None = None
     for one in _candidates(begun, tick):
-        # levels chosen together with the subject's torque are near; else the search begins wide
+        # levels found together with the subject's torque are near; else the search starts wide
         near = one.levels if one.data.own.order else None
         try:
-            made = smooth(one.data, one.course, near=near, tick=tick)
+            smoothed = smooth(one.data, one.course, near=near, tick=tick)
         except EstimationError as error:
             first = first or error
             continue
-        found.append((_log_likelihood(one.data, made), one.data, made))
-    if not found:
+        results.append((_log_likelihood(one.data, smoothed), one.data, smoothed))
+    if not results:
         raise first or EstimationError("B(t) and K(t) do not settle")
-    found.sort(key=_likeliest, reverse=True)
-    best, data, made = found[0]
+    results.sort(key=_likeliest, reverse=True)
+    best, data, smoothed = results[0]
     alike = [
         one
-        for one in found[1:]
+        for one in results[1:]
         if bool(one[1].own.order) != bool(data.own.order) and abs(best - one[0]) < EQUAL
     ]
     others = [one[2] for one in alike[:1]]
     if data.own.order:
         slow = replace(data, own=data.own.slower(SLOWER))
         with suppress(EstimationError):
-            others.append(smooth(slow, made.course, made.levels, tick=tick))
-    finding = _finding(data, made, alike[0][1] if alike else None)
+            others.append(smooth(slow, smoothed.course, smoothed.levels, tick=tick))
+    finding = _finding(data, smoothed, alike[0][1] if alike else None)
     if finding.verdict == "ok" and begun.unexplained:
         finding = replace(finding, verdict="warning", message=begun.unexplained)
-    return ExplainedCourse(data, made, tuple(others), finding)
+    return ExplainedCourse(data, smoothed, tuple(others), finding)
 
 
 def beside_rivals(
     course: EstimatedCourse, begun: Beginning, tick: Callable[[], None]
 ) -> EstimatedCourse:
-    """A course of a method that does not judge the subject's own torque, with that judgement.
+    """Add the test for the subject's own torque to a course of a method without such a test.
 
-    Where there may be one, its bands hold those of the smoother's explanations too.
+    If there may be one, the bands are widened to cover the smoother's explanations too.
     """
     try:
-        both = explained(begun, tick)
+        comparison = explained(begun, tick)
     except EstimationError as error:
-        said = f"a torque of the subject's own could not be looked for: {error}"
-        return replace(course, checks=(*course.checks, Finding("voluntary", "cannot tell", said)))
-    course = replace(course, checks=(*course.checks, both.finding))
-    if both.finding.verdict == "ok":
+        message = f"a torque of the subject's own could not be looked for: {error}"
+        return replace(
+            course, checks=(*course.checks, Finding("voluntary", "cannot tell", message))
+        )
+    course = replace(course, checks=(*course.checks, comparison.finding))
+    if comparison.finding.verdict == "ok":
         return course
     sd_B, sd_K = course.sd_B, course.sd_K
-    for other in (both.made, *both.others):
+    for rival in (comparison.made, *comparison.others):
         at = course.at
-        sd_B = hull(course.B, sd_B, other.course.B[at], other.sd_B[at])
-        sd_K = hull(course.K, sd_K, other.course.K[at], other.sd_K[at])
+        sd_B = hull(course.B, sd_B, rival.course.B[at], rival.sd_B[at])
+        sd_K = hull(course.K, sd_K, rival.course.K[at], rival.sd_K[at])
     return replace(course, sd_B=sd_B, sd_K=sd_K)
 
 
@@ -129,86 +132,88 @@ def hull(value: FloatArray, sd: FloatArray, other: FloatArray, other_sd: FloatAr
 
 
 def _candidates(begun: Beginning, tick: Callable[[], None]) -> list[Beginning]:
-    """What began, and rivals with a torque of the subject's own where that is not in it."""
+    """The given start, and alternatives with a torque of the subject's own if it has none."""
     constant = start(begun.data)
     if begun.data.own.order or not own_torque(residual_of(begun.data, constant)).order:
         return [begun]
-    rivals = [with_own_torque(begun.data, constant, each, tick) for each in FIRST_INTENSITIES]
+    rivals = [
+        with_own_torque(begun.data, constant, intensity, tick) for intensity in FIRST_INTENSITIES
+    ]
     return [begun, *(one for one in rivals if one is not None and one.data.own.order)]
 
 
-def _likeliest(found: tuple[float, VaryingData, SmoothedCourse]) -> tuple[bool, float]:
-    """Order of explanations: one that needs white noise the sensor has not got comes last."""
-    value, data, made = found
-    return bool(data.own.order) or made.levels.torque <= MUCH_NOISE, value
+def _likeliest(candidate: tuple[float, VaryingData, SmoothedCourse]) -> tuple[bool, float]:
+    """Sort key of explanations: those with more white noise than the sensor has come last."""
+    value, data, smoothed = candidate
+    return bool(data.own.order) or smoothed.levels.torque <= MUCH_NOISE, value
 
 
-def _log_likelihood(data: VaryingData, made: SmoothedCourse) -> float:
+def _log_likelihood(data: VaryingData, smoothed: SmoothedCourse) -> float:
     """Marginal log likelihood, comparable between processes of the subject's torque."""
     own = data.own
     if not own.order:
-        return made.log_likelihood
+        return smoothed.log_likelihood
     A = own.operator(np.diff(data.offsets))
     # density of v: det (A / sd), A lower triangular
     normal = float(np.log(A[0]).sum()) - len(data.angle) * float(np.log(own.sd))
-    return made.log_likelihood + normal - own.order * float(np.log(len(data.angle))) / 2
+    return smoothed.log_likelihood + normal - own.order * float(np.log(len(data.angle))) / 2
 
 
-def _finding(data: VaryingData, made: SmoothedCourse, other: VaryingData | None) -> Finding:
+def _finding(data: VaryingData, fit: SmoothedCourse, rival: VaryingData | None) -> Finding:
     floor = float(np.sqrt((data.sd_torque**2).mean()))
     smallest = f"{FLOORS * floor:.2g} N m"
-    rms = max(data.own.rms, 0.0 if other is None else other.own.rms)
-    if other is not None and rms > FLOORS * floor:
-        said = (
+    rms = max(data.own.rms, 0.0 if rival is None else rival.own.rms)
+    if rival is not None and rms > FLOORS * floor:
+        message = (
             f"a course that varies and a torque of the subject's own ({rms:.2g} N m, rms) explain "
             "the record alike: the bands hold both"
         )
-        return Finding("voluntary", "cannot tell", said, smallest)
+        return Finding("voluntary", "cannot tell", message, smallest)
     if data.own.order and rms > floor:
-        said = (
+        message = (
             f"the record holds a torque of {data.own.rms:.2g} N m (rms) that I, B and K do not "
             "explain: the subject's own, or a reflex, channels out of step, a stiffness that "
             "depends on the deflection (`elbow` on a part where nothing changes tells which); the "
             "bands allow for an own one that goes on alike, but where K changes at once, or with "
             "the torque, they may miss it; ask the subject to relax, or average over trials"
         )
-        return Finding("voluntary", "warning", said, smallest)
-    if made.levels.torque > MUCH_NOISE:
-        said = (
-            f"the residuals are {made.levels.torque:.1f} times the torque sensor's noise, and no "
+        return Finding("voluntary", "warning", message, smallest)
+    if fit.levels.torque > MUCH_NOISE:
+        message = (
+            f"the residuals are {fit.levels.torque:.1f} times the torque sensor's noise, and no "
             "process of the subject's own torque describes them: such a torque none the less, or a "
             "joint that is not of second order (`elbow` on a part where nothing changes tells "
             "which); B and K are not to be trusted here, and their bands rest on white noise; ask "
             "the subject to relax"
         )
-        return Finding("voluntary", "warning", said, smallest)
+        return Finding("voluntary", "warning", message, smallest)
     return Finding("voluntary", "ok", "no torque of the subject's own is seen", smallest)
 
 
-# The record less what varies is that of a limb at rest, and is doubted like one.
+# The record without its variation is that of a constant joint, and is tested like one.
 #
 # ``tau - (B(t) - B) theta' - (K(t) - K) theta``, with the means B and K of a course, obeys the
-# equation of a constant joint as far as the course is right. Whatever `stationary` can doubt of one
-# (late answers, channels out of step, a stiffness that depends on the deflection) is looked for in
-# it: a course that is free to vary hides these, for it follows them where it can. What is found is
-# taken off the record before the course is estimated again; what a limb at rest would have for I, B
-# and K, and how surely, is in the bands.
+# equation of a constant joint if the course is right. It is tested as in `stationary` for late
+# answers, channels out of step, and a stiffness that depends on the deflection. A course that is
+# free to vary would hide these, because it follows them. A detected effect is removed from the
+# record before the course is estimated again. The bands include the I, B and K of the constant
+# joint, and their uncertainty.
 
-#: What is looked for.
+#: Effects that are tested.
 NAMES: Final = ("reflex", "skew", "amplitude")
-#: What can be taken off the record.
+#: Effects that can be removed from the record.
 _TAKEN_OFF: Final = ("reflex", "skew")
-#: Half of the window in which the velocity is read off the angle, s.
+#: Half of the window in which the velocity is computed from the angle, s.
 _HALF_S: Final = 6e-3
 _CUBIC: Final = 3
 
 
 @dataclass(frozen=True, eq=False)
 class AtRest:
-    """A constant joint's fit to the record less what varies.
+    """Fit of a constant joint to the record without its variation.
 
-    `fit`: None: no joint at rest could be fitted.
-    `why`: then, why not.
+    `fit`: None if no constant joint could be fitted.
+    `why`: the reason for that.
     """
 
     fit: ElbowFit | None
@@ -216,45 +221,48 @@ class AtRest:
 
     @property
     def checks(self) -> tuple[Finding, ...]:
-        """What was doubted, each with the word that it is of the record less what varies."""
+        """Findings on late answers, skew and amplitude, from the record without its variation."""
         if self.fit is None:
-            said = f"late answers, skew and amplitude could not be looked for: {self.why}"
-            return (Finding("reflex", "cannot tell", said),)
+            message = f"late answers, skew and amplitude could not be looked for: {self.why}"
+            return (Finding("reflex", "cannot tell", message),)
         return tuple(c for c in self.fit.checks if c.name in NAMES)
 
     @property
     def named(self) -> tuple[str, ...]:
-        """What was found."""
+        """Names of the detected effects."""
         return tuple(c.name for c in self.checks if c.verdict == "warning")
 
     @property
     def corrects(self) -> bool:
-        """Whether something was found that can be taken off."""
+        """True if an effect was detected that can be removed."""
         return any(name in _TAKEN_OFF for name in self.named)
 
     def corrected(self, samples: JointSamples) -> JointSamples:
-        """The samples in step and without the late answer, as far as these were found."""
+        """Samples with the detected skew and late answer removed."""
         if self.fit is None:
             return samples
         torque, angle = np.array(samples.torque), np.array(samples.angle)
         reflex, skew = self.fit.details["reflex"], self.fit.details["skew"]
         lag = skew.value_s if "skew" in self.named else 0.0
         for row in range(samples.n_trials):
-            here = samples.samples_of(row)
-            measured = samples.angle[here]
-            angle[here] = later(measured, -lag * samples.sample_rate_hz)
+            part = samples.samples_of(row)
+            measured = samples.angle[part]
+            angle[part] = later(measured, -lag * samples.sample_rate_hz)
             if "reflex" in self.named:
-                about, rate = angle[here] - angle[here].mean(), samples.sample_rate_hz
-                one = reflex.likeliest
-                answer = one.K_r * about + one.B_r * velocity(about, rate)
-                torque[here] -= behind(answer, ReflexArc(one.delay_s, one.muscle_s), rate)
+                centred, rate = angle[part] - angle[part].mean(), samples.sample_rate_hz
+                likeliest = reflex.likeliest
+                answer = likeliest.K_r * centred + likeliest.B_r * velocity(centred, rate)
+                torque[part] -= behind(
+                    answer, ReflexArc(likeliest.delay_s, likeliest.muscle_s), rate
+                )
         return replace(samples, torque=torque, angle=angle)
 
     def beside(self, course: EstimatedCourse) -> EstimatedCourse:
-        """The course, its bands wide enough for what the limb at rest says of I, B and K.
+        """Widen the course's bands by what the constant joint gives for I, B and K.
 
-        What was found is as uncertain as it is there. Where nothing was found, and the means
-        differ from I, B, K at rest by more than both allow, the bands hold the difference.
+        If an effect was detected, the uncertainty of the constant joint's fit is added. If none
+        was, and the means differ significantly from the constant I, B, K, the bands cover the
+        difference.
         """
         if self.fit is None:
             return replace(course, checks=(*course.checks, *self.checks))
@@ -279,21 +287,21 @@ class AtRest:
 def at_rest(
     samples: JointSamples, data: VaryingData, course: EstimatedCourse, cutoff_hz: float | None
 ) -> AtRest:
-    """Fit a constant joint to the record less what varies of a course.
+    """Fit a constant joint to the record without the variation of a course.
 
     `samples`: as recorded.
     `data`: of the same samples.
-    `cutoff_hz`: as of `identify_varying`.
+    `cutoff_hz`: as for `identify_varying`.
     """
     torque = np.array(samples.torque)
-    about = course.B - course.B.mean(), course.K - course.K.mean()
+    variation = course.B - course.B.mean(), course.K - course.K.mean()
     trial = data.trial_of[course.at]
     for row in range(samples.n_trials):
-        here, mine = samples.samples_of(row), trial == row
-        at = (course.at[mine] - data.offsets[row]) * data.every
-        angle = samples.angle[here] - samples.angle[here].mean()
-        B, K = (np.interp(np.arange(len(angle)), at, values[mine]) for values in about)
-        torque[here] -= B * velocity(angle, samples.sample_rate_hz) + K * angle
+        part, points = samples.samples_of(row), trial == row
+        at = (course.at[points] - data.offsets[row]) * data.every
+        angle = samples.angle[part] - samples.angle[part].mean()
+        B, K = (np.interp(np.arange(len(angle)), at, values[points]) for values in variation)
+        torque[part] -= B * velocity(angle, samples.sample_rate_hz) + K * angle
     try:
         edge: Cutoff = "auto" if cutoff_hz is None else cutoff_hz
         return AtRest(identify_elbow(replace(samples, torque=torque), cutoff_hz=edge))
@@ -302,12 +310,12 @@ def at_rest(
 
 
 def velocity(angle: FloatArray, rate_hz: float) -> FloatArray:
-    """Slope of the cubic through a few samples about each of (S,), per second."""
+    """Velocity (S,), from the slope of a cubic through neighbouring samples, per second."""
     width = max(2 * round(_HALF_S * rate_hz) + 1, _CUBIC + 2)
     return np.asarray(savgol_filter(angle, width, _CUBIC, deriv=1, delta=1 / rate_hz))
 
 
 def later(signal: FloatArray, samples: float) -> FloatArray:
-    """(S,) as it was so many samples ago, its first and last value held."""
+    """Signal (S,) delayed by so many samples; its first and last values are held."""
     now = np.arange(len(signal))
     return np.asarray(np.interp(now - samples, now, signal))

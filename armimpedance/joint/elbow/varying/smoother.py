@@ -1,14 +1,14 @@
-"""B(t) and K(t) as integrated random walks: smoother with noise levels chosen by likelihood.
+"""B(t) and K(t) as integrated random walks: a smoother with noise levels of greatest likelihood.
 
-State of sample t: the angle without noise, B and K. Given the last linearisation all of it is one
+The state of sample t is the angle without noise, B and K. With the last linearisation this is a
 linear Gaussian model,
 
     tau side:  y~_t = L theta + x1 B_t + x0 K_t + U u + n1,      n1 ~ (lambda s1)^2
     angle:     theta_m = theta + n2,                             n2 ~ s2^2
     prior:     B_(t+1) - 2 B_t + B_(t-1) ~ q_B,   K likewise ~ q_K
 
-whose information matrix is banded: `chain` filters and smooths it. The marginal likelihood
-of (q_B, q_K, lambda) comes from the same matrix by a banded Cholesky factor. I and the offsets u
+whose information matrix is banded; `smooth_chain` filters and smooths it. The marginal likelihood
+of (q_B, q_K, lambda) comes from the banded Cholesky factor of the same matrix. I and the offsets u
 are constant and eliminated by their Schur complement.
 """
 
@@ -34,25 +34,25 @@ from armimpedance.joint.elbow.varying.smoother_model import (
     smoother_model,
 )
 
-# The smoother's bands: between the posterior variance and the estimator's own error.
+# The smoother's bands: a mean of the posterior variance and the estimator's own error.
 
-#: Draws that carry the prior's share of the variance.
+#: Number of draws that give the prior's share of the variance.
 DRAWS: Final = 64
-#: Seconds over which the noise let through and the square of the shrinkage are averaged.
+#: Seconds over which the noise variance and the square of the shrinkage are averaged.
 VARIANCE_S: Final = 0.3
 SHRINKAGE_S: Final = 0.7
-#: Share of the posterior variance in the bands' (see `_between`).
+#: Weight of the posterior variance in that of the bands (see `band_variance`).
 POSTERIOR_WEIGHT: Final = 0.25
 
 
 def own_error(
     course: Course, model: SmootherModel, levels: Levels
 ) -> tuple[FloatArray, FloatArray]:
-    """The prior's share of the variances, and the shrinkage of the course itself, (N, 2) each.
+    """Prior's share of the variances, and shrinkage of the course itself, (N, 2) each.
 
-    With information H = F + Q of samples and prior the estimator errs by the noise that it lets
-    through, ``H^-1 F H^-1 = H^-1 - H^-1 Q H^-1``, and by ``-H^-1 Q x``. The diagonal of
-    ``H^-1 Q H^-1`` is the mean square of H^-1 times draws of covariance Q.
+    With information H = F + Q of samples and prior, the estimator's error has two parts: noise of
+    covariance ``H^-1 F H^-1 = H^-1 - H^-1 Q H^-1``, and the shrinkage ``-H^-1 Q x``. The diagonal
+    of ``H^-1 Q H^-1`` is the mean square of H^-1 times draws of covariance Q.
     """
     q = model.unit * np.array([levels.B, levels.K]) ** 2
     n, N = model.torque.shape[1], len(course.B)
@@ -81,12 +81,12 @@ def own_error(
 def band_variance(
     posterior: FloatArray, share: FloatArray, shrinkage: FloatArray, data: VaryingData
 ) -> FloatArray:
-    """Variances for the bands, (N, 2): a geometric mean of two that err on either side.
+    """Variances for the bands (N, 2): a geometric mean of two estimates.
 
-    The posterior variance is too wide where the course is smoother than the prior's draws: it
-    holds room for changes that are not there. The estimator's own error, noise let through and
-    shrinkage as the smoothed course shows it, is a little too narrow where few samples speak and
-    the smoothed course cannot show what it missed. Weights: `POSTERIOR_WEIGHT` and the rest; the
+    The posterior variance is too large if the course is smoother than draws of the prior: it allows
+    for changes that do not occur. The estimator's own error (noise, and the shrinkage computed from
+    the smoothed course) is a little too small where there is little information, because the
+    smoothed course cannot show what it missed. The weights are `POSTERIOR_WEIGHT` and the rest; the
     coverage is measured in benchmarks/elbow/varying.py.
     """
     passed = np.maximum(posterior - share, 0.01 * posterior)
@@ -109,7 +109,7 @@ def _moving_mean(values: FloatArray, width: int) -> FloatArray:
 
 
 def _times(banded: FloatArray, x: FloatArray) -> FloatArray:
-    """Symmetric lower banded (w, n) times x (n,)."""
+    """Product of a symmetric lower banded matrix (w, n) and x (n,)."""
     out = banded[0] * x
     for k in range(1, len(banded)):
         out[k:] += banded[k, :-k] * x[:-k]
@@ -117,19 +117,19 @@ def _times(banded: FloatArray, x: FloatArray) -> FloatArray:
     return np.asarray(out)
 
 
-#: Starting change of K and B: relative to their mean, as intensity of the second derivative's
-#: white noise, s^-1.5.
+#: Start value of the variation of K and B: intensity of the second derivative's white noise,
+#: relative to their mean, s^-1.5.
 START_INTENSITY: Final = 3.0
-#: Range of that intensity: constant within what 10 s can show; a step within one sample.
+#: Range of that intensity: from practically constant over 10 s to a step within one sample.
 INTENSITY_RANGE: Final = (1e-3, 1e4)
-#: Range of the torque noise over the floor that was read: never less than the channel shows.
+#: Range of the torque noise over the measured floor: never below the floor.
 NOISE_RANGE: Final = (1.0, 100.0)
 ROUNDS: Final = 12
-#: A course that moves by less than this part of its standard error has settled.
+#: A course that changes by less than this share of its standard error has converged.
 SETTLED: Final = 0.05
-#: One that still moves by more has not: no result.
+#: If it still changes by more than this share, the fit fails.
 UNSETTLED: Final = 0.5
-#: Times that the levels are chosen, each about the course that the ones before gave.
+#: Number of times that the levels are optimised, each about the course of the previous ones.
 CHOICES: Final = 2
 
 
@@ -152,29 +152,31 @@ def smooth(
     near: Levels | None = None,
     tick: Callable[[], None] = lambda: None,
 ) -> SmoothedCourse:
-    """B(t), K(t) and I of all trials.
+    """Estimate B(t), K(t) and I of all trials.
 
     `first`: course to start from.
     `levels`: noise levels; None: those of maximum likelihood.
     `near`: levels from which their search starts.
     `tick`: called after each step.
-    Raises EstimationError: the likelihood has no maximum within reach, or the course does not
-    settle.
+    Raises EstimationError: the likelihood has no maximum in the range, or the course does not
+    converge.
     """
     scale = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
-    course, now = first, levels or near or Levels(START_INTENSITY, START_INTENSITY, 1.0)
+    course, current = first, levels or near or Levels(START_INTENSITY, START_INTENSITY, 1.0)
     for turn in range(CHOICES if levels is None else 1):
         if levels is None:
             model = smoother_model(data, linearise(data, course), scale)
-            now = likeliest(model, now, coarse=turn == 0 and near is None)
+            current = likeliest(model, current, coarse=turn == 0 and near is None)
             tick()
-        course = settle(data, course, now, scale)
+        course = settle(data, course, current, scale)
         tick()
     model = smoother_model(data, linearise(data, course), scale)
-    course, variance, sd_inertia = solve_course(course, model, now)
-    variance = band_variance(variance, *own_error(course, model, now), data)
+    course, variance, sd_inertia = solve_course(course, model, current)
+    variance = band_variance(variance, *own_error(course, model, current), data)
     sd = np.sqrt(variance)
-    return SmoothedCourse(course, sd[:, 0], sd[:, 1], sd_inertia, now, -negative_log(model, now))
+    return SmoothedCourse(
+        course, sd[:, 0], sd[:, 1], sd_inertia, current, -negative_log(model, current)
+    )
 
 
 def settle(
@@ -186,12 +188,12 @@ def settle(
     strict: bool = True,
     rounds: int = ROUNDS,
 ) -> Course:
-    """Linearise and solve until B and K stay where they are."""
+    """Linearise and solve until B and K converge."""
     step, sd = Step(), 0.0
     for turn in range(rounds):
         model = smoother_model(data, linearise(data, course), scale)
         if turn == 0:
-            # variances cost far more than the course; the first round's say what is little
+            # variances cost far more than the course; the first round's set the tolerance
             new, variance, _ = solve_course(course, model, levels)
             sd = float(np.sqrt(variance[:, 1].mean()))
         else:
@@ -235,7 +237,7 @@ def _levels(logs: FloatArray) -> Levels:
 
 
 def negative_log(model: SmootherModel, levels: Levels) -> float:
-    """Minus the marginal log likelihood, but for a constant.
+    """Minus the marginal log likelihood, up to a constant.
 
     ``2 NLL = y^2/s^2 - g^T H^-1 g + log det H + 2 R log lambda + S (log q_B + log q_K)`` with the
     shared parameters eliminated from both terms.
@@ -278,7 +280,7 @@ def factor_of(model: SmootherModel, levels: Levels) -> FloatArray:
 
 
 def course_of(course: Course, model: SmootherModel, levels: Levels, factor: FloatArray) -> Course:
-    """The smoothed course alone, from the factor of the information."""
+    """Smoothed course without variances, from the factor of the information."""
     mean = np.asarray(cho_solve_banded((factor, True), model.right(levels)))
     return _eliminated(course, model, levels, mean)[0]
 
@@ -287,9 +289,9 @@ def solve_course(
     course: Course, model: SmootherModel, levels: Levels
 ) -> tuple[Course, FloatArray, float]:
     """Filter and smooth: the course, variances of B and K (N, 2), standard error of I."""
-    made = smooth_chain(model.information(levels), model.right(levels), model.block)
-    new, V, inverse = _eliminated(course, model, levels, made.mean)
-    variance = made.variance + ((V @ inverse) * V).sum(axis=1)
+    smoothed = smooth_chain(model.information(levels), model.right(levels), model.block)
+    new, V, inverse = _eliminated(course, model, levels, smoothed.mean)
+    variance = smoothed.variance + ((V @ inverse) * V).sum(axis=1)
     if not (np.isfinite(new.K).all() and (variance > 0).all() and inverse[0, 0] > 0):
         raise EstimationError("the smoother lost its precision: a noise level is out of range")
     both = variance.reshape(-1, model.state)[:, 1:3]
@@ -299,11 +301,12 @@ def solve_course(
 def _eliminated(
     course: Course, model: SmootherModel, levels: Levels, mean: FloatArray
 ) -> tuple[Course, FloatArray, FloatArray]:
-    """I and the offsets from ``H^-1 [g, C]`` (n, 1 + s): the course, H^-1 C, their covariance."""
+    """Course with I and the offsets, H^-1 C, and their covariance, from ``H^-1 [g, C]`` (n, 1 +
+    s)."""
     weight = levels.torque**-2
     V, state = mean[:, 1:], mean[:, 0]
     coupling = model.coupling * weight
-    # S (s, s) = H_uu - C^T H^-1 C: what the samples say of I and the offsets
+    # S (s, s) = H_uu - C^T H^-1 C: information of the samples on I and the offsets
     schur = model.shared * weight + np.diag(model.shared_prior) - coupling.T @ V
     inverse = np.asarray(np.linalg.inv(schur), dtype=np.float64)
     # u (s,) = S^-1 (g_u - C^T x), then x - H^-1 C u

@@ -1,4 +1,4 @@
-"""The smoother's linear Gaussian model: banded information of angle, B, K and v of all samples."""
+"""Linear Gaussian model of the smoother: banded information of angle, B, K and v of all samples."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from armimpedance.core.errors import EstimationError
 from armimpedance.joint.elbow.varying.data import VaryingData
 from armimpedance.joint.elbow.varying.equation import HALF, WIDTH, Linearised
 
-#: Unknowns per sample: angle, B, K; one more where the subject adds a torque v.
+#: Unknowns per sample: angle, B, K; one more if the subject adds a torque v.
 STATE: Final = 3
-#: The difference that is white noise, and its order.
+#: Coefficients of the difference that is white noise, and its order.
 DIFFERENCE: Final = (1.0, -2.0, 1.0)
 ORDER: Final = len(DIFFERENCE) - 1
 
@@ -24,7 +24,7 @@ class Levels:
     """Noise levels of the smoother.
 
     `B`, `K`: intensity of the second derivative's white noise over the parameter's mean, s^-1.5.
-    `torque`: torque noise over the floor that was read from the channel.
+    `torque`: torque noise over the channel's measured noise floor.
     """
 
     B: float
@@ -42,7 +42,7 @@ class SmootherModel:
     """The linear Gaussian model of one linearisation, split by noise level.
 
     The information is ``H = torque / lambda^2 + angle + rough_B / q_B + rough_K / q_K``, all lower
-    banded; likewise the right-hand sides.
+    banded; the right-hand sides are split in the same way.
 
     `state`: unknowns per sample.
     """
@@ -66,27 +66,27 @@ class SmootherModel:
 
     @property
     def block(self) -> int:
-        """Unknowns that a block of the chain needs, and rows of the banded matrices."""
+        """Number of unknowns in a block of the chain, and of rows in the banded matrices."""
         return len(self.torque)
 
     def information(self, levels: Levels) -> FloatArray:
-        """H (w, n), lower banded."""
+        """Information H (w, n), lower banded."""
         q = self.unit * np.array([levels.B, levels.K]) ** 2
         return np.asarray(
             self.torque / levels.torque**2 + self.angle + self.rough_B / q[0] + self.rough_K / q[1]
         )
 
     def right(self, levels: Levels) -> FloatArray:
-        """[g, coupling to the shared parameters], (n, 1 + s)."""
+        """Right-hand sides [g, coupling to the shared parameters], (n, 1 + s)."""
         weight = levels.torque**-2
         g = self.right_torque * weight + self.right_angle
         return np.column_stack([g, self.coupling * weight])
 
 
 def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> SmootherModel:
-    """The model about a linearisation.
+    """Build the model about a linearisation.
 
-    `scale` (2,): means of B and K, of which the levels are parts.
+    `scale` (2,): means of B and K, to which the levels are relative.
     """
     state, N = STATE + bool(eq.own.order), len(data.angle)
     n, c, band = state * N, eq.centre, 2 * HALF * state + state
@@ -132,7 +132,7 @@ def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> Smoo
 def _torque_information(
     H: FloatArray, state: int, c: IntArray, L: FloatArray, further: list[FloatArray]
 ) -> FloatArray:
-    """``A^T A`` of the torque rows ``L theta + x1 B + x0 K - v``, lower banded, put into H."""
+    """Add ``A^T A`` of the torque rows ``L theta + x1 B + x0 K - v`` to H, lower banded."""
 
     def put(i: IntArray, j: IntArray, values: FloatArray) -> None:
         i, j = np.maximum(i, j), np.minimum(i, j)
@@ -152,7 +152,7 @@ def _torque_information(
 
 
 def _add_own_torque(H: FloatArray, state: int, data: VaryingData, eq: Linearised) -> None:
-    """Information ``A^T A / sd^2`` of the subject's torque in all samples, added to H."""
+    """Add information ``A^T A / sd^2`` of the subject's torque in all samples to H."""
     A = eq.own.operator(np.diff(data.offsets)) / eq.own.sd
     p, N = len(A) - 1, A.shape[1]
     v = state * np.arange(N) + STATE
@@ -170,7 +170,7 @@ def _starts(data: VaryingData) -> IntArray:
 
 
 def _roughness(data: VaryingData, shape: tuple[int, ...], state: int, which: int) -> FloatArray:
-    """``D^T D`` of the second differences within trials, of unknown `which` of a sample."""
+    """``D^T D`` of the second differences within trials, for unknown number `which` of a sample."""
     H = np.zeros(shape)
     first = _starts(data)
     for i, wi in enumerate(DIFFERENCE):
@@ -181,25 +181,25 @@ def _roughness(data: VaryingData, shape: tuple[int, ...], state: int, which: int
 
 # A chain of blocks: Kalman filter in information form and Rauch-Tung-Striebel backward pass.
 #
-# A Gaussian posterior whose information matrix couples neighbours only is a Markov chain of blocks.
-# Filtering forward and smoothing backward cost one small factorisation per block: linear in
-# samples.
+# A Gaussian posterior whose information matrix couples only neighbours is a Markov chain of blocks.
+# Filtering forward and smoothing backward cost one small factorisation per block, so the cost is
+# linear in the number of samples.
 
 
 @dataclass(frozen=True)
 class Smoothed:
-    """Mean (n, q) of q right-hand sides, and the marginal variances (n,)."""
+    """Means (n, q) for q right-hand sides, and the marginal variances (n,)."""
 
     mean: FloatArray
     variance: FloatArray
 
 
 def smooth_chain(banded: FloatArray, right: FloatArray, size: int) -> Smoothed:
-    """Mean ``H^-1 g`` and ``diag(H^-1)`` of information H (n, n) and g (n, q).
+    """Compute ``H^-1 g`` and ``diag(H^-1)`` for information H (n, n) and g (n, q).
 
     `right` (n, q).
     `banded` (w, n): H in lower banded form: ``banded[k, i] = H[i + k, i]``.
-    `size`: unknowns of a block, at least w - 1.
+    `size`: number of unknowns in a block, at least w - 1.
     Raises EstimationError: H is not positive definite.
     """
     n, q = right.shape
@@ -230,7 +230,8 @@ def smooth_chain(banded: FloatArray, right: FloatArray, size: int) -> Smoothed:
 
 
 def _inverse(information: FloatArray) -> FloatArray:
-    """Symmetric inverse with rows and columns scaled first: units differ by orders."""
+    """Symmetric inverse, with rows and columns scaled first: units differ by orders of
+    magnitude."""
     diagonal = np.diagonal(information)
     if not (diagonal > 0).all():
         raise EstimationError("the smoother's information matrix is not positive definite")

@@ -1,1 +1,1 @@
-"""What the model of a passive joint takes for granted, held against the data."""
+"""Tests of the assumptions of a passive joint's model."""

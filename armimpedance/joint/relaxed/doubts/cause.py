@@ -1,4 +1,4 @@
-"""A cause that makes a passive joint move unlike the model, and what is asked about it."""
+"""A cause that makes a passive joint move unlike the model, and its comparison with the model."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from scipy.special import chdtri
 from armimpedance.joint.relaxed.doubts.evidence import RowEvidence, WhiteFit
 from armimpedance.joint.relaxed.equations import Terms
 
-#: Chance at which a cause is named on data that have none.
+#: Significance level at which a cause is reported.
 LEVEL: Final = 2e-4
-#: A departure that a check with this level sees in half of the cases, in standard errors.
+#: Departure that is detected at this level in half of the cases, in standard errors.
 SEEN: Final = 3.7
 
 
 @dataclass(frozen=True)
 class Cause:
-    """A cause and what it explains.
+    """A cause and its fit.
 
-    `gain`: of twice the log-likelihood, less `price` times `parameters` where causes are compared.
-    `says`: what it would be, and what to do.
-    `fine`: what is said where it is not needed.
-    `fit`, `alone`: with and without slow torque beside it.
+    `gain`: of twice the log likelihood; `price` times `parameters` is subtracted in comparisons.
+    `says`: text of the cause, with advice.
+    `fine`: text if it is not significant.
+    `fit`, `alone`: fits with and without slow torque.
     """
 
     name: str
@@ -40,18 +40,18 @@ class Cause:
 
     @property
     def seen(self) -> bool:
-        """Whether it is needed, were it the only one."""
+        """True if it is significant as the only cause."""
         return self.gain > float(chdtri(self.parameters, LEVEL))
 
     @property
     def worth(self) -> float:
-        """The gain less what parameters gain by chance."""
+        """Gain less the expected gain of its parameters by chance."""
         return self.gain - self.parameters * self.price
 
 
 @dataclass(frozen=True)
 class Inquiry:
-    """The evidence, and its fit by the model as it is."""
+    """The evidence, and the fits of the model as it is."""
 
     terms: Terms
     evidence: RowEvidence
@@ -60,15 +60,15 @@ class Inquiry:
 
     @property
     def price(self) -> float:
-        """Of a parameter."""
+        """Penalty of a parameter."""
         return float(np.log(self.evidence.count))
 
     def ask(
         self, columns: Sequence[str] = (), known: Mapping[str, float] | None = None
     ) -> tuple[WhiteFit, WhiteFit, float]:
-        """The fits with these columns too, with and without slow torque, and the gain.
+        """Fits with these further columns, with and without slow torque, and the gain.
 
-        `known`: columns that are there too, with their size.
+        `known`: further columns of fixed size.
         """
         every = (*self.terms.columns, *columns)
         fit = self.evidence.fit(every, known=known)

@@ -1,8 +1,8 @@
-"""What the model of a passive joint takes for granted, held against the data.
+"""Test the assumptions of a passive joint's model.
 
-Each check says what it would have seen. A mass and a constant torque of the person it cannot see:
-all torques of a free limb are proportional to its mass, so that k, h and f of a heavier limb make
-the same swing; a constant torque is a rest angle.
+Each check states its detection limit. An error of the mass and a constant torque of the person
+cannot be detected. All torques of a free limb are proportional to its mass, so a heavier limb with
+larger k, h and f swings alike; a constant torque acts like a change of the rest angle.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from armimpedance.numerics.criticism import change_over_trials
 if TYPE_CHECKING:
     from armimpedance.joint.relaxed.linear import TwoFits
 
-#: Chance at which a check speaks on data that keep the assumption.
+#: Significance level of the checks.
 _LEVEL: Final = 0.002
 
-#: A single trial's errors are known to this factor where the torque was measured: chi^2 of 60
-#: clean sessions of three trials was 1 to 86 where 8 is expected.
+#: Factor by which a single trial's standard errors may be too small if the torque was measured:
+#: chi^2 of 60 clean sessions of three trials was 1 to 86, where 8 is expected.
 MISJUDGED: Final = 3.0
 
-#: Sd of a forearm's mass with the hand about a table, as a fraction: that of the three rows of
+#: Relative sd of a table's mass of forearm and hand: that of the three rows of
 #: `limb.arm.anthropometry` about their mean (Winter .0220, de Leva .0223 and .0194 of the body's
 #: mass).
 TABLE_MASS_SD: Final = 0.075
 
 
-def mass_finding(told: float | None) -> Finding:
-    """What is known of the limb's mass: its sd as a fraction, None where nobody told it."""
-    if told is not None:
-        return Finding("mass", "ok", f"known to {100 * told:g} %, which the intervals count")
+def mass_finding(stated: float | None) -> Finding:
+    """Finding on the limb's mass: its stated sd as a fraction, or None."""
+    if stated is not None:
+        return Finding("mass", "ok", f"known to {100 * stated:g} %, which the intervals count")
     return Finding(
         "mass",
         "cannot tell",
@@ -55,25 +55,25 @@ def mass_finding(told: float | None) -> Finding:
 def doubts(
     samples: PassiveSamples, terms: Terms, method: str, fits: TwoFits, elsewhere: str | None
 ) -> tuple[Finding, ...]:
-    """The checks of one joint that its samples allow.
+    """Run the checks of one joint that its samples allow.
 
     `samples`: of this joint only.
     `fits`: the method's fit of the columns.
-    `elsewhere`: where the data put the rest angle, if not where it was stated.
+    `elsewhere`: sentence on the rest angle if the data contradict the stated one.
     """
-    found = list(_causes(samples, terms))
+    findings = list(_causes(samples, terms))
     raw = samples.hinges is not None or samples.measured_torque is not None
     if raw and method == "output-error":
-        found.append(trials_finding(samples, terms, method))
+        findings.append(trials_finding(samples, terms, method))
     if method == "ls":
-        found.append(_filter_finding(samples, terms, fits))
+        findings.append(_filter_finding(samples, terms, fits))
     if not terms.free and elsewhere is None:
-        found.append(Finding("rest angle", "ok", "the data do not contradict the stated one"))
-    return tuple(found)
+        findings.append(Finding("rest angle", "ok", "the data do not contradict the stated one"))
+    return tuple(findings)
 
 
 def _causes(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
-    """Causes that the samples can tell apart; without raw data that of the stiffness alone."""
+    """Findings on causes that the samples can separate; without raw data only on the stiffness."""
     try:
         if samples.hinges is None and samples.measured_torque is None:
             return (_stiffness_finding(samples, terms),)
@@ -83,10 +83,10 @@ def _causes(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
 
 
 def _stiffness_finding(samples: PassiveSamples, terms: Terms) -> Finding:
-    """Whether the stiffness is the same all over the motion, by the filtered columns."""
+    """Test if the stiffness is the same over the whole motion, by the filtered columns."""
     name = "amplitude"
     more = replace(terms, quadratic=True, cubic=True)
-    extra = [more.columns.index(one) for one in ("K", "C") if one not in terms.columns]
+    extra = [more.columns.index(column) for column in ("K", "C") if column not in terms.columns]
     fit = METHODS["parallel"].solve(samples, more).robust
     size, spread = fit.parameters[extra], fit.covariance[np.ix_(extra, extra)]
     # F = x^T (m,) C^-1 (m, m) x / m
@@ -102,7 +102,7 @@ def _stiffness_finding(samples: PassiveSamples, terms: Terms) -> Finding:
 
 
 def trials_finding(samples: PassiveSamples, terms: Terms, method: str) -> Finding:
-    """Whether the trials (or thirds of a single one) are trials of one and the same joint."""
+    """Test if the trials (or thirds of a single one) have the same parameters."""
     parts = samples if samples.n_trials > 1 else samples.in_thirds()
     fits: list[tuple[str, FloatArray, FloatArray]] = []
     for row, name in enumerate(parts.trials):
@@ -120,38 +120,38 @@ def trials_finding(samples: PassiveSamples, terms: Terms, method: str) -> Findin
     mean = np.linalg.solve(sum(weights), sum(P @ x for P, x in zip(weights, values, strict=True)))
     square = sum(float((x - mean) @ P @ (x - mean)) for P, x in zip(weights, values, strict=True))
     count = len(mean) * (len(values) - 1)
-    seen = "a trial that is off by four of its own standard errors"
+    smallest = "a trial that is off by four of its own standard errors"
     if samples.hinges is None:
         square /= MISJUDGED**2
     if chdtrc(count, square) >= _LEVEL:
-        return Finding("trials", "ok", "one set of parameters does for all trials", seen)
+        return Finding("trials", "ok", "one set of parameters does for all trials", smallest)
     k = ", ".join(f"{x[0]:.3g}" for x in values[:6])
     text = f"they contradict each other (chi^2 {square:.0f}, {count} expected; k {k})"
-    return Finding("trials", "warning", f"{text}: {_why(fits, terms)}", seen)
+    return Finding("trials", "warning", f"{text}: {_why(fits, terms)}", smallest)
 
 
 def _why(fits: Sequence[tuple[str, FloatArray, FloatArray]], terms: Terms) -> str:
-    """What may make trials contradict each other, by the course of k, h and f over them."""
+    """Probable reason for a contradiction between trials, from the course of k, h and f."""
     many = "muscles that were not silent, a joint that changes, or markers that slide on the skin"
     scaled = [i for i, name in enumerate(terms.columns) if name in ("k", "h", "f")]
     sd = np.array([np.sqrt(np.diag(C)) for _, _, C in fits])[:, scaled]
     change = change_over_trials(np.array([x for _, x, _ in fits])[:, scaled], sd)
     if change is None or not change.seen:
         return many
-    where = "slowly" if change.first is None else f"from {fits[change.first][0]} on"
+    when = "slowly" if change.first is None else f"from {fits[change.first][0]} on"
     size = f"{100 * change.size:+.0f} % (sd {100 * change.error:.0f})"
     if change.alike:
-        return f"k, h and f change alike {where} by {size}: a gain, or another person"
-    return f"k changes {where} by {size}: {many}"
+        return f"k, h and f change alike {when} by {size}: a gain, or another person"
+    return f"k changes {when} by {size}: {many}"
 
 
 def _filter_finding(samples: PassiveSamples, terms: Terms, fits: TwoFits) -> Finding:
-    """What the source's unfiltered sign and its trials' ends cost, beside `parallel`."""
+    """Effect of the source's unfiltered sign and of the trials' ends, compared with `parallel`."""
     try:
-        other = METHODS["parallel"].solve(samples, terms).robust
+        beside = METHODS["parallel"].solve(samples, terms).robust
     except ArmImpedanceError as error:
         return Finding("filter", "cannot tell", f"what the filter costs ({error})")
-    off = np.abs(fits.classical.parameters - other.parameters) / other.sd
+    off = np.abs(fits.classical.parameters - beside.parameters) / beside.sd
     worst = int(np.argmax(off))
     if off[worst] < 1.0:
         return Finding("filter", "ok", "with every column filtered the parameters stay", "1 sd")
@@ -160,7 +160,7 @@ def _filter_finding(samples: PassiveSamples, terms: Terms, fits: TwoFits) -> Fin
         "filter",
         "warning",
         "the sign of the velocity is not filtered as the torque is, and the trials' ends count: "
-        f"{name} is {fits.classical.parameters[worst]:.3g} against {other.parameters[worst]:.3g} "
+        f"{name} is {fits.classical.parameters[worst]:.3g} against {beside.parameters[worst]:.3g} "
         "by parallel; ls reproduces the source, use another method for the numbers",
         "1 sd",
     )

@@ -1,4 +1,4 @@
-"""Twice the log-likelihood of white rows, by columns and by the noise that made them white."""
+"""Twice the log likelihood of whitened rows, for choices of columns and of noise models."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from armimpedance.joint.relaxed.swing import linearised, push_ratios, settled, s
 
 @dataclass(frozen=True)
 class WhiteningNoise:
-    """A model of the noise, and the rows that it makes white.
+    """A noise model, and the rows that it whitens.
 
-    `triangle` (r, m + 1): holds the same products as all white rows, what is to be explained in the
-    last column.
-    `lost`: logarithm of the determinant that the rows lost when they were made white.
-    `slow`: size of the slow torque that is part of it, over the noise of a sample; 0: none.
-    `bump_sd`: standard error of a slow torque of half a second, likewise.
+    `triangle` (r, m + 1): has the same products as all white rows; the last column is to be
+    explained.
+    `lost`: log determinant of the whitening.
+    `slow`: size of a slow torque in the noise model, over the noise of a sample; 0: none.
+    `bump_sd`: standard error of a slow torque of half a second, over the noise of a sample.
     """
 
     triangle: FloatArray
@@ -37,11 +37,11 @@ class WhiteningNoise:
 
 @dataclass(frozen=True)
 class WhiteFit:
-    """The fit of some columns with the likeliest noise.
+    """Fit of selected columns with the likeliest noise model.
 
     `values` (c,), `covariance` (c, c).
-    `deviance`: minus twice the log-likelihood, up to a constant.
-    `slow_Nm`, `bump_sd_Nm`: as in `WhiteningNoise`.
+    `deviance`: minus twice the log likelihood, up to a constant.
+    `slow_Nm`, `bump_sd_Nm`: as in `WhiteningNoise`, in N m.
     """
 
     deviance: float
@@ -53,10 +53,10 @@ class WhiteFit:
 
 @dataclass(frozen=True)
 class RowEvidence:
-    """Rows that any choice of columns can be fitted to.
+    """Rows to which any choice of columns can be fitted.
 
     `names`: of the columns.
-    `count`: of samples.
+    `count`: number of samples.
     """
 
     names: tuple[str, ...]
@@ -66,9 +66,9 @@ class RowEvidence:
     def fit(
         self, columns: Sequence[str], *, slow: bool = True, known: Mapping[str, float] | None = None
     ) -> WhiteFit:
-        """Fit these columns by the likeliest noise, with or without slow torque.
+        """Fit these columns with the likeliest noise, with or without slow torque.
 
-        `known`: columns that are there too, with their size.
+        `known`: further columns of fixed size.
         """
         chosen = [self.names.index(name) for name in columns]
         sizes = np.zeros(len(self.names))
@@ -80,11 +80,11 @@ class RowEvidence:
 
     def _fit(self, chosen: list[int], known: FloatArray, noise: WhiteningNoise) -> WhiteFit:
         rows, c = noise.triangle, len(chosen)
-        left = rows[:, -1] - rows[:, :-1] @ known
+        target = rows[:, -1] - rows[:, :-1] @ known
         scale = np.linalg.norm(rows[:, chosen], axis=0)
         scale = np.where(scale > 0, scale, 1.0)
         # y (r,) = X (r, c) theta by X = Q R, with columns of length one
-        stacked = np.column_stack([rows[:, chosen] / scale, left])
+        stacked = np.column_stack([rows[:, chosen] / scale, target])
         R: FloatArray = np.asarray(np.linalg.qr(stacked, mode="r"))
         square = float((R[c:, c] ** 2).sum()) + float(np.finfo(np.float64).tiny)
         inverse = np.linalg.pinv(R[:c, :c], rcond=1e-10) / scale[:, None]
@@ -99,31 +99,30 @@ class RowEvidence:
         )
 
 
-# Evidence of a joint whose torque was measured: what may have stayed in it, or be out of step.
+# Evidence for a joint with measured torque: remaining weight or inertia, or a delay.
 #
 # Columns: the model's own, the stiffness's terms of second and third order, the limb's weight (any
-# direction), its inertia, and the model's columns with the angle some milliseconds earlier, as a
-# torque that is late would show them. The noise: white, with or without a random walk, which is
-# what muscles that do not rest are like.
+# direction), its inertia, and the model's columns with an earlier angle, for a delayed torque.
+# Noise: white, with or without a random walk, which describes the torque of active muscles.
 
-#: Longest lateness that is tried, s, and the seconds left out at both ends for it.
+#: Longest tried delay, s, and length left out at both ends for it.
 LATEST_S: Final = 0.1
 #: Samples are averaged over blocks, to about this rate, and to at most so many samples.
 _RATE_HZ: Final = 40.0
 _MOST: Final = 4000
-#: Way of a slow torque in a second, over the noise of a block: sizes that are tried.
+#: Tried sizes of the random walk in a second, over the noise of a block.
 _WALKS: Final = 10 ** np.linspace(-1.0, 2.0, 13)
-#: Seconds of walk that lie before a trial: its first torque is not zero.
+#: Duration of the random walk before a trial, s: its first torque is not zero.
 _BEFORE_S: Final = 5.0
 
 
 @dataclass(frozen=True)
 class TorqueRows:
-    """A joint's torque and the curves of its motion, from which rows with any lateness are made.
+    """Torque of a joint and smooth curves of its motion, for rows with any delay.
 
     `samples`: of a single joint.
     `terms`: with a free rest angle.
-    `trials` tuple of (TrialSpline, (c,)): the smoothest spline of each trial and its coefficients.
+    `trials` tuple of (TrialSpline, (c,)): smoothest spline of each trial and its coefficients.
     """
 
     samples: PassiveSamples
@@ -132,16 +131,16 @@ class TorqueRows:
 
     @property
     def block(self) -> int:
-        """Samples that are averaged."""
+        """Number of samples that are averaged."""
         count = len(self.samples.measured_q)
         return max(int(self.samples.sample_rate_hz / _RATE_HZ), -(-count // _MOST), 1)
 
     def evidence(
         self, late_s: Sequence[float] = (0.0,), more: bool = True
     ) -> tuple[RowEvidence, ...]:
-        """White rows with the torque late by each of so many seconds on the angle.
+        """White rows for each delay of the torque after the angle.
 
-        `more`: whether there are columns of what the model may lack.
+        `more`: True to include columns of terms that the model may lack.
         """
         names: tuple[str, ...] = ()
         parts = []
@@ -160,10 +159,10 @@ class TorqueRows:
 
     @property
     def reversal_error_s(self) -> float:
-        """Standard error of a lateness by the times at which the angle turns, s.
+        """Standard error of a delay from the times at which the angle turns, s.
 
-        Friction jumps when the joint turns. The angle tells that time with its noise, the torque
-        as one between two samples.
+        Friction jumps when the joint turns. The angle gives this time with the error of its noise,
+        the torque with that of a sample interval.
         """
         rate = self.samples.sample_rate_hz
         weight = 0.0
@@ -177,7 +176,7 @@ class TorqueRows:
     def _columns(
         self, trial: TrialSpline, curve: FloatArray, late_s: Sequence[float], more: bool
     ) -> tuple[tuple[str, ...], FloatArray]:
-        """Names, and block means (B, columns x latenesses + 1) with the torque last."""
+        """Names, and block means (B, columns x delays + 1) with the torque last."""
         rate, count = self.samples.sample_rate_hz, len(trial.q)
         end = int(np.ceil(LATEST_S * rate))
         t = np.arange(end, count - end) / rate
@@ -199,10 +198,10 @@ class TorqueRows:
         return names, both[:kept].reshape(-1, block, both.shape[1]).mean(axis=1)
 
     def _white(self, measured: FloatArray, seen: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """Rows (V, T S, m) by white noise and a random walk of V sizes, the first of none."""
+        """Rows (V, T S, m) whitened by white noise and a random walk of V sizes, the first zero."""
         S, T, m = measured.shape
         rate = self.samples.sample_rate_hz / self.block
-        # one step that is not seen, in which the walk has gone for `_BEFORE_S`
+        # one unmeasured step for the walk of `_BEFORE_S` before the trial
         push = np.zeros((S, T, 2))
         push[..., 0] = 1.0
         push[0, :, 0] = np.sqrt(_BEFORE_S * rate)
@@ -222,18 +221,18 @@ class TorqueRows:
         self, rows: FloatArray, lost: FloatArray, names: tuple[str, ...], count: int
     ) -> RowEvidence:
         R: FloatArray = np.asarray(np.linalg.qr(rows, mode="r"))
-        # a hat of half a second has a third of its samples' energy
+        # a triangular pulse of half a second has a third of its samples' energy
         bump = float(np.sqrt(6 * self.block / self.samples.sample_rate_hz))
         walks = (0.0, *_WALKS)
         noises = [
-            WhiteningNoise(one, float(log), float(walk), bump)
-            for one, log, walk in zip(R, lost, walks, strict=True)
+            WhiteningNoise(triangle, float(log), float(walk), bump)
+            for triangle, log, walk in zip(R, lost, walks, strict=True)
         ]
         return RowEvidence(names, tuple(noises), count)
 
 
 def torque_rows(samples: PassiveSamples, terms: Terms) -> TorqueRows:
-    """The rows of a single joint.
+    """Build the rows of a single joint.
 
     Raises InputError: the torque was not measured.
     """
@@ -245,40 +244,40 @@ def _longer(columns: FloatArray, count: int) -> FloatArray:
     return np.pad(columns, ((0, count - len(columns)), (0, 0)))
 
 
-# Evidence of a filmed swing: what a torque that the model lacks would do to it.
+# Evidence for a filmed swing: effects of torques that the model lacks.
 #
 # The steps from one sample to the next are linear in any small torque. Columns: the model's own,
-# the stiffness's terms of second and third order, the weight's torque (which a wrong clock or a
-# wrong place of the mass makes larger or smaller, and wrong axes turn), other laws of friction, and
-# slow torque, linear between nodes and of any size.
+# the stiffness's terms of second and third order, the weight's torque (whose size depends on the
+# clock and the place of the mass, and whose direction depends on the axes), other laws of friction,
+# and a slow torque of any size, linear between nodes.
 
-#: Columns of the limb's weight, were x, y or z up.
+#: Columns of the limb's weight if x, y or z pointed up.
 WEIGHT_COLUMNS: Final = ("weight x", "weight y", "weight z")
-#: Seconds between nodes of a slow torque; more where a trial would have over `_MOST_NODES`.
+#: Seconds between nodes of a slow torque; more if a trial would have over `_MOST_NODES`.
 _NODE_S: Final = 0.25
 _MOST_NODES: Final = 60
-#: Sizes of the slow torque that are tried, N m.
+#: Tried sizes of the slow torque, N m.
 _SIZES: Final = 10 ** np.linspace(-2.5, 0.5, 7)
 
 
 def swing_evidence(samples: PassiveSamples, terms: Terms) -> RowEvidence:
-    """White rows of the swings of a single joint, by the model's columns and what it may lack.
+    """White rows of the swings of a single joint, with columns of the model and of missing terms.
 
     `samples`: with the hinge's dynamics.
     `terms`: with a free rest angle.
     Raises EstimationError, NotIdentifiableError, InputError: as `solve_swing`.
     """
-    found = settled(samples, terms)
+    solution = settled(samples, terms)
     swings = swings_of(samples, terms)
-    linear = linearised(swings, found.fit.parameters, found.states, found.fit.sd)
+    linear = linearised(swings, solution.fit.parameters, solution.states, solution.fit.sd)
     more = replace(terms, quadratic=True, cubic=True)
     lacking = (n for n in more.columns if n not in terms.columns)
     names = (*terms.columns, *lacking, *WEIGHT_COLUMNS, *FRICTION_COLUMNS)
-    phi = _torques(found.states, terms, samples)
-    slow = _nodes(samples, len(found.states) - 1)
+    phi = _torques(solution.states, terms, samples)
+    slow = _nodes(samples, len(solution.states) - 1)
     T, p, e, H = swings.seen.shape[1], len(terms.columns), phi.shape[2], slow.shape[1]
 
-    # columns: slow torque, the model's parameters, what it lacks, what is left, two starts
+    # columns: slow torque, the model's parameters, missing terms, residual, two starts
     m = H + p + e + 1 + 2
     inputs = np.zeros((len(slow), T, 2, m))
     push = linear.steps.push[..., None]
@@ -287,27 +286,27 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> RowEvidence:
     inputs[..., H + p : H + p + e] = push * phi[:, :, None, :]
     inputs[..., H + p + e] = linear.jump
     measured, start = np.zeros((*swings.seen.shape, m)), np.zeros((T, 2, m))
-    measured[..., H + p + e] = swings.measured - found.states[..., 0]
+    measured[..., H + p + e] = swings.measured - solution.states[..., 0]
     start[:, [0, 1], [m - 2, m - 1]] = -1.0
     ratios = push_ratios(linear)[::2]
     rows, lost = linear.steps.whiten(measured, inputs, start, ratios)
-    rows[..., H + p + e] += rows[..., H : H + p] @ found.fit.parameters
+    rows[..., H + p + e] += rows[..., H : H + p] @ solution.fit.parameters
     count = int(swings.seen.sum()) - 2 * T
     return RowEvidence(names, tuple(_noises(rows, lost, H, p, count)), count)
 
 
 def _torques(states: FloatArray, terms: Terms, samples: PassiveSamples) -> FloatArray:
-    """Torques (S - 1, T, e) that the model may lack, at the middle of each step."""
+    """Torques (S - 1, T, e) of missing terms, at the middle of each step."""
     q, v = np.moveaxis((states[:-1] + states[1:]) / 2, -1, 0)
     columns = [q**3] if terms.quadratic else [q**2, q**3]
-    # of the weight (S - 1, T, 3): harmonics (S - 1, T, 3, 5) times those of the angle
+    # weight (S - 1, T, 3): its harmonics (S - 1, T, 3, 5) times those of the angle
     weight = np.einsum("stdh,sth->std", _weights(samples, len(q)), harmonics_at(q))
     friction = friction_columns(v, np.sign(v), 1 / samples.sample_rate_hz)
     return np.concatenate([np.stack(columns, axis=-1), weight, friction], axis=-1)
 
 
 def _weights(samples: PassiveSamples, steps: int) -> FloatArray:
-    """The weight's harmonics (steps, T, 3, 5) in every step; shorter trials hold their last."""
+    """Harmonics (steps, T, 3, 5) of the weight in every step; shorter trials repeat their last."""
     parts = samples.hinges[0].weights if samples.hinges else ()
     short = ((0, max(steps - len(part), 0)) for part in parts)
     padded = (
@@ -317,7 +316,7 @@ def _weights(samples: PassiveSamples, steps: int) -> FloatArray:
 
 
 def _nodes(samples: PassiveSamples, steps: int) -> FloatArray:
-    """Hats (S - 1, H) in time, at every step's middle."""
+    """Hat functions (S - 1, H) in time, at every step's middle."""
     t = (np.arange(steps) + 0.5) / samples.sample_rate_hz
     end = steps / samples.sample_rate_hz
     count = int(np.clip(np.ceil(end / _NODE_S), 2, _MOST_NODES))
@@ -328,12 +327,12 @@ def _nodes(samples: PassiveSamples, steps: int) -> FloatArray:
 def _noises(
     rows: FloatArray, lost: FloatArray, H: int, p: int, count: int
 ) -> Iterator[WhiteningNoise]:
-    """Noises with and without slow torque, from white rows (V, T, S, H + m + 1 + 2).
+    """Yield noise models with and without slow torque, from white rows (V, T, S, H + m + 1 + 2).
 
     The first p of the m columns are the model's own.
     """
     V, T, S, width = rows.shape
-    # starts first, so that they leave the others; then slow torque, the columns, what is left
+    # starts first, so that they are eliminated; then slow torque, the columns, the residual
     order = np.concatenate([[width - 2, width - 1], np.arange(width - 2)])
     padded = np.pad(rows[..., order], ((0, 0), (0, 0), (0, max(width - S, 0)), (0, 0)))
     R: FloatArray = np.asarray(np.linalg.qr(padded, mode="r"))
@@ -345,10 +344,10 @@ def _noises(
         yield WhiteningNoise(X.reshape(T * X.shape[1], -1), float(log), 0.0, bump)
         Q, e = _residual(X, p)
         sigma = max(float(np.sqrt((e**2).sum() / count)), 1e-12)
-        largest, left = _without_bumps(Z, X, Q, e)
-        # a bump of any place in each trial: what the best of H gains by chance
+        largest, rest = _without_bumps(Z, X, Q, e)
+        # one bump at any place in each trial: expected gain of the best of H by chance
         price = T * (1 + 2 * float(np.log(H)))
-        yield WhiteningNoise(left, float(log) + price, largest / sigma, bump)
+        yield WhiteningNoise(rest, float(log) + price, largest / sigma, bump)
         for size in _SIZES / sigma:
             yield _with_walk(triangle, H, float(size), float(log), bump)
 
@@ -356,7 +355,9 @@ def _noises(
 def _with_walk(
     triangle: FloatArray, H: int, size: float, log: float, bump: float
 ) -> WhiteningNoise:
-    """Slow torque u (T, H) ~ N(0, size^2 s^2) at all nodes, from rows (T, r, H + m + 1)."""
+    """Noise model with slow torque u (T, H) ~ N(0, size^2 s^2) at all nodes, from rows (T, r, H + m
+    + 1).
+    """
     T, _, width = triangle.shape
     prior = np.zeros((T, H, width))
     prior[:, np.arange(H), np.arange(H)] = 1 / size
@@ -364,13 +365,13 @@ def _with_walk(
     stacked = np.concatenate([triangle, prior], axis=1)
     R: FloatArray = np.asarray(np.linalg.qr(stacked, mode="r"))
     own = np.abs(np.diagonal(R, axis1=-2, axis2=-1))[:, :H]
-    kept = R[:, H:, H:]
+    rest = R[:, H:, H:]
     lost = log + 2 * float(np.log(own * size).sum())
-    return WhiteningNoise(kept.reshape(T * kept.shape[1], -1), lost, size, bump)
+    return WhiteningNoise(rest.reshape(T * rest.shape[1], -1), lost, size, bump)
 
 
 def _residual(X: FloatArray, p: int) -> tuple[FloatArray, FloatArray]:
-    """Q (T, r, c) of the model's columns of X (T, r, m + 1), and what they leave of the last."""
+    """Basis Q (T, r, c) of the model's columns of X (T, r, m + 1), and the residual of the last."""
     T, r, _ = X.shape
     flat = X.reshape(T * r, -1)
     Q: FloatArray = np.asarray(np.linalg.qr(flat[:, :p], mode="reduced")[0])
@@ -381,9 +382,9 @@ def _residual(X: FloatArray, p: int) -> tuple[FloatArray, FloatArray]:
 def _without_bumps(
     Z: FloatArray, X: FloatArray, Q: FloatArray, e: FloatArray
 ) -> tuple[float, FloatArray]:
-    """Size of the largest bump, and rows X less, in each trial, the bump that explains most."""
+    """Size of the largest bump, and rows X without the bump that explains most in each trial."""
     T, r, _ = Z.shape
-    # of every bump: what it shares with the residual, and its length beside the model's columns
+    # for every bump: product with the residual, and length orthogonal to the model's columns
     shared = np.einsum("trh,tr->th", Z, e)
     whole = (Z**2).sum(axis=1)
     length = whole - (np.einsum("trh,trc->thc", Z, Q) ** 2).sum(axis=-1)
@@ -391,6 +392,6 @@ def _without_bumps(
     best, at = (shared**2 / length).argmax(axis=1), np.arange(T)
     z = Z[at, :, best]
     z = z / np.linalg.norm(z, axis=1, keepdims=True)
-    left = X - z[:, :, None] * np.einsum("tr,trc->tc", z, X)[:, None, :]
+    rest = X - z[:, :, None] * np.einsum("tr,trc->tc", z, X)[:, None, :]
     sizes = np.abs(shared[at, best]) / length[at, best]
-    return float(sizes.max()), left.reshape(T * r, -1)
+    return float(sizes.max()), rest.reshape(T * r, -1)

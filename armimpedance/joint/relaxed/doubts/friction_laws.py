@@ -1,4 +1,4 @@
-"""Other laws of damping and dry friction than the model's, as torques along a motion.
+"""Alternative laws of damping and dry friction, as torques along a motion.
 
 The model has ``h qd + f sign(qd)``. A joint may be damped by the square of its velocity. Dry
 friction may be larger at rest than in motion (``1 + s exp(-|qd| / v_s)`` times the sign: R.
@@ -19,19 +19,19 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 
-#: Velocities v_s (rad/s) below which a joint sticks that are tried.
+#: Tried velocities v_s (rad/s), below which a joint sticks.
 STICKING_RAD_S: Final = (0.03, 0.045, 0.065, 0.09, 0.13, 0.18, 0.25, 0.36, 0.5)
-#: Angles z_s (rad) over which a bristle bends before it slides that are tried.
+#: Tried angles z_s (rad), over which a bristle bends before it slides.
 BRISTLE_RAD: Final = (0.01, 0.014, 0.02, 0.028, 0.04, 0.056, 0.08, 0.11, 0.16, 0.22, 0.32)
-#: A joint that is much slower than this when a trial begins is at rest, rad/s.
+#: A joint that is much slower than this at the beginning of a trial is at rest, rad/s.
 _AT_REST_RAD_S: Final = 0.1
 
 
 @dataclass(frozen=True)
 class FrictionLaw:
-    """A torque that the model lacks: its columns, and what it is in a sentence.
+    """A torque that the model lacks: its columns, and its description in a sentence.
 
-    Two columns are a law between two that are tried; its size is their sum.
+    Two columns describe a law between two neighbouring tried ones; its size is their sum.
     """
 
     columns: tuple[str, ...]
@@ -39,13 +39,13 @@ class FrictionLaw:
 
 
 def _laws(kind: str, sizes: Sequence[float], says: str) -> tuple[FrictionLaw, ...]:
-    """The laws of these sizes, and those between two neighbours."""
-    alone = [FrictionLaw((f"{kind} {size:g}",), says.format(f"{size:g}")) for size in sizes]
+    """Laws of these sizes, and those between two neighbours."""
+    single = [FrictionLaw((f"{kind} {size:g}",), says.format(f"{size:g}")) for size in sizes]
     between = [
         FrictionLaw((f"{kind} {low:g}", f"{kind} {high:g}"), says.format(f"{low:g} to {high:g}"))
         for low, high in pairwise(sizes)
     ]
-    return (*alone, *between)
+    return (*single, *between)
 
 
 DRAG: Final = FrictionLaw(("drag",), "a part of it grows with the square of the velocity")
@@ -68,23 +68,23 @@ FRICTION_COLUMNS: Final = tuple(
 
 
 def friction_columns(qd: FloatArray, sign: FloatArray, step_s: float) -> FloatArray:
-    """Torques (S, ..., F) along velocities and their signs (S, ...), for a size of one each."""
+    """Torques (S, ..., F) of unit size along velocities and their signs (S, ...)."""
     speed = np.abs(qd)
     sticking = [sign * np.exp(-speed / v) for v in STICKING_RAD_S]
-    # beside f sign(qd), what a bristle does otherwise
+    # difference of a bristle's torque from f sign(qd)
     bristles = np.moveaxis(_bent(qd, step_s) - sign[..., None], -1, 0)
     return np.stack([speed * qd, sign, *sticking, *bristles], axis=-1)
 
 
 def _bent(qd: FloatArray, step_s: float) -> FloatArray:
-    """``z / z_s`` (S, ..., Z) of bristles, exact between samples of qd.
+    """Deflections ``z / z_s`` (S, ..., Z) of bristles, exact between samples of qd.
 
-    A joint that is let go begins unbent, one that moves already begins bent.
+    A joint that is released from rest starts unbent, one that already moves starts bent.
     """
-    kept = np.exp(-np.abs(qd)[..., None] * step_s / np.array(BRISTLE_RAD))
+    decay = np.exp(-np.abs(qd)[..., None] * step_s / np.array(BRISTLE_RAD))
     end = np.sign(qd)[..., None]
-    bent = np.zeros(kept.shape)
+    bent = np.zeros(decay.shape)
     bent[0] = (qd[0] / (np.abs(qd[0]) + _AT_REST_RAD_S))[..., None]
     for i in range(len(qd) - 1):
-        bent[i + 1] = end[i] + (bent[i] - end[i]) * kept[i]
+        bent[i + 1] = end[i] + (bent[i] - end[i]) * decay[i]
     return bent

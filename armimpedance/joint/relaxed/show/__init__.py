@@ -1,4 +1,4 @@
-"""All forms of relaxed joints: verb, command, text, table, plot, page."""
+"""Verb, command, text, table, plots and page of relaxed joints."""
 
 import lazy_loader
 

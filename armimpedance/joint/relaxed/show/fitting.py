@@ -1,4 +1,4 @@
-"""What `passive` does: samples of any recording that shows relaxed joints, checked and fitted."""
+"""Read samples of relaxed joints from any suitable recording, check and fit them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NO_EMG = "no EMG in the recording: whether the muscles were silent is not known"
 
 @dataclass(frozen=True)
 class PassiveReading:
-    """How a recording becomes samples; see `passive`."""
+    """Settings for reading a recording as samples; see `passive`."""
 
     joints: Sequence[str] | None
     cutoff_hz: float | None
@@ -46,7 +46,7 @@ class PassiveReading:
 
 @dataclass(frozen=True)
 class PassiveModel:
-    """What is fitted, and how; see `passive`."""
+    """Settings of the fit; see `passive`."""
 
     rest_angle: RestAngle | Mapping[str, RestAngle]
     method: str | None
@@ -63,12 +63,12 @@ def fit_passive(
     validate: AnyRecording | PathLike | None = None,
     despite: str | Collection[str] = (),
 ) -> PassiveFits:
-    """Read, check and fit; predict another recording where there is one."""
-    given = read(recording)
+    """Read, check and fit; predict another recording if there is one."""
+    source = read(recording)
     with naming(recording):
-        samples, emg, notes = _samples(given, reading)
-        marks = checked(given, despite, TopicChecks(plates=check_plates))
-        told = _mass_sd(given, model.mass_sd_percent)
+        samples, emg, notes = _samples(source, reading)
+        marks = checked(source, despite, TopicChecks(plates=check_plates))
+        mass_sd = _mass_sd(source, model.mass_sd_percent)
         fits = identify_passive(
             samples,
             rest_angle=model.rest_angle,
@@ -81,7 +81,7 @@ def fit_passive(
     muscles = _muscles_finding(emg)
     fits = fits.each(lambda fit: fit.doubted(muscles, _size(fit)))
     if samples.hinges is not None:
-        fits = fits.each(lambda fit: fit.with_mass_sd(told))
+        fits = fits.each(lambda fit: fit.with_mass_sd(mass_sd))
     if validate is None:
         return fits
     others, _, _ = _samples(validate, reading)
@@ -93,7 +93,7 @@ def fit_passive(
 def _samples(
     source: AnyRecording | PathLike, reading: PassiveReading
 ) -> tuple[PassiveSamples, EmgLevel | None, tuple[str, ...]]:
-    """Passive samples of any recording, what its EMG says, and notes."""
+    """Passive samples of any recording, the level of its EMG, and notes."""
     recording = read(source)
     with naming(source):
         if isinstance(recording, Recording):
@@ -140,19 +140,19 @@ def _from_motion(
 
 
 def _mass_sd(recording: AnyRecording, percent: float | None) -> float | None:
-    """Sd of the limb's mass as a fraction, as somebody told it, or None."""
+    """Stated sd of the limb's mass as a fraction, or None."""
     if percent is not None:
         if isinstance(recording, Recording):
             raise InputError("a mass with measured torque", expected="markers or joint motion")
         return percent / 100
-    who = recording.subject
-    if who.mass_sd_kg is None or who.mass_kg is None:
+    subject = recording.subject
+    if subject.mass_sd_kg is None or subject.mass_kg is None:
         return None
-    return who.mass_sd_kg / who.mass_kg
+    return subject.mass_sd_kg / subject.mass_kg
 
 
 def _muscles_finding(emg: EmgLevel | None) -> Finding:
-    """Whether the muscles were silent; that there is no EMG stands among the notes."""
+    """Finding on whether the muscles were silent; missing EMG is also reported in a note."""
     if emg is None:
         return Finding("muscles", "missing", "EMG was not looked at: nothing says they were silent")
     highest = float(emg.highest_percent.max())
@@ -172,7 +172,7 @@ def _size(fit: PassiveFit) -> Finding:
 def _gated(
     emg: EmgSignals | None, trials: pd.DataFrame, reading: PassiveReading
 ) -> tuple[EmgLevel | None, tuple[str, ...]]:
-    """What the gate says of the EMG, and a note on it."""
+    """Level of the EMG by the gate, and a note on it."""
     if emg is None:
         return None, (NO_EMG,)
     if reading.emg_gate_percent is None:

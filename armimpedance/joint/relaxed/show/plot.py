@@ -1,4 +1,6 @@
-"""Passive joints: how silent the muscles were; measured torque, its estimate, and the rest."""
+"""Plots of passive joints: activity of the muscles; measured torque, its estimate, and the
+residual.
+"""
 
 from __future__ import annotations
 
@@ -40,16 +42,16 @@ def plot_passive_fit(
 ) -> Axes:
     """Draw the passive torque Y, its estimate ``W X`` and their difference over time.
 
-    Trials follow one another with a gap; rows that the method leaves out at their ends are not
-    drawn.
+    Trials are drawn one after another with a gap; rows that the method leaves out at their ends
+    are not drawn.
 
     Parameters
     ----------
     fit : PassiveFit
     samples : PassiveSamples
-        Those of the fit, or others that hold its joint.
+        Those of the fit, or others with its joint.
     ax : Axes, optional
-        Where to draw; without it a new figure is made.
+        Axes to draw on; by default those of a new figure.
     title : str, optional
 
     Returns
@@ -77,12 +79,12 @@ def plot_passive_fit(
 
 
 def plot_passive_fits(fits: PassiveFits) -> Figure:
-    """Draw all joints' torques and their estimates, one row a joint.
+    """Draw all joints' torques and their estimates, one row per joint.
 
     Parameters
     ----------
     fits : PassiveFits
-        The fits of all joints with their samples, as `joint.relaxed.show.passive` makes them.
+        The fits of all joints with their samples, from `joint.relaxed.show.passive`.
 
     Returns
     -------
@@ -114,19 +116,18 @@ def plot_emg_level(
 ) -> list[Axes]:
     """Draw each muscle's envelope, its running mean and the gate, one muscle below the other.
 
-    One period of the low-pass is left out at both ends, where the filter has no neighbours and the
-    envelope swings out.
+    One period of the low-pass is left out at both ends, where the envelope is wrong.
 
     Parameters
     ----------
     emg : EmgSignals
         Normalised to the maximum.
     level : EmgLevel
-        What the gate, which judges the running mean, said of it.
+        Result of the gate, which tests the running mean.
     row : int
-        Which trial, from 0.
+        Number of the trial, from 0.
     axes : sequence of Axes, optional
-        One a muscle; without them a new figure is made.
+        One per muscle; by default those of a new figure.
 
     Returns
     -------

@@ -15,7 +15,7 @@ _LEGEND = (
 
 
 def passive_text(fits: PassiveFits) -> str:
-    """Notes, a table per joint, how well each predicts, then warnings.
+    """Notes, a table per joint, the quality of each prediction, then warnings.
 
     Returns: lines of at most 100 characters.
     """

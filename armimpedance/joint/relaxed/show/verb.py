@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 def rest_angles(words: list[str]) -> RestAngle | dict[str, RestAngle]:
     """One rest angle for all joints, or one each; a joint that is not named is free.
 
-    Raises InputError: not an angle, one joint twice, or one angle for all beside one for a joint.
+    Raises InputError: not an angle, a joint named twice, or an angle for all joints and one for a
+    single joint.
     """
     named = {w.split("=", 1)[0]: _angle(w) for w in words if "=" in w}
     if len(words) == 1 and not named:
@@ -35,7 +36,7 @@ def rest_angles(words: list[str]) -> RestAngle | dict[str, RestAngle]:
 
 
 def _angle(word: str) -> RestAngle:
-    """The angle in ``0.3``, ``free`` or ``elbow=0.3``."""
+    """Parse the angle in ``0.3``, ``free`` or ``elbow=0.3``."""
     text = word.split("=", 1)[-1]
     try:
         value = float("nan" if text == "free" else text)
@@ -159,8 +160,8 @@ def passive(
 ) -> PassiveFits:
     """Fit ``k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2]`` to the passive torque of joints.
 
-    The torque is measured, or it is minus that of inertia and gravity of a skeleton that moves as
-    its markers or its joints did (Venture, in-vivo elbow).
+    The torque is measured, or it is minus the torque of inertia and gravity of a skeleton that
+    moves like its recorded markers or joints (Venture, in-vivo elbow).
 
     Parameters
     ----------
@@ -169,12 +170,12 @@ def passive(
         has masses.
     {options}
     progress : function, optional
-        Called with how much is done, of how much: frames of markers, then joints.
+        Called with the number of steps done and their total: frames of markers, then joints.
 
     Returns
     -------
     PassiveFits
-        One fit a joint, with notes and the level of the EMG.
+        One fit per joint, with notes and the level of the EMG.
 
     Raises
     ------
@@ -183,7 +184,7 @@ def passive(
     NotIdentifiableError
         The motion cannot show a parameter; it is named.
     EstimationError
-        The search does not settle, or the skeleton cannot follow the markers.
+        The search does not converge, or the skeleton cannot follow the markers.
 
     Examples
     --------

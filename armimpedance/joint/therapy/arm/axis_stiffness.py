@@ -1,10 +1,11 @@
 """Stiffness and rest angle of one axis from its passive repetitions, (20)-(21).
 
-``S_h = tau_motor - tau_r - M_h qdd - G_h = k_s q + offset``. The source takes the mean over the
-repetitions' own fits; all samples in one fit are the same where the repetitions cover the same
-angles, and better where they do not. Where the axis was moved both ways, a torque that turns round
-with the direction is fitted beside: friction that the robot's model misses. Moved one way only, a
-resistance to the speed looks like another rest angle; what it would add is worked out beside.
+``S_h = tau_motor - tau_r - M_h qdd - G_h = k_s q + offset``. The source averages the repetitions'
+separate fits. A common fit of all samples gives the same if the repetitions cover the same angles,
+and is better if they do not. If the axis was moved in both directions, a torque that changes its
+sign with the direction is fitted as well, for friction that the robot's model misses. If it was
+moved in one direction only, a viscous resistance looks like another rest angle; its effect is
+computed separately.
 """
 
 from __future__ import annotations
@@ -27,31 +28,30 @@ from armimpedance.joint.therapy.arm.repeatability import (
 from armimpedance.joint.therapy.robot.steady import least_speed
 from armimpedance.numerics.regression import Fit, fit, pool, ragged_factors
 
-#: Samples in which the axis does not slide are left out, but never those faster than this share of
-#: the peak speed.
+#: Samples in which the axis does not slide are left out, except those faster than this share of the
+#: peak speed.
 FAST_SHARE: Final = 0.3
-#: An axis that the arm loads by less is not loaded by its weight, N m.
+#: Mean rigid torque of the arm from which an axis counts as loaded by its weight, N m.
 NO_WEIGHT_NM: Final = 2.0
 
 
 @dataclass(frozen=True)
 class AxisFit:
-    """What the passive movements about one axis say.
+    """Result of the passive movements about one axis.
 
     `mass_gradient` (2,), `robot_gradient` (2, p), `range_rad` (2,).
-    `fit`: k_s, offset and, where the axis moved both ways, half the difference between the two.
-    `single` (R, 2): k_s and offset of every repetition alone.
-    `covariance` (2, 2): covariance of (k_s, offset), from the scatter: what the repetitions cannot
-    tell.
+    `fit`: k_s, offset and, if the axis moved both ways, half the difference between the directions.
+    `single` (R, 2): k_s and offset of every repetition.
+    `covariance` (2, 2): covariance of (k_s, offset) from the scatter between repetitions.
     `noise_density`: N m^2 s.
-    `speed_gradient` (2,): what a viscosity of the arm of 1 N m s/rad adds to k_s and offset, which
-    know of none.
-    `viscosity`, `viscosity_sd`: N m s/rad: what the torque that is left follows the speed by, and
-    its standard error.
-    `inertia`, `inertia_sd`: what is missing of the inertia of robot and arm, as a part of it, and
-    its standard error; 0 and infinite about an axis that weight loads: there weight hides it.
-    `arm_inertia`: part of the inertial torque (rms) that the arm's is.
-    `one_way`: the axis was moved in one direction only.
+    `speed_gradient` (2,): change of k_s and offset per 1 N m s/rad of a viscosity of the arm, which
+    is not modelled.
+    `viscosity`, `viscosity_sd`: coefficient of the speed in the residual torque, N m s/rad, and its
+    standard error.
+    `inertia`, `inertia_sd`: missing share of the inertia of robot and arm, and its standard error;
+    0 and infinite about an axis that is loaded by weight, which hides it.
+    `arm_inertia`: the arm's share of the inertial torque (rms).
+    `one_way`: True if the axis was moved in one direction only.
     `weight_Nm`, `elastic_Nm`: means of the arm's rigid torque, which is its weight, and of ``k_s q
     + offset``.
     `arm_rms_Nm`: root mean square of the arm's whole torque.
@@ -82,7 +82,7 @@ class AxisFit:
 
     @property
     def carried(self) -> float:
-        """Part of the arm's weight that what is left of the torque takes off; 0 without weight."""
+        """Share of the arm's weight that the residual torque compensates; 0 without weight."""
         if abs(self.weight_Nm) < NO_WEIGHT_NM:
             return 0.0
         return -self.elastic_Nm / self.weight_Nm
@@ -91,23 +91,23 @@ class AxisFit:
 def _viscosity(
     speed: Sequence[FloatArray], torque: Sequence[FloatArray], variance: float
 ) -> dict[str, Any]:
-    """b and its sd from speed and torque that the other columns leave."""
-    aside = sum(float(v @ v) for v in speed)
+    """Viscosity b and its sd from speed and torque orthogonal to the other columns."""
+    square = sum(float(v @ v) for v in speed)
     # b = sum v' s' / sum v'^2
-    b = sum(float(v @ s) for v, s in zip(speed, torque, strict=True)) / aside
-    return {"viscosity": b, "viscosity_sd": float(np.sqrt(variance / aside))}
+    b = sum(float(v @ s) for v, s in zip(speed, torque, strict=True)) / square
+    return {"viscosity": b, "viscosity_sd": float(np.sqrt(variance / square))}
 
 
 def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
-    """k_s and offset of one axis.
+    """Fit k_s and offset of one axis.
 
     `movements`: about the same axis; two or more of every movement.
-    `rise_rad_s`: v_s of the axis' friction.
-    Raises NotIdentifiableError: a repetition that covers a single angle.
-    Raises InputError: a repetition without samples that are fast enough.
+    `rise_rad_s`: speed v_s of the axis' friction.
+    Raises NotIdentifiableError: a repetition at a single angle.
+    Raises InputError: a repetition without sufficiently fast samples.
     """
-    kept = [sliding_samples(m, rise_rad_s) for m in movements]
-    pairs = list(zip(movements, kept, strict=True))
+    sliding = [sliding_samples(m, rise_rad_s) for m in movements]
+    pairs = list(zip(movements, sliding, strict=True))
     q, S = [m.q[rows] for m, rows in pairs], [(m.support - m.rigid_arm)[rows] for m, rows in pairs]
     lines = [np.stack([x, np.ones_like(x)], axis=1) for x in q]
     single = np.stack([_line(w, s) for w, s in zip(lines, S, strict=True)])
@@ -120,14 +120,14 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         np.concatenate(q),
     )
     W = _with_direction(lines, movements)
-    fitted, gradients, parts = _solve(W, S, movements, kept)
+    fitted, gradients, parts = _solve(W, S, movements, sliding)
     density = noise_density(residual, rate)
     speeds = [m.qd[rows] for m, rows in pairs]
-    left = [s - w @ fitted.parameters for s, w in zip(S, W, strict=True)]
+    remaining = [s - w @ fitted.parameters for s, w in zip(S, W, strict=True)]
     beside = [v - w @ gradients[:, -1] for v, w in zip(speeds, W, strict=True)]
     rigid = np.concatenate([m.rigid_arm[rows] for m, rows in pairs])
     loaded = abs(float(rigid.mean())) >= NO_WEIGHT_NM
-    inertia = (0.0, np.inf, 0.0) if loaded else _inertia(W, left, movements, kept)
+    inertia = (0.0, np.inf, 0.0) if loaded else _inertia(W, remaining, movements, sliding)
     return AxisFit(
         fit=fitted,
         single=single,
@@ -138,7 +138,7 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         mass_gradient=-gradients[:2, 0],
         robot_gradient=-gradients[:2, 1:-1],
         speed_gradient=gradients[:2, -1],
-        **_viscosity(beside, left, density * rate),
+        **_viscosity(beside, remaining, density * rate),
         inertia=inertia[0],
         inertia_sd=inertia[1],
         arm_inertia=inertia[2],
@@ -151,7 +151,7 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
 def _sizes(
     rigid: FloatArray, elastic: FloatArray, residual: Sequence[FloatArray]
 ) -> dict[str, Any]:
-    """Sizes of the torques: the arm's weight, its elastic torque, both, and what is left."""
+    """Sizes of the torques: the arm's weight, its elastic torque, both, and the residual."""
     return {
         "weight_Nm": float(rigid.mean()),
         "elastic_Nm": float(elastic.mean()),
@@ -161,25 +161,25 @@ def _sizes(
 
 
 def _covered(angles: FloatArray, movements: Sequence[MovementTorques]) -> dict[str, Any]:
-    """The angles that were used, and the share of samples that were not."""
+    """Range of the used angles, and the share of samples that were not used."""
     left_out = 1 - len(angles) / sum(len(m.q) for m in movements)
     return {"range_rad": np.array([angles.min(), angles.max()]), "left_out": left_out}
 
 
 def _inertia(
     W: Sequence[FloatArray],
-    left: Sequence[FloatArray],
+    residual: Sequence[FloatArray],
     movements: Sequence[MovementTorques],
     kept: Sequence[slice],
 ) -> tuple[float, float, float]:
-    """Missing part of the inertial torque, its standard error, and the arm's part of that torque.
+    """Missing share of the inertial torque, its standard error, and the arm's share of that torque.
 
-    `left` (S_t,) is what the columns W leave of the elastic torque.
+    `residual` (S_t,): of the elastic torque after the columns W.
     """
     rigid = [m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)]
     J = [a + m.robot_inertia[r] for a, m, r in zip(rigid, movements, kept, strict=True)]
-    columns, whole, torque = (np.concatenate(x) for x in (W, J, left))
-    # left (N,) = J' (N,) e, J' the inertial torque that the columns W (N, c) do not explain
+    columns, whole, torque = (np.concatenate(x) for x in (W, J, residual))
+    # residual (N,) = J' (N,) e, J' the inertial torque orthogonal to the columns W (N, c)
     own = whole - columns @ np.linalg.lstsq(columns, whole, rcond=None)[0]
     aside = float(own @ own)
     e = float(own @ torque) / aside
@@ -190,9 +190,9 @@ def _inertia(
 
 
 def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:
-    """From the first to the last sample in which the axis slides (see `FAST_SHARE`).
+    """Samples from the first to the last in which the axis slides (see `FAST_SHARE`).
 
-    Raises InputError: next to none is.
+    Raises InputError: there are almost none.
     """
     speed = np.abs(movement.qd)
     fast = np.flatnonzero(speed >= min(least_speed(rise_rad_s), FAST_SHARE * float(speed.max())))
@@ -202,12 +202,12 @@ def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:
 
 
 def direction_of(movement: MovementTorques) -> float:
-    """1: the angle grows over the movement, -1: it falls."""
+    """Direction of a movement: 1 if the angle grows, -1 if it falls."""
     return float(np.sign(movement.q[-1] - movement.q[0]))
 
 
 def _line(w: FloatArray, s: FloatArray) -> FloatArray:
-    """k_s and offset (2,) of one repetition, (21)."""
+    """Stiffness k_s and offset (2,) of one repetition, (21)."""
     # S (S_t, 1) = [q, 1] (S_t, 2) (k_s, offset) (2,)
     factors = ragged_factors([w], [s[:, None]], regressors=("k_s", "offset"), outputs=("S_h",))
     return pool(factors).coefficients[:, 0]
@@ -228,7 +228,7 @@ def _solve(
     movements: Sequence[MovementTorques],
     kept: list[slice],
 ) -> tuple[Fit, FloatArray, FloatArray]:
-    """The fit, what takes its place for mass, theta and speed (c, 1 + p + 1), and P_t (R, 2, 2)."""
+    """The fit, its gradients by mass, theta and speed (c, 1 + p + 1), and P_t (R, 2, 2)."""
     names = ("k_s", "offset", "direction")[: W[0].shape[1]]
     units = ("rad", "", "")[: len(names)]
     # S (N, 1) = [q, 1, direction] (N, c) (k_s, offset, h) (c,)
@@ -246,8 +246,8 @@ def _solve(
         for m, rows in zip(movements, kept, strict=True)
     ]
     p = others[0].shape[1]
-    # the same regression of what S_h falls by, the arm's rigid torque and d tau_r / d theta, and of
-    # the speed, which a viscous arm adds
+    # the same regression of the torques that are subtracted in S_h (the arm's rigid torque and
+    # d tau_r / d theta), and of the speed, for a viscous arm
     beside = ragged_factors(
         W, others, regressors=names, outputs=tuple(f"part_{i}" for i in range(p))
     )

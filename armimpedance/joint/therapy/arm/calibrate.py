@@ -1,4 +1,4 @@
-"""A person's passive arm from passive movements in the robot, (20)-(21), and the verdict on it."""
+"""Calibrate a person's passive arm from passive movements in the robot, (20)-(21)."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ from armimpedance.joint.therapy.robot.steady import no_step, slides
 from armimpedance.joint.therapy.robot.therapy_robot import Loads, TherapyRobot
 from armimpedance.numerics.regression import FitSummary
 
-#: Repetitions of every movement, as in the source.
+#: Least number of repetitions of every movement, as in the source.
 FEWEST: Final = 3
-#: Length that a robot has been adjusted to where a recording does not say, m.
+#: Length to which a robot is assumed to be adjusted if a recording does not state it, m.
 USUAL_UPPER_ARM_M: Final = 0.30
 
 
@@ -62,25 +62,25 @@ def identify_arm(
     emg_gate_percent: float | None = 3.0,
     step: Callable[[], object] = no_step,
 ) -> ArmCalibration:
-    """k_s and q_0 of every axis that was moved passively, and the reference torques of (19).
+    """Identify k_s and q_0 of every passively moved axis, and the reference torques of (19).
 
     Parameters
     ----------
     recording : Recording
-        Three or more passive repetitions of every movement; other conditions are not looked at.
+        Three or more passive repetitions of every movement; other conditions are ignored.
     robot : TherapyRobot
         Identified.
     segments : sequence of ArmSegment
-        From `person.segments_of`, or of a mock-up that was weighed.
+        From `passive_arm.segments_of`, or of a mock-up that was weighed.
     upper_arm_m : float, optional
-        Length that the robot was adjusted to, m; by default that of the recording's subject, else
+        Length to which the robot was adjusted, m; by default that of the recording's subject, else
         `USUAL_UPPER_ARM_M`.
     mass_sd : float
-        Relative sd of the masses; goes into the intervals.
+        Relative sd of the masses, for the intervals.
     condition : str
         Condition of the passive trials.
     emg_gate_percent : float or None
-        A muscle above this share of its maximum, %, is not passive; None does not look at the EMG.
+        A muscle above this share of its maximum, %, is not passive; None: the EMG is ignored.
     step : function, optional
         Called after every trial.
 
@@ -92,10 +92,10 @@ def identify_arm(
     ------
     InputError
         No passive trials, fewer than three repetitions of a movement, one movement about two axes,
-        a muscle that was active, or what `checks.check_recording` and `movements.movement_torques`
-        refuse.
+        an active muscle, or a recording that `checks.check_recording` or
+        `movements.movement_torques` refuse.
     """
-    robot.identified  # noqa: B018 - before anything that is slow
+    robot.identified  # noqa: B018 - before anything slow
     passive = _passive(recording, condition)
     check_recording(passive, robot)
     arm = PassiveArm(
@@ -113,36 +113,36 @@ def identify_arm(
     )
     fits = {a.elastic.axis: a.fitted for a in axes}
     silence = silence_finding(passive, emg_gate_percent, fits)
-    known = replace(
+    calibrated = replace(
         arm,
         elastic=tuple(a.elastic for a in axes),
         references=tuple(_reference(group, robot.identified) for group in named.values()),
     )
     return ArmCalibration(
-        arm=known,
+        arm=calibrated,
         summary=_summary(
             axes,
             (zero_finding(fits), silence, *mass_finding(recording.subject, segments, mass_sd)),
         ),
         axes=axes,
         movements=tuple(
-            replace(m, elastic=elastic_torque(known, m.axis_name, m.q)) for m in movements
+            replace(m, elastic=elastic_torque(calibrated, m.axis_name, m.q)) for m in movements
         ),
     )
 
 
 def _adjusted_to(subject: Subject) -> float:
-    """Length of the upper arm that a robot has been adjusted to, m."""
-    known = subject.upper_arm_m is not None or subject.height_m is not None
-    return upper_arm_length(subject) if known else USUAL_UPPER_ARM_M
+    """Length of the upper arm to which a robot was adjusted, m."""
+    is_measured = subject.upper_arm_m is not None or subject.height_m is not None
+    return upper_arm_length(subject) if is_measured else USUAL_UPPER_ARM_M
 
 
 def _passive(recording: Recording, condition: str) -> Recording:
     rows = (recording.trials["condition"].astype(str) == condition).to_numpy()
     if not rows.any():
-        known = ", ".join(sorted(set(recording.trials["condition"].astype(str))))
+        names = ", ".join(sorted(set(recording.trials["condition"].astype(str))))
         raise InputError(
-            f"missing passive calibration: no trial of the condition {condition!r} among {known}",
+            f"missing passive calibration: no trial of the condition {condition!r} among {names}",
             column="condition",
             expected=f"{FEWEST} or more passive repetitions of every movement",
         )
@@ -170,7 +170,7 @@ def _by_movement(
 
 
 def _reference(group: Sequence[MovementTorques], loads: Loads) -> Reference:
-    """The denominator of (19), over the samples that count for a contribution too."""
+    """Denominator of (19), over the same samples as for a contribution."""
     counted = [slides(m.qd, float(loads.rise_rad_s[m.axis])) for m in group]
     for movement, rows in zip(group, counted, strict=True):
         if not rows.any():
@@ -227,7 +227,7 @@ def _calibrate(
 def _summary(axes: Sequence[AxisCalibration], of_person: Sequence[Finding]) -> FitSummary:
     checks = (*(a.viscosity for a in axes), *of_person)
     fits = [a.fitted.fit for a in axes]
-    left = sum(float(f.residual_covariance[0, 0]) * f.n_rows for f in fits)
+    residual = sum(float(f.residual_covariance[0, 0]) * f.n_rows for f in fits)
     whole = sum(float(f.residual_covariance[0, 0]) * f.n_rows / max(1 - f.r2, 1e-12) for f in fits)
     return FitSummary(
         method="passive repetitions",
@@ -235,8 +235,8 @@ def _summary(axes: Sequence[AxisCalibration], of_person: Sequence[Finding]) -> F
         cond_raw=max(f.cond_raw for f in fits),
         cond_scaled=max(f.cond_scaled for f in fits),
         rank=sum(f.rank for f in fits),
-        r2=1 - left / whole,
-        vaf=1 - left / whole,
+        r2=1 - residual / whole,
+        vaf=1 - residual / whole,
         parameters=tuple(p for a in axes for p in (a.stiffness, a.rest)),
         warnings=(
             *(s for a in axes for s in (*a.fitted.fit.warnings, *a.warnings)),

@@ -1,11 +1,11 @@
-"""A mock-up of the arm made of weighed pipes: does the robot measure what they weigh?
+"""Test the robot with a mock-up of the arm made of weighed pipes.
 
-The source moves one through elevation at constant speed, where only gravity counts, and about the
-vertical axis with minimum jerk, where only inertia does (Fig. 4). Here the model's torque is scaled
-to fit the measured one; a scale of one means that robot and arm model are right. What a mock-up
-cannot have belongs to the robot and is fitted beside: a torque that turns round with the direction
-(friction), and about the vertical axis, where inertia asks for tenths of a N m, a torque that is
-linear in the angle (cables).
+The source moves a mock-up through elevation at constant speed, where only gravity acts, and about
+the vertical axis with minimum jerk, where only inertia acts (Fig. 4). Here the model's torque is
+scaled to fit the measured one; a scale of one means that robot and arm model are right. Torques
+that a mock-up cannot have are due to the robot, and are fitted as well: a torque that changes its
+sign with the direction (friction), and, about the vertical axis, where inertia torques are only
+tenths of a N m, a torque that is linear in the angle (cables).
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from armimpedance.numerics.regression import NamedParameter, fit, pool, ragged_f
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Axes that a mock-up is moved about, as the robot calls them.
+#: Axes about which a mock-up is moved, by their names in the robot.
 ELEVATION: Final = "elevation"
 HORIZONTAL: Final = "horizontal"
 #: Fewest trials about each.
 FEWEST: Final = 2
 
-#: Mass in kg, length and diameter in m of a tube; those of the source's mock-up.
+#: Mass in kg, length and diameter in m of a tube; then those of the source's mock-up.
 Tube = tuple[float, float, float]
 SOURCE_UPPER: Final[Tube] = (1.8, 0.32, 0.100)
 SOURCE_LOWER: Final[Tube] = (1.7, 0.30, 0.090)
@@ -44,7 +44,7 @@ SOURCE_LOWER: Final[Tube] = (1.7, 0.30, 0.090)
 
 @dataclass(frozen=True, repr=False)
 class MockupCheck:
-    """What the robot measures of a mock-up, and what that weighs.
+    """Gravity and inertia of a mock-up, measured by the robot and from its weight.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class MockupCheck:
         Torque about the elevation axis with the straight arm level, N m; inertia of the straight
         level arm about the vertical axis, kg m^2.
     gravity_model_Nm, inertia_model_kgm2 : float
-        The same from its masses and lengths.
+        The same quantities from its masses and lengths.
     gravity_rms_Nm, inertia_rms_Nm : float
-        What the fits leave, N m.
+        Root mean square residuals of the fits, N m.
     """
 
     gravity: NamedParameter
@@ -65,7 +65,8 @@ class MockupCheck:
     inertia_rms_Nm: float
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping each for gravity and inertia: measured, with 95 % limits, and weighed."""
+        """One mapping each for gravity and inertia: measured, with 95 % limits, and from
+        weighing."""
         pairs = (
             (self.gravity, self.gravity_model_Nm, self.gravity_rms_Nm),
             (self.inertia, self.inertia_model_kgm2, self.inertia_rms_Nm),
@@ -85,7 +86,7 @@ class MockupCheck:
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """Two rows, gravity and inertia: measured, with 95 % limits, and weighed (`model`)."""
+        """Gravity and inertia: measured, with 95 % limits, and from weighing (`model`)."""
         import pandas as pd
 
         return pd.DataFrame(self.to_dict()).set_index("parameter")
@@ -101,7 +102,7 @@ class MockupCheck:
 
 
 def pipes(upper: Tube = SOURCE_UPPER, lower: Tube = SOURCE_LOWER) -> tuple[ArmSegment, ArmSegment]:
-    """A mock-up of the arm: two thin tubes, each from its link's origin on.
+    """Segments of a mock-up of the arm: two thin tubes, each starting at its link's origin.
 
     Parameters
     ----------
@@ -136,7 +137,7 @@ def check_mockup(
     upper_arm_m: float | None = None,
     step: Callable[[], object] = no_step,
 ) -> MockupCheck:
-    """Gravity and inertia of the mock-up as the robot measures them.
+    """Measure gravity and inertia of the mock-up with the robot.
 
     Parameters
     ----------
@@ -147,7 +148,7 @@ def check_mockup(
     segments : sequence of ArmSegment
         The mock-up, weighed; see `pipes`.
     upper_arm_m : float, optional
-        Length that the robot was adjusted to, m; by default that of the recording's subject.
+        Length to which the robot was adjusted, m; by default that of the recording's subject.
     step : function, optional
         Called after every trial.
 
@@ -158,8 +159,8 @@ def check_mockup(
     Raises
     ------
     InputError
-        Fewer than two movements about either axis, elevation one way only, no length, or what
-        `movements.movement_torques` refuses.
+        Fewer than two movements about either axis, elevation in one direction only, no length, or a
+        recording that `movements.movement_torques` refuses.
     """
     check_recording(recording, robot)
     length = upper_arm_m if upper_arm_m is not None else recording.subject.upper_arm_m
@@ -174,7 +175,7 @@ def check_mockup(
 
 
 def _straight_and_level(robot: TherapyRobot, arm: PassiveArm) -> tuple[float, float]:
-    """Gravity about elevation, N m, and inertia about the vertical axis, kg m^2."""
+    """Gravity torque about elevation, N m, and inertia about the vertical axis, kg m^2."""
     from armimpedance.joint.therapy.arm.passive_arm import arm_bodies
 
     bodies = arm_bodies(robot.adjusted_to(arm.upper_arm_m), arm)
@@ -194,30 +195,30 @@ def _scaled(
     torques: Sequence[MovementTorques],
     robot: TherapyRobot,
 ) -> tuple[NamedParameter, float]:
-    """The model's number times the scale that fits, and what is left, N m rms."""
+    """The model's number times the fitted scale, and the residual, N m rms."""
     group = _about(axis_name, torques)
     loads = robot.identified
     rise = float(loads.rise_rad_s[group[0].axis])
-    kept = [sliding_samples(t, rise) for t in group]
+    sliding = [sliding_samples(t, rise) for t in group]
     both_ways = len({direction_of(t) for t in group}) > 1
-    columns = [_columns(t, rows, both_ways) for t, rows in zip(group, kept, strict=True)]
+    columns = [_columns(t, rows, both_ways) for t, rows in zip(group, sliding, strict=True)]
     names = tuple(columns[0])
     W = [np.stack(list(one.values()), axis=1) for one in columns]
-    S = [t.support[rows, None] for t, rows in zip(group, kept, strict=True)]
+    S = [t.support[rows, None] for t, rows in zip(group, sliding, strict=True)]
     # S (N, 1) = [rigid arm, direction, q, 1] (N, c) (scale, h, k, b) (c,)
     factors = ragged_factors(W, S, regressors=names, outputs=("support",))
     fitted = fit(factors, covariance="cr1", parameter_names=names)
-    gradient = _robot_gradient(W, names, group, kept)
-    own = float(fitted.covariance[0, 0])
+    gradient = _robot_gradient(W, names, group, sliding)
+    of_fit = float(fitted.covariance[0, 0])
     of_robot = float(gradient @ loads.covariance @ gradient)
-    spread = own**2 / fitted.dof + of_robot**2 / loads.dof
+    spread = of_fit**2 / fitted.dof + of_robot**2 / loads.dof
     parameter = NamedParameter(
         name=name,
         value=model * float(fitted.parameters[0]),
-        sd=model * float(np.sqrt(own)),
-        sd_robust=model * float(np.sqrt(own + of_robot)),
+        sd=model * float(np.sqrt(of_fit)),
+        sd_robust=model * float(np.sqrt(of_fit + of_robot)),
         unit=unit,
-        dof=(own + of_robot) ** 2 / spread if spread > 0 else float("inf"),
+        dof=(of_fit + of_robot) ** 2 / spread if spread > 0 else float("inf"),
     )
     return parameter, fitted.residual_sd
 
@@ -236,12 +237,12 @@ def _about(axis_name: str, torques: Sequence[MovementTorques]) -> list[MovementT
 
 
 def _columns(torques: MovementTorques, rows: slice, both_ways: bool) -> dict[str, FloatArray]:
-    one = np.ones_like(torques.q[rows])
+    ones = np.ones_like(torques.q[rows])
     columns = {"scale": torques.rigid_arm[rows]}
     if both_ways:
-        columns["direction"] = direction_of(torques) * one
+        columns["direction"] = direction_of(torques) * ones
     if torques.axis_name == HORIZONTAL:
-        columns |= {"k": torques.q[rows], "offset": one}
+        columns |= {"k": torques.q[rows], "offset": ones}
     return columns
 
 
@@ -251,7 +252,7 @@ def _robot_gradient(
     group: Sequence[MovementTorques],
     kept: Sequence[slice],
 ) -> FloatArray:
-    """``d scale / d theta`` (p,): the same regression of ``-d tau_r / d theta``."""
+    """Derivative ``d scale / d theta`` (p,), by the same regression of ``-d tau_r / d theta``."""
     parts = [-t.robot_gradient[rows] for t, rows in zip(group, kept, strict=True)]
     outputs = tuple(f"theta_{i}" for i in range(parts[0].shape[1]))
     beside = ragged_factors(W, parts, regressors=names, outputs=outputs)

@@ -1,4 +1,4 @@
-"""From a recording of the therapy robot to what acts on the moving axis during each movement."""
+"""Torques about the moving axis during each movement of a recording."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot, load_gr
 if TYPE_CHECKING:
     from armimpedance.joint.therapy.robot.therapy_robot import RigidBodies
 
-# Everything that acts on the moving axis during one movement.
+# All torques about the moving axis during one movement.
 
 
 @dataclass(frozen=True)
 class MovementTorques(FrozenRecord):
-    """Torques about the axis that one movement is about; S samples from its onset to its end.
+    """Torques about the moving axis; S samples from the onset of one movement to its end.
 
     ``user = robot + arm - motor`` (2), ``support = motor - robot`` (18).
 
     Attributes
     ----------
     trial, condition, movement : str
-        What the trial table calls them.
+        As in the trial table.
     axis : int
         Column of the recording, from 0.
     axis_name : str
@@ -39,17 +39,17 @@ class MovementTorques(FrozenRecord):
     q, qd : (S,)
         rad, rad/s, of this axis.
     motor, robot : (S,)
-        N m; of the motor, and what the empty robot needs, (13).
+        Torque of the motor and of the empty robot (13), N m.
     rigid_arm : (S,)
-        Inertia and weight of the arm about this axis.
+        Torque of the arm's inertia and weight about this axis.
     elastic : (S,)
-        ``k_s q + offset``; 0 where it is not known yet.
+        ``k_s q + offset``; 0 before it is fitted.
     robot_inertia : (S,)
-        The part of `robot` that accelerates it, ``M qdd``.
+        Inertia part of `robot`, ``M qdd``.
     robot_gradient : (S, p)
         ``d robot / d theta``.
     notes : tuple of str
-        What a reader must know of this movement.
+        Notes on this movement.
     """
 
     trial: str
@@ -76,26 +76,26 @@ class MovementTorques(FrozenRecord):
 
     @property
     def arm(self) -> FloatArray:
-        """tau_h (14), (S,)."""
+        """Torque of the passive arm tau_h (14), (S,)."""
         return self.rigid_arm + self.elastic
 
     @property
     def support(self) -> FloatArray:
-        """tau_motor - tau_r (18), (S,)."""
+        """Support tau_motor - tau_r (18), (S,)."""
         return self.motor - self.robot
 
     @property
     def user(self) -> FloatArray:
-        """tau_user (2), (S,)."""
+        """Torque of the person tau_user (2), (S,)."""
         return self.arm - self.support
 
 
-#: Where the trial table does not say, a movement lasts while its axis is faster than this share of
-#: its own peak.
+#: Without times in the trial table, a movement lasts while its axis is faster than this fraction of
+#: its peak speed.
 SPEED_SHARE: Final = 0.05
-#: An axis that never gets faster than this does not move, rad/s.
+#: Peak speed up to which an axis does not move, rad/s.
 STILL_RAD_S: Final = 0.01
-#: The table's times may reach this much into what the kernel cannot give without a word, s.
+#: Longest part that the kernel may cut off a movement without a note, s.
 _CUT_S: Final = 0.005
 
 
@@ -103,7 +103,7 @@ _CUT_S: Final = 0.005
 class Movement:
     """One movement of one trial, after the kernel, from its onset to its end.
 
-    `trial`, `condition`, `name`: `name` as the column `movement` calls it, else the axis' name.
+    `trial`, `condition`, `name`: `name` from the column `movement`, else the axis' name.
     `axis`: column of the recording, from 0.
     """
 
@@ -122,7 +122,7 @@ def movement_torques(
     *,
     step: Callable[[], object] = no_step,
 ) -> tuple[MovementTorques, ...]:
-    """Everything that acts on the moving axis, one for each trial in the table's order.
+    """Torques about the moving axis, one result per trial in the table's order.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def movement_torques(
     robot : TherapyRobot
         Identified; it is adjusted to the arm's length here.
     arm : PassiveArm
-        Where the stiffness of an axis is not known, `MovementTorques.elastic` is 0.
+        `MovementTorques.elastic` is 0 if the stiffness of an axis is not known.
     step : function, optional
         Called after every trial.
 
@@ -142,8 +142,8 @@ def movement_torques(
     Raises
     ------
     InputError
-        A movement outside of its trial, a trial in which nothing moves, loads that are not known,
-        an arm that was measured in another robot.
+        A movement is outside its trial, nothing moves in a trial, the loads are not known, or the
+        arm was measured in another robot.
     """
     from armimpedance.joint.therapy.arm.passive_arm import arm_bodies
     from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
@@ -161,7 +161,7 @@ def movement_torques(
 def refuse_other_robot(arm: PassiveArm, robot: TherapyRobot) -> None:
     """Refuse an arm that was measured in another robot.
 
-    Raises InputError: the arm names a robot of another name.
+    Raises InputError: the arm has the name of another robot.
     """
     if arm.robot != robot.name:
         raise InputError(
@@ -171,11 +171,11 @@ def refuse_other_robot(arm: PassiveArm, robot: TherapyRobot) -> None:
 
 
 def cut_movements(recording: Recording, robot: TherapyRobot) -> tuple[Movement, ...]:
-    """The movements alone: which axis, from when to when.
+    """Movements with their axis, cut from their trials.
 
-    The axis is that of the column `axis` (from 1), else the one that moves most. Times are those of
-    the columns `onset_s` and `end_s`, else from the first to the last sample whose speed is at
-    least `SPEED_SHARE` of the movement's peak.
+    The axis is from the column `axis` (from 1), else the one that moves most. Times are from the
+    columns `onset_s` and `end_s`, else from the first to the last sample whose speed is at least
+    `SPEED_SHARE` of the movement's peak.
 
     Raises InputError: as `movement_torques`.
     """
@@ -211,7 +211,7 @@ def _movement(line: dict[Any, Any], trial: SmoothTrial, robot: TherapyRobot) -> 
 
 
 def _axis(line: dict[Any, Any], trial: SmoothTrial, n_axes: int) -> int:
-    """The moving axis, from 0."""
+    """Moving axis, from 0."""
     stated = number_in(line, "axis")
     if stated is None:
         return int(np.ptp(trial.q, axis=0).argmax())
@@ -225,7 +225,7 @@ def _axis(line: dict[Any, Any], trial: SmoothTrial, n_axes: int) -> int:
 def _window(
     line: dict[Any, Any], trial: SmoothTrial, axis: int
 ) -> tuple[float, float, tuple[str, ...]]:
-    """From when to when, and what a reader must know of it."""
+    """Onset and end, s, and notes on them."""
     onset, end = number_in(line, "onset_s"), number_in(line, "end_s")
     notes: tuple[str, ...] = ()
     if onset is None or end is None:
@@ -284,6 +284,6 @@ def _torques(
 
 
 def elastic_torque(arm: PassiveArm, axis: str, q: FloatArray) -> FloatArray:
-    """``k_s q + offset`` of this axis at its angles (S,), (15); 0 where it was not measured."""
-    known = [e for e in arm.elastic if e.axis == axis]
-    return known[0].stiffness * q + known[0].offset if known else np.zeros_like(q)
+    """``k_s q + offset`` of this axis at its angles (S,), (15); 0 if it was not measured."""
+    measured = [e for e in arm.elastic if e.axis == axis]
+    return measured[0].stiffness * q + measured[0].offset if measured else np.zeros_like(q)

@@ -1,8 +1,8 @@
 """The passive human arm: ``tau_h = M_h qdd + C_h qd + G_h + K_s (q - q_0)`` (14)-(15).
 
-Masses are those of Winter's table (the source's point masses; with the same table's radii of
-gyration unless told otherwise) or of a mock-up whose pipes were weighed. K_s and q_0 come from
-passive movements of the person in the robot.
+Masses are those of Winter's table (by default with the same table's radii of gyration; the source
+has point masses) or of a mock-up whose pipes were weighed. K_s and q_0 come from passive movements
+of the person in the robot.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from armimpedance.joint.therapy.robot.therapy_robot import (
 )
 from armimpedance.limb.arm import WINTER, SegmentRatios, skeleton_model
 
-#: Sd of the person's segment masses about the table's, as a fraction; one factor for all of them.
+#: Relative sd of the person's segment masses about the table's; one factor for all of them.
 MASS_SD: Final = 0.03
 
 
@@ -39,7 +39,7 @@ class ArmSegment:
         The link of the robot that carries it.
     mass_kg : float
     com_m : float
-        From the link's origin (shoulder or elbow) along the limb.
+        Distance of the centre of mass from the link's origin (shoulder or elbow), m.
     inertia_kgm2 : float
         About the centre of mass, transverse; 0 for a point mass.
     inertia_long_kgm2 : float
@@ -65,27 +65,26 @@ class ArmSegment:
 class Elastic(FrozenRecord):
     """Passive stiffness of one axis, (15): ``k_s (q - q_0) = k_s q + offset``.
 
-    `axis`: as the robot calls it.
+    `axis`: its name in the robot.
     `stiffness`, `offset`: k_s, N m/rad, and ``-k_s q_0``, N m.
     `covariance` (2, 2): covariance of the two.
     `dof`: degrees of freedom of the t distribution for intervals.
     `range_rad` (2,): angles over which it was measured.
-    `between` (2, 2): covariance of the two between repetitions: by what the next movement's arm may
-    differ. The slow torque of the person is not in it.
-    `noise_density`: N m^2 s, of the residual at low frequencies: its integral over T seconds has
-    the variance ``noise_density T``.
-    `mass_gradient` (2,): how stiffness and offset change per unit of the mass factor: they were
-    fitted to what the masses leave over, so that a mass that is too large is taken back by them in
-    part.
-    `robot_gradient` (2, p): the same for `Loads.theta`.
-    `stiffness_identified`, `rest_identified`: whether k_s and q_0 are known well enough to be
+    `between` (2, 2): covariance of the two between repetitions, the variation of the arm from
+    movement to movement. The slow torque of the person is not included.
+    `noise_density`: density of the residual at low frequencies, N m^2 s: its integral over T
+    seconds has the variance ``noise_density T``.
+    `mass_gradient` (2,): derivative of stiffness and offset by the mass factor. They were fitted to
+    the torque without that of the masses, so they partly compensate a wrong mass.
+    `robot_gradient` (2, p): derivative by `Loads.theta`.
+    `stiffness_identified`, `rest_identified`: True if k_s and q_0 are known well enough to be
     quoted.
-    `verdict`: why, in one line.
-    `repeatable`: whether the repetitions agree. Where they do not, neither number is identified and
-    no contribution should be told of this axis. A number that is merely too uncertain to be quoted
-    is no such reason: its covariance carries that.
-    `one_way`: 1 where the axis was measured while its angle grew only, -1 while it fell only, 0
-    both ways: one way only, `offset` holds what the arm resists that movement by.
+    `verdict`: the reason, in one line.
+    `repeatable`: True if the repetitions agree. If not, neither number is identified, and no
+    contribution should be reported for this axis. A number that is only too uncertain to be quoted
+    does not prevent that: its covariance is taken into account.
+    `one_way`: 1 if the angle of the axis only grew in the measurement, -1 if it only fell, 0 for
+    both. With one direction only, `offset` includes the arm's resistance to that movement.
     """
 
     axis: str
@@ -116,17 +115,17 @@ class Elastic(FrozenRecord):
 
     @property
     def rest_rad(self) -> float:
-        """q_0; NaN where there is no stiffness."""
+        """Rest angle q_0; NaN without stiffness."""
         return -self.offset / self.stiffness if self.stiffness else float("nan")
 
 
 @dataclass(frozen=True)
 class Reference(FrozenRecord):
-    """What the passive repetitions of one movement needed: the denominator of (19).
+    """Support in the passive repetitions of one movement: the denominator of (19).
 
-    `movement`: as the trial table calls it.
+    `movement`: its name in the trial table.
     `support_Nm` (R,): mean support torque of every repetition, motor less robot.
-    `from_rad`, `to_rad`: where the movement starts and ends.
+    `from_rad`, `to_rad`: angles at which the movement starts and ends.
     """
 
     movement: str
@@ -149,15 +148,15 @@ class PassiveArm(FrozenRecord):
     Attributes
     ----------
     subject : str
-        Whose arm it is.
+        Name of the person.
     robot : str
-        Name of the robot it was measured in.
+        Name of the robot in which it was measured.
     upper_arm_m : float
-        Length that the robot was adjusted to, m.
+        Length to which the robot was adjusted, m.
     segments : tuple of ArmSegment
         Masses on the robot's links.
     elastic : tuple of Elastic
-        One each for the axes that were measured.
+        One for each measured axis.
     references : tuple of Reference
         The support of each passive movement, for (19).
     mass_sd : float
@@ -165,7 +164,7 @@ class PassiveArm(FrozenRecord):
 
     Examples
     --------
-    A mock-up of one weighed pipe, whose stiffness nobody has measured:
+    A mock-up of one weighed pipe, whose stiffness was not measured:
 
     >>> from armimpedance import PassiveArm
     >>> from armimpedance.joint.therapy import ArmSegment
@@ -208,7 +207,7 @@ class PassiveArm(FrozenRecord):
         )
 
     def reference_of(self, movement: str, axis: str) -> Reference | None:
-        """The reference (19) of this movement; None where none was measured."""
+        """Reference (19) of this movement; None if it was not measured."""
         for reference in self.references:
             if (reference.movement, reference.axis) == (movement, axis):
                 return reference
@@ -227,8 +226,8 @@ def winter_segments(
 
     `mass_kg`: mass of the whole body.
     `upper_arm_m`, `forearm_m`, `hand_m`: shoulder to elbow, elbow to wrist, wrist to finger tip.
-    `point_masses`: as in the source: without the segments' own inertias.
-    Raises InputError: no such body.
+    `point_masses`: True to leave out the segments' own inertias, as in the source.
+    Raises InputError: an impossible mass or length.
     """
     for name, value, most in (
         ("body mass in kg", mass_kg, 400.0),
@@ -239,25 +238,28 @@ def winter_segments(
         if not (np.isfinite(value) and 0 < value <= most):
             raise InputError(f"{name} is {value}", expected=f"more than 0 and at most {most:g}")
 
-    def one(name: str, ratios: SegmentRatios, link: str, start: float, length: float) -> ArmSegment:
+    def segment(
+        name: str, ratios: SegmentRatios, link: str, start: float, length: float
+    ) -> ArmSegment:
         mass = mass_kg * ratios.mass
         inertia = 0.0 if point_masses else mass * (ratios.gyration * length) ** 2
         return ArmSegment(name, link, mass, start + ratios.com * length, inertia)
 
     return (
-        one("upper_arm", WINTER.upper_arm, UPPER_ARM, 0.0, upper_arm_m),
-        one("forearm", WINTER.forearm, FOREARM, 0.0, forearm_m),
-        one("hand", WINTER.hand, FOREARM, forearm_m, hand_m),
+        segment("upper_arm", WINTER.upper_arm, UPPER_ARM, 0.0, upper_arm_m),
+        segment("forearm", WINTER.forearm, FOREARM, 0.0, forearm_m),
+        segment("hand", WINTER.hand, FOREARM, forearm_m, hand_m),
     )
 
 
 # The rigid bodies of a person's arm, moved by the robot's axes.
 #
-# Import this module only where torques are computed: it loads Pinocchio.
+# Import this module only if torques are computed: it loads Pinocchio.
 
 
 def arm_bodies(robot: TherapyRobot, arm: PassiveArm) -> RigidBodies:
-    """The person's arm alone, moved by the robot's axes; without its passive stiffness."""
+    """Rigid bodies of the person's arm only, moved by the robot's axes; without passive
+    stiffness."""
     model = skeleton_model(arm_skeleton(robot.skeleton, arm.segments))
     return RigidBodies(model, model.createData(), np.array(robot.chain))
 
@@ -285,7 +287,7 @@ def arm_skeleton(frame: Skeleton, segments: tuple[ArmSegment, ...]) -> Skeleton:
     return replace(frame, segments=tuple(bodies), markers=())
 
 
-# The segments of a recording's subject: lengths and masses from what is known of the person.
+# The segments of a recording's subject: lengths and masses from the known data of the person.
 
 
 def segments_of(
@@ -299,19 +301,19 @@ def segments_of(
 ) -> tuple[ArmSegment, ...]:
     """Upper arm, forearm and hand of a person; arguments take precedence over the recording.
 
-    A forearm or hand that is not known keeps Winter's proportion to the measured length from elbow
-    to grip, or else to the height.
+    An unknown length of forearm or hand is Winter's share of the measured length from elbow to
+    grip, or else of the height.
 
     Parameters
     ----------
     subject : Subject
-        Who was recorded, with what is known of the body.
+        The recorded person, with the known data of the body.
     mass_kg : float, optional
         Mass of the whole body, kg.
     upper_arm_m, forearm_m, hand_m : float, optional
         Shoulder to elbow, elbow to wrist, wrist to finger tip, m.
     point_masses : bool
-        As in the source: segments have no inertia of their own.
+        True for segments without inertia of their own, as in the source.
 
     Returns
     -------
@@ -320,7 +322,7 @@ def segments_of(
     Raises
     ------
     InputError
-        The body mass, or a length, is not known or cannot be.
+        The body mass or a length is unknown or impossible.
     """
     mass_kg = mass_kg if mass_kg is not None else subject.mass_kg
     if mass_kg is None:
@@ -334,13 +336,13 @@ def segments_of(
     )
 
 
-def upper_arm_length(subject: Subject, given: float | None = None) -> float:
+def upper_arm_length(subject: Subject, stated: float | None = None) -> float:
     """Length of the upper arm, to which the robot is adjusted too.
 
     Raises InputError: neither it nor the height is known.
     """
-    if given is not None:
-        return given
+    if stated is not None:
+        return stated
     if subject.upper_arm_m is not None:
         return subject.upper_arm_m
     if subject.height_m is None:
@@ -350,7 +352,7 @@ def upper_arm_length(subject: Subject, given: float | None = None) -> float:
 
 
 def _beyond_elbow(subject: Subject, part: str) -> float:
-    """Length of the forearm or of the hand."""
+    """Length of the forearm or of the hand, m."""
     ratio = getattr(WINTER, part).length
     if subject.forearm_hand_m is not None:
         return float(ratio * subject.forearm_hand_m / WINTER.forearm_hand_length)

@@ -1,12 +1,12 @@
-"""How well repetitions of one passive movement agree, and what three of them can say.
+"""Agreement between repetitions of one passive movement, and the information in a few of them.
 
-Every repetition gives a pair (k_s, offset). Their scatter holds all that changes from one to the
-next, but of three repetitions it is a covariance of two degrees of freedom: t is 4.3, and by chance
-the scatter is now and then next to nothing. So it is moderated (G. K. Smyth, Stat. Appl. Genet.
-Mol. Biol. 3 (2004) 3) by what is expected of it: the slow fluctuation of the person's torque, which
-the residuals of every single repetition show, and a stiffness and rest angle that repeat about as
-well as the constants here say. What is expected weighs as much as `PRIOR_DOF` more degrees of
-freedom; scatter that is larger still counts.
+Every repetition gives a pair (k_s, offset). Their scatter includes all changes between repetitions.
+But with three repetitions the covariance has two degrees of freedom: t is 4.3, and by chance the
+scatter is sometimes very small. It is therefore moderated (G. K. Smyth, Stat. Appl. Genet. Mol.
+Biol. 3 (2004) 3) by its expectation: the slow fluctuation of the person's torque, visible in the
+residuals of every single repetition, and a usual variation of stiffness and rest angle (constants
+below). The expectation counts as `PRIOR_DOF` degrees of freedom; a larger scatter still has an
+effect.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.numerics.regression import ragged_factors
 
-#: A relaxed arm's k_s repeats within this share of itself, its q_0 within this angle (sd).
+#: Usual variation between repetitions: relative sd of k_s, and sd of q_0 (rad).
 STIFFNESS_REPEATS: Final = 0.03
 REST_REPEATS_RAD: Final = 0.02
-#: Degrees of freedom that the expected scatter stands for.
+#: Degrees of freedom of the expected scatter.
 PRIOR_DOF: Final = 4.0
 
 #: Repetitions are too different if they scatter by more than this share of the arm's whole torque
@@ -31,14 +31,14 @@ PRIOR_DOF: Final = 4.0
 #: as a contribution of that many percent.
 LARGEST_SHARE: Final = 0.15
 LARGEST_SCATTER_NM: Final = 0.25
-#: And if chance gives such scatter less often than this.
+#: And if the p value of such a scatter is below this.
 SIGNIFICANCE: Final = 0.01
 
-#: The fluctuation is looked at in these steps, s (closer, and the kernel's own memory would pass
-#: for the person's), with these correlation times, s.
+#: Time step for the fluctuation, s (with a shorter one, the kernel's correlation would look like
+#: the person's), and tried correlation times, s.
 _STEP_S: Final = 0.1
 _TIMES_S: Final = tuple(np.geomspace(0.05, 3.0, 20))
-#: The slowest cosines are not in a residual: the line has taken them.
+#: First cosine for the density: the slowest ones were removed from the residual by the line.
 _FIRST_COSINE: Final = 3
 #: Highest frequency of the residual's density, Hz.
 _BAND_HZ: Final = 1.5
@@ -50,11 +50,11 @@ class Scatter:
 
     `expected` (2, 2).
     `covariance` (2, 2): moderated.
-    `seen` (2, 2): as the repetitions scatter.
-    `between` (2, 2): what of `covariance` is the arm's: without the fluctuation of the person's
-    torque, which is the person's own in every movement.
-    `rms_Nm`: root mean square of the seen scatter's torque over the angles of the movement.
-    `chance`: how often what is expected gives such scatter or more.
+    `seen` (2, 2): observed between the repetitions.
+    `between` (2, 2): part of `covariance` due to the arm, without the fluctuation of the person's
+    torque.
+    `rms_Nm`: root mean square of the observed scatter's torque over the angles of the movement.
+    `chance`: p value of the observed scatter under the expected one.
     """
 
     covariance: FloatArray
@@ -67,7 +67,8 @@ class Scatter:
     chance: float
 
     def disagrees(self, arm_rms_Nm: float) -> bool:
-        """Whether the repetitions are too different for an arm that needs this torque (rms)."""
+        """Return True if the repetitions differ too much for an arm that needs this torque
+        (rms)."""
         limit = max(LARGEST_SCATTER_NM, LARGEST_SHARE * arm_rms_Nm)
         return self.rms_Nm > limit and self.chance < SIGNIFICANCE
 
@@ -80,38 +81,38 @@ def scatter_of(
     *,
     prior_dof: float = PRIOR_DOF,
 ) -> Scatter:
-    """What the repetitions' own fits say of one another.
+    """Scatter of the repetitions' separate fits.
 
-    `single` (R, 2): k_s, N m/rad, and offset, N m, of every repetition alone.
-    `groups`: movement of each; the mean of every movement is its own.
-    `noise` (2, 2): covariance that the torque's fluctuation gives a repetition's fit.
+    `single` (R, 2): k_s, N m/rad, and offset, N m, of every repetition.
+    `groups`: movement of each repetition; every movement has its own mean.
+    `noise` (2, 2): covariance of a repetition's fit due to the torque's fluctuation.
     `q` (N,): angles of all samples, rad.
-    `prior_dof`: 0: the scatter alone.
+    `prior_dof`: degrees of freedom of the expectation; 0: only the observed scatter.
     """
     labels = np.asarray(groups)
     mean = np.stack([single[labels == g].mean(axis=0) for g in labels])
     dof = len(single) - len(set(groups))
-    # seen (2, 2) = D^T D / dof, D (R, 2) the fits about their movement's mean
-    seen = (single - mean).T @ (single - mean) / dof
+    # observed (2, 2) = D^T D / dof, D (R, 2) the fits about their movement's mean
+    observed = (single - mean).T @ (single - mean) / dof
     k, offset = single.mean(axis=0)
     expected = noise + _repeats(float(k), float(offset))
     total = prior_dof + dof
-    covariance = (prior_dof * expected + dof * seen) / total
+    covariance = (prior_dof * expected + dof * observed) / total
     gram = np.array([[(q**2).mean(), q.mean()], [q.mean(), 1.0]])
     return Scatter(
         covariance=covariance,
         dof=total,
-        seen=seen,
+        seen=observed,
         seen_dof=dof,
         expected=expected,
         between=_semidefinite(covariance - noise),
-        rms_Nm=float(np.sqrt(np.trace(gram @ seen))),
-        chance=_chance(seen, expected, dof),
+        rms_Nm=float(np.sqrt(np.trace(gram @ observed))),
+        chance=_chance(observed, expected, dof),
     )
 
 
 def _repeats(k: float, offset: float) -> FloatArray:
-    """Covariance of (k, -k q_0) for a k and a q_0 that vary independently."""
+    """Covariance of (k, -k q_0) for k and q_0 that vary independently."""
     share, shift = STIFFNESS_REPEATS**2, REST_REPEATS_RAD**2
     both = np.array([k, offset])
     # k (1 + e), q_0 + d: d(k, b) = e (k, b) - d (0, k)
@@ -119,7 +120,7 @@ def _repeats(k: float, offset: float) -> FloatArray:
 
 
 def _semidefinite(C: FloatArray) -> FloatArray:
-    """The nearest covariance (2, 2), in the scale of its own entries."""
+    """Nearest covariance matrix (2, 2), relative to the scale of its entries."""
     scale = np.sqrt(np.maximum(np.abs(np.diag(C)), 1e-300))
     values, vectors = np.linalg.eigh(C / np.outer(scale, scale))
     clipped = (vectors * np.maximum(values, 0.0)) @ vectors.T
@@ -127,7 +128,7 @@ def _semidefinite(C: FloatArray) -> FloatArray:
 
 
 def _chance(seen: FloatArray, expected: FloatArray, dof: int) -> float:
-    """Tail of the F distribution for ``tr(expected^-1 seen) / 2``; `expected` is itself inexact."""
+    """Tail of the F distribution for ``tr(expected^-1 seen) / 2``; `expected` is also inexact."""
     from scipy.special import fdtrc
 
     ratio = float(np.trace(np.linalg.solve(expected, seen))) / 2
@@ -137,42 +138,42 @@ def _chance(seen: FloatArray, expected: FloatArray, dof: int) -> float:
 def fluctuation_covariance(
     W: Sequence[FloatArray], E: Sequence[FloatArray], sample_rate_hz: float
 ) -> FloatArray:
-    """Covariance (2, 2) that a fluctuating torque gives the line of one repetition, their mean.
+    """Mean covariance (2, 2) of the line of one repetition due to a fluctuating torque.
 
-    The residuals E are taken as a process of correlation ``sigma^2 exp(-|t| / T_c)``. What the
-    lines have taken away from them is accounted for by the restricted likelihood; log T_c is
-    averaged over that, since seconds do not tell it well. On processes of .05 to 2 s the median
-    comes out at 1.5 to .65 of the true variance.
+    The residuals E are modelled as a process of correlation ``sigma^2 exp(-|t| / T_c)``. The
+    restricted likelihood accounts for the fitted lines; log T_c is averaged over it, since a few
+    seconds do not determine it well. For processes of .05 to 2 s the median result is 1.5 to .65 of
+    the true variance.
 
     `W` sequence of (S_t, 2): q and 1 of every repetition.
-    `E` sequence of (S_t,): what its line leaves, N m.
+    `E` sequence of (S_t,): residual of its line, N m.
     """
     stride = max(round(_STEP_S * sample_rate_hz), 1)
     step = stride / sample_rate_hz
     rows = [w[stride // 2 :: stride] for w in W]
-    left = [e[stride // 2 :: stride, None] for e in E]
+    residual = [e[stride // 2 :: stride, None] for e in E]
     longest = len(max(rows, key=len)) * step
     times = np.array([t for t in _TIMES_S if t <= longest])
-    likelihood = np.array([_at_time(rows, left, step / t)[0] for t in times])
+    likelihood = np.array([_at_time(rows, residual, step / t)[0] for t in times])
     weight = np.exp(likelihood - likelihood.max())
     time = float(np.exp(np.log(times) @ weight / weight.sum()))
-    return _at_time(rows, left, step / time)[1]
+    return _at_time(rows, residual, step / time)[1]
 
 
 def _at_time(
-    rows: list[FloatArray], left: list[FloatArray], steps: float
+    rows: list[FloatArray], residual: list[FloatArray], steps: float
 ) -> tuple[float, FloatArray]:
-    """Restricted log-likelihood and covariance of a line for one correlation time."""
+    """Restricted log likelihood, and covariance of a line, for one correlation time."""
     phi = float(np.exp(-steps))
     factors = ragged_factors(
         [_whitened(w, phi) for w in rows],
-        [_whitened(e, phi) for e in left],
+        [_whitened(e, phi) for e in residual],
         regressors=("k", "offset"),
         outputs=("torque",),
     )
     p, n = factors.n_regressors, sum(map(len, rows))
     free = n - p * len(rows)
-    # every repetition has a line of its own: what remains stands in the last corner of its triangle
+    # every repetition has its own line: the residual is the last entry of its triangle
     variance = max(float((factors.r[:, p, p] ** 2).sum()) / free, 1e-300)
     information = np.log(np.abs(np.diagonal(factors.r[:, :p, :p], axis1=1, axis2=2))).sum()
     innovations = (n - len(rows)) * np.log1p(-(phi**2)) / 2
@@ -193,10 +194,10 @@ def _whitened(x: FloatArray, phi: float) -> FloatArray:
 
 
 def noise_density(E: Sequence[FloatArray], sample_rate_hz: float) -> float:
-    """N m^2 s: density of the residuals (S_t,) of all repetitions at low frequencies.
+    """Density of the residuals (S_t,) of all repetitions at low frequencies, N m^2 s.
 
-    Mean of squares of cosine sums (Mueller 2007, as in `passive.long_run`), those left out that a
-    line takes with it: what repeats so slowly stands in the scatter of the repetitions.
+    It is the mean square of cosine sums (Mueller 2007, as in `joint.relaxed.linear`), without those
+    that a line removes: such slow changes are part of the scatter between repetitions.
     """
     squares = []
     for e in E:

@@ -1,4 +1,4 @@
-"""What is said of one axis of the passive arm: its numbers with intervals, a verdict, warnings."""
+"""Parameters of one axis of the passive arm with intervals, verdict and warnings."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from armimpedance.joint.therapy.robot.therapy_robot import Loads
 from armimpedance.numerics.regression import FitSummary, NamedParameter, t_factor
 from armimpedance.show.files import FittedResult
 
-#: Largest half-width of a 95 % interval of an identified k_s: N m/rad, or a share of k_s where that
-#: is more (nobody asks for 12 N m/rad to a fortieth); and of q_0, rad.
+#: Largest half-width of a 95 % interval of an identified k_s: N m/rad, or a fraction of k_s if that
+#: is larger (12 N m/rad need not be known to 0.3); and of q_0, rad.
 WIDEST_STIFFNESS: Final = 0.3
 WIDEST_STIFFNESS_SHARE: Final = 0.1
 WIDEST_REST_RAD: Final = 0.1
-#: A residual about the repetitions' own lines beyond this, and beyond this share of the arm's
-#: torque (rms), is no passive arm's.
+#: Largest residual about the line of each repetition, and as a fraction of the arm's torque (rms);
+#: with more than both, the arm was not passive.
 LARGEST_RESIDUAL_NM: Final = 0.5
 RESIDUAL_SHARE: Final = 0.1
 
@@ -35,13 +35,13 @@ RESIDUAL_SHARE: Final = 0.1
 def axis_parameters(
     fitted: AxisFit, loads: Loads, mass_sd: float, joint: int
 ) -> tuple[NamedParameter, NamedParameter]:
-    """k_s and q_0 with all that they depend on: scatter, masses, robot, the arm's viscosity.
+    """k_s and q_0 with all sources of uncertainty: scatter, masses, robot, viscosity of the arm.
 
-    q_0 is NaN where k_s is not above 0 beyond its error.
+    q_0 is NaN if k_s is not significantly above 0.
     """
     k, offset = fitted.fit.parameters[:2]
-    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T + v sd^2 v^T, g (2,) of the mass factor, G
-    # (2, p) of the loads, v (2,) of the viscosity
+    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T + v sd^2 v^T with the gradients g (2,) by the
+    # mass factor, G (2, p) by the loads, v (2,) by the viscosity
     g, G = mass_sd * fitted.mass_gradient, fitted.robot_gradient
     v = viscosity_sd(fitted) * fitted.speed_gradient
     parts = fitted.covariance, np.outer(g, g), G @ loads.covariance @ G.T, np.outer(v, v)
@@ -64,7 +64,7 @@ def _derived(
     dofs: Sequence[float],
     joint: int,
 ) -> NamedParameter:
-    """A function of (k_s, offset) by the delta method; degrees of freedom after Satterthwaite."""
+    """Function of (k_s, offset) by the delta method; degrees of freedom after Satterthwaite."""
     variances = np.array([slope @ C @ slope for C in parts])
     total = float(variances.sum())
     spread = float((variances**2 / np.array(dofs)).sum())
@@ -80,13 +80,13 @@ def _derived(
 
 
 def half_width(parameter: NamedParameter) -> float:
-    """Half-width of the 95 % interval; infinite where there is no value."""
+    """Half-width of the 95 % interval; infinite without a value."""
     width = t_factor(parameter.dof) * parameter.sd_robust
     return float(width) if np.isfinite(width) else float("inf")
 
 
 def direction_parameter(fitted: AxisFit, joint: int) -> NamedParameter | None:
-    """Half the difference between up and down, N m; None of one direction alone."""
+    """Half the difference between up and down, N m; None with one direction only."""
     if len(fitted.fit.parameters) < 3:
         return None
     sd = float(fitted.fit.sd[2])
@@ -98,7 +98,7 @@ def direction_parameter(fitted: AxisFit, joint: int) -> NamedParameter | None:
 def verdict_of(
     fitted: AxisFit, stiffness: NamedParameter, rest: NamedParameter, repeatable: bool
 ) -> str:
-    """Which of the two numbers are identified, and why not, in one line."""
+    """One line: the identified parameters, and the reasons for the others."""
     if not repeatable:
         return (
             "refused: the passive repetitions are too different, they scatter by "
@@ -127,33 +127,33 @@ def widest(parameter: NamedParameter) -> float:
 
 
 def is_identified(parameter: NamedParameter) -> bool:
-    """Whether k_s or q_0 is known well enough to be quoted."""
+    """True if the interval of k_s or q_0 is narrow enough."""
     return half_width(parameter) <= widest(parameter)
 
 
 def axis_warnings(
     elastic: Elastic, fitted: AxisFit, movements: Sequence[Sequence[MovementTorques]]
 ) -> tuple[str, ...]:
-    """What a reader must know; `movements` by their names."""
-    said = []
+    """Warnings about one axis; `movements` by their names."""
+    sentences = []
     if not elastic.repeatable:
-        said.append(f"axis {elastic.axis} {elastic.verdict}")
+        sentences.append(f"axis {elastic.axis} {elastic.verdict}")
     limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * fitted.arm_rms_Nm)
     if fitted.residual_rms_Nm > limit:
-        said.append(
+        sentences.append(
             f"axis {elastic.axis}: single repetitions lie {fitted.residual_rms_Nm:.2g} N m (rms) "
             "off a line; the person may not have been passive"
         )
     if elastic.stiffness < 0 and elastic.stiffness < -2 * np.sqrt(elastic.covariance[0, 0]):
-        said.append(
+        sentences.append(
             f"axis {elastic.axis}: k_s is negative; the masses may be wrong or the person active"
         )
-    said += [_drift(group, fitted) for group in movements]
-    return tuple(sentence for sentence in said if sentence)
+    sentences += [_drift(group, fitted) for group in movements]
+    return tuple(sentence for sentence in sentences if sentence)
 
 
 def _drift(group: Sequence[MovementTorques], fitted: AxisFit) -> str:
-    """A support that rises or falls from one repetition to the next by more than is expected."""
+    """Warning if the support rises or falls steadily over the repetitions, more than expected."""
     support = np.array([m.support.mean() for m in group])
     steps, whole = np.diff(support), abs(float(support[-1] - support[0]))
     middle = np.array([np.mean([m.q.mean() for m in group]), 1.0])
@@ -167,7 +167,7 @@ def _drift(group: Sequence[MovementTorques], fitted: AxisFit) -> str:
     )
 
 
-# A person's calibrated arm: its numbers axis by axis, the verdict on them, tables and texts.
+# A person's calibrated arm: parameters and verdicts of the axes, tables and texts.
 
 
 @dataclass(frozen=True, repr=False)
@@ -177,24 +177,24 @@ class AxisCalibration:
     Attributes
     ----------
     WIDEST : tuple of 3 float
-        Largest half-widths of a 95 % interval of an identified k_s, N m/rad, or as a share of k_s
-        where that is more, and of an identified q_0, rad.
+        Largest half-widths of a 95 % interval of an identified k_s, N m/rad, or as a fraction of
+        k_s if that is larger, and of an identified q_0, rad.
     axis : int
         Column of the recording, from 0.
     elastic : Elastic
-        The axis' passive stiffness, as the arm holds it.
+        Passive stiffness of the axis, as stored with the arm.
     fitted : AxisFit
-        What the passive movements about the axis say.
+        Fit to the passive movements about the axis.
     stiffness, rest : NamedParameter
-        k_s and q_0; `sd` of the repetitions alone, `sd_robust` and the interval with masses and
-        robot. q_0 is NaN where k_s is not different from 0.
+        k_s and q_0; `sd` from the repetitions alone, `sd_robust` and the interval also from masses
+        and robot. q_0 is NaN if k_s is not different from 0.
     direction_Nm : NamedParameter or None
-        Half of what moving up needs more than moving down, beyond the robot's model: friction that
-        it misses, or resistance of the arm. None where the axis was moved one way only.
+        Half the difference of the support between up and down, beyond the robot's model: friction
+        that it lacks, or resistance of the arm. None if the axis was moved in one direction only.
     viscosity : Finding
-        Whether a resistance of the arm to its speed is apart from q_0.
+        Check that a viscous resistance of the arm is separate from q_0.
     warnings : tuple of str
-        What a reader must know of this axis.
+        Warnings about this axis.
     """
 
     WIDEST: ClassVar = (WIDEST_STIFFNESS, WIDEST_STIFFNESS_SHARE, WIDEST_REST_RAD)
@@ -214,18 +214,18 @@ class AxisCalibration:
 
 @dataclass(frozen=True, repr=False)
 class ArmCalibration(FittedResult):
-    """The passive arm and how far to trust it.
+    """The passive arm and its uncertainty.
 
     Attributes
     ----------
     arm : PassiveArm
-        What `contribution_of` needs of the person.
+        Model of the person's arm for `contribution_of`.
     summary : FitSummary
         k_s and q_0 of every axis, `joint` counted from 1.
     axes : tuple of AxisCalibration
-        The axes that were moved passively.
+        Axes that were moved passively.
     movements : tuple of MovementTorques
-        The passive movements with the stiffness that was found: what is left is `user`.
+        Passive movements with the fitted stiffness: `user` is the residual.
     """
 
     MEANINGS = {
@@ -240,11 +240,11 @@ class ArmCalibration(FittedResult):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader must know of any axis."""
+        """Warnings about all axes."""
         return self.summary.warnings
 
     def to_dict(self) -> dict[str, Any]:
-        """What ARM.json says of the calibration, beside the arm itself."""
+        """Content of ARM.json about the calibration, without the arm itself."""
         axes = [
             {
                 "joint": a.axis + 1,

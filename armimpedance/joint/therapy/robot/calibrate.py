@@ -1,4 +1,5 @@
-"""Friction, cables and spring of a therapy robot from sweeps and holds of the empty robot."""
+"""Identify friction, cables and spring of a therapy robot from sweeps and holds of the empty
+robot."""
 
 from __future__ import annotations
 
@@ -29,9 +30,9 @@ from armimpedance.joint.therapy.robot.therapy_robot import (
 from armimpedance.numerics.regression import Fit, FitSummary, NamedParameter, t_factor
 from armimpedance.show.files import FittedResult
 
-# What a reader of a robot's calibration must know.
+# Notes for a reader of a robot's calibration.
 
-#: Two looks at one thing differ when they do so at this level ...
+#: Two estimates of a quantity differ if they do so at this confidence level ...
 _LEVEL: Final = 0.99
 #: ... and by more than this share of the Coulomb friction.
 _SHARE: Final = 0.02
@@ -63,7 +64,7 @@ def axis_notes(sweeps: AxisSweeps, robot: TherapyRobot) -> tuple[str, ...]:
 
 
 def rise_notes(axes: Sequence[AxisSweeps]) -> tuple[str, ...]:
-    """From which speed each axis was fitted, and its v_s; axes that are alike share a note."""
+    """Notes on the lowest fitted speed and v_s of each axis; equal axes share a note."""
     alike: dict[str, list[int]] = {}
     for sweeps in axes:
         alike.setdefault(_rise_note(sweeps), []).append(sweeps.axis + 1)
@@ -84,7 +85,7 @@ def _rise_note(sweeps: AxisSweeps) -> str:
 
 
 def spring_notes(spring: SpringHolds, sweeps: AxisSweeps) -> tuple[str, ...]:
-    """Notes on the holds, and on what the sweeps of the same axis say of the spring."""
+    """Notes on the holds, and on the spring estimated from sweeps of the same axis."""
     notes = list(spring.notes)
     gap, sd = spring_gap(spring, sweeps)
     beyond = np.abs(gap) - t_factor(min(spring.fit.dof, sweeps.fit.dof), _LEVEL) * sd
@@ -100,19 +101,20 @@ def spring_notes(spring: SpringHolds, sweeps: AxisSweeps) -> tuple[str, ...]:
 
 
 def spring_gap(spring: SpringHolds, sweeps: AxisSweeps) -> tuple[FloatArray, FloatArray]:
-    """Holds' polynomial less that of the sweeps at the holds' angles (A,), and its sd (A,)."""
-    held, of_held = polynomial_of(spring.fit, spring.angle_rad)
-    swept, of_swept = polynomial_of(sweeps.spring_fit or sweeps.fit, spring.angle_rad)
-    return held - swept, np.sqrt(of_held + of_swept)
+    """Polynomial of the holds less that of the sweeps, at the holds' angles (A,), and its sd
+    (A,)."""
+    of_holds, var_holds = polynomial_of(spring.fit, spring.angle_rad)
+    of_sweeps, var_sweeps = polynomial_of(sweeps.spring_fit or sweeps.fit, spring.angle_rad)
+    return of_holds - of_sweeps, np.sqrt(var_holds + var_sweeps)
 
 
-#: Names in FIT.json of what `Loads` calls otherwise.
+#: Names in FIT.json of terms that have other names in `Loads`.
 _SHORT = {"coulomb": "tau_c", "viscous": "k_v", "cable_stiffness": "k_c"}
 
 
 @dataclass(frozen=True, repr=False)
 class RobotCalibration(FittedResult):
-    """A robot whose loads were identified, and what a report shows of it.
+    """A robot with identified loads, and the results for a report.
 
     Attributes
     ----------
@@ -125,9 +127,9 @@ class RobotCalibration(FittedResult):
     spring : SpringHolds
         The counterbalance spring.
     notes : tuple of str
-        What a reader must know of the calibration.
+        Notes on the calibration for a reader.
     validation : tuple of AxisValidation
-        Predictions of other movements, one an axis; empty where none were given.
+        Predictions of other movements, one per axis; empty without such movements.
     """
 
     MEANINGS = {
@@ -150,7 +152,7 @@ class RobotCalibration(FittedResult):
         return tuple(p for p in self.summary.parameters if p.joint == axis + 1)
 
     def to_dict(self) -> dict[str, Any]:
-        """What ROBOT.json says of the identification, beside the robot itself."""
+        """Fields of the identification in ROBOT.json, besides the robot itself."""
         return {
             **self.summary.to_dict(),
             "axes": [sweeps.to_dict() for sweeps in self.axes],
@@ -163,8 +165,8 @@ class RobotCalibration(FittedResult):
     def __repr__(self) -> str:
         lines = [f"robot {self.robot.name}, R^2 {self.summary.r2:.3f} of sweeps and holds"]
         for axis, name in enumerate(self.robot.axes):
-            said = ", ".join(f"{p.name} = {p.value:.3g}" for p in self.parameters_of(axis))
-            lines.append(f"axis {axis + 1} {name}: {said}")
+            values = ", ".join(f"{p.name} = {p.value:.3g}" for p in self.parameters_of(axis))
+            lines.append(f"axis {axis + 1} {name}: {values}")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -174,14 +176,14 @@ class RobotCalibration(FittedResult):
 def identify_robot(
     recording: Recording, drawings: TherapyRobot, *, step: Callable[[], object] = no_step
 ) -> RobotCalibration:
-    """Friction and cables of every axis from sweeps, the spring from holds in both directions.
+    """Identify friction and cables of every axis from sweeps, the spring from holds.
 
     Parameters
     ----------
     recording : Recording
-        Of the empty robot, trials of the conditions "sweep" and "hold".
+        Of the empty robot, with trials of the conditions "sweep" and "hold".
     drawings : TherapyRobot
-        Its rigid bodies; loads that it has are not used.
+        Its rigid bodies; its loads, if any, are not used.
     step : function, optional
         Called after every trial.
 
@@ -192,18 +194,18 @@ def identify_robot(
     Raises
     ------
     InputError
-        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
+        Not a recording of this robot, a person in it, an axis without sweeps, sweeps or holds in
         one direction only, or too few speeds above the static range.
     NotIdentifiableError
-        The sweeps of an axis do not tell its terms apart.
+        The sweeps of an axis do not separate its terms.
     """
     refuse_person(recording)
     check_recording(recording, replace(drawings, loads=None))
     length = recording.subject.upper_arm_m
     adjusted = drawings if length is None else drawings.adjusted_to(length)
     sweeps = steady_parts(recording, adjusted, "sweep", step)
-    held = steady_parts(recording, adjusted, "hold", step)
-    holds = [part for part in held if part.axis == drawings.spring_axis]
+    all_holds = steady_parts(recording, adjusted, "hold", step)
+    holds = [part for part in all_holds if part.axis == drawings.spring_axis]
     axes = tuple(_axis(sweeps, i, drawings) for i in range(drawings.n_axes))
     spring = fit_holds(holds)
     loads = _loads(axes, spring, drawings)
@@ -272,10 +274,12 @@ def _summary(
     for k, name in enumerate(SPRING_TERMS):
         parameters.append(_named(spring.fit, name, f"c_{k}", robot.spring_axis + 1))
     rows = np.array([f.n_rows for f in fits], dtype=float)
-    left = np.array([f.residual_sd**2 * (f.n_rows - f.rank) for f in fits])
+    residual = np.array([f.residual_sd**2 * (f.n_rows - f.rank) for f in fits])
     # sums of squares about each fit's own mean, from its R^2
-    whole = np.array([x / (1 - f.r2) if f.r2 < 1 else x for x, f in zip(left, fits, strict=True)])
-    explained = float(1 - left.sum() / whole.sum()) if whole.sum() > 0 else 1.0
+    whole = np.array(
+        [x / (1 - f.r2) if f.r2 < 1 else x for x, f in zip(residual, fits, strict=True)]
+    )
+    explained = float(1 - residual.sum() / whole.sum()) if whole.sum() > 0 else 1.0
     return FitSummary(
         method="sweeps and holds",
         n=int(rows.sum()),
@@ -309,7 +313,7 @@ def _classical_sd(fitted: Fit) -> FloatArray:
 
 
 def cable_rest(fitted: Fit, joint: int) -> NamedParameter:
-    """q_c (11), where the cables pull to no side; NaN where k_c is not different from zero."""
+    """Parameter q_c (11), the angle without cable torque; NaN if k_c is not significant."""
     b, k = (fitted.names.index(name) for name in CABLE)
     low, high = fitted.interval()[k]
     if low <= 0 <= high:

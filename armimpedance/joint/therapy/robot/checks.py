@@ -1,4 +1,4 @@
-"""Whether a recording can be one of this robot, and how well the robot predicts torques."""
+"""Check that a recording can be one of this robot, and how well the robot predicts torques."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from armimpedance.joint.therapy.robot.steady import no_step, smooth_trials
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot, load_torque
 from armimpedance.numerics.signals import refuse_degrees
 
-#: An angle may pass its limit by this much: overshoot and the zero of an encoder, rad.
+#: Tolerance of an angle beyond its limit, for overshoot and the zero of an encoder, rad.
 BEYOND_LIMIT_RAD: Final = 0.05
-#: A recorded motor torque may pass its limit by this factor: noise on a saturated command.
+#: Tolerance factor of a motor torque beyond its limit, for noise on a saturated command.
 BEYOND_TORQUE: Final = 1.2
-#: From this multiple of its limit on the unit is wrong rather than the robot.
+#: Multiple of its limit from which the unit is probably wrong, not the robot.
 WRONG_UNIT: Final = 10.0
-#: Motor torques (rms over all axes) smaller than this share of the robot's weight cannot hold it,
-#: whatever its springs carry.
+#: Motor torques (rms over all axes) below this share of the robot's weight cannot hold it, even
+#: with its springs.
 LEAST_SHARE_OF_WEIGHT: Final = 0.01
-#: An axis that travels further than this moves, rad.
+#: Least travel of an axis that moves, rad.
 MOVES_RAD: Final = 0.05
-#: Net work of the motors over the sum of its sizes in each trial; -1 when every sign is wrong.
+#: Least net work of the motors, over the sum of its absolute values per trial; -1 if all signs are
+#: wrong.
 WORST_WORK: Final = -0.5
-#: A trial whose end leaves the robot's own weight lower by more than this may give back work, J.
+#: Fall of the robot's potential energy in a trial above which motors may absorb work, J.
 FALLS_J: Final = 0.2
 
 
@@ -45,7 +46,7 @@ def check_recording(recording: Recording, robot: TherapyRobot) -> None:
     ------
     InputError
         Not of kind "joint" with commanded torques, another number of axes, angles in degrees or
-        outside of the robot's range, torques that are missing, in another unit or of the wrong
+        outside the robot's range, torques that are missing, in another unit or of the wrong
         sign.
     """
     _check_kind(recording, robot)
@@ -55,7 +56,7 @@ def check_recording(recording: Recording, robot: TherapyRobot) -> None:
 
 
 def refuse_person(recording: Recording) -> None:
-    """Refuse a recording of somebody in the robot, where the empty robot is asked for.
+    """Refuse a recording with a person in the robot where the empty robot is required.
 
     Raises InputError: its subject has a body mass.
     """
@@ -91,9 +92,9 @@ def _check_angles(recording: Recording, robot: TherapyRobot) -> None:
     past = np.maximum(recording.position - high, low - recording.position).max(axis=0)
     axis = int(np.argmax(past))
     if past[axis] > BEYOND_LIMIT_RAD:
-        own = recording.position[:, axis]
+        angle = recording.position[:, axis]
         raise InputError(
-            f"{own.min():.3g} to {own.max():.3g} rad on axis {axis + 1}",
+            f"{angle.min():.3g} to {angle.max():.3g} rad on axis {axis + 1}",
             column=f"{columns[axis]}_rad",
             expected=f"{low[axis]:.3g} to {high[axis]:.3g} rad, the range of axis {axis + 1} "
             f"({robot.axes[axis]}) of robot {robot.name}; is this another robot's recording, or "
@@ -142,7 +143,7 @@ def _check_weight_and_work(recording: Recording, robot: TherapyRobot) -> None:
         recording.position[starts]
     )
     work = motor_work(recording)
-    # against friction a motor gives work, unless what it lets down drives it
+    # a motor does work against friction, unless a load that it lowers drives it
     counted = (_travel(recording).max(axis=1) > MOVES_RAD) & (rise > -FALLS_J)
     if work[counted].sum() < WORST_WORK * np.abs(work[counted]).sum():
         raise InputError(
@@ -152,7 +153,7 @@ def _check_weight_and_work(recording: Recording, robot: TherapyRobot) -> None:
 
 
 def motor_work(recording: Recording) -> FloatArray:
-    """``sum tau_motor dq`` over all axes of every trial, (T,), J."""
+    """Work ``sum tau_motor dq`` over all axes of every trial, (T,), J."""
     work = np.empty(recording.n_trials)
     for row in range(recording.n_trials):
         samples = recording.samples_of(row)
@@ -172,17 +173,17 @@ def _rms(torque: FloatArray) -> float:
     return float(np.sqrt((torque**2).mean()))
 
 
-# How well the identified robot predicts the motor torques of movements that it has not seen.
+# Quality of the prediction of motor torques in movements that were not used for identification.
 
-#: Below this speed friction is static, which the model leaves out, rad/s.
+#: Below this speed friction is static and not modelled, rad/s.
 LEAST_SPEED_RAD_S: Final = float(np.deg2rad(1.0))
-#: Trials of these conditions were used to identify the robot.
+#: Conditions of trials that were used to identify the robot.
 _USED: Final = ("sweep", "hold")
 
 
 @dataclass(frozen=True)
 class AxisValidation:
-    """Motor torque against model of one axis, over all samples of all trials.
+    """Comparison of motor torque and model on one axis, over all samples of all trials.
 
     Attributes
     ----------
@@ -192,10 +193,10 @@ class AxisValidation:
     rms_Nm, r2 : float
         (16) and (17).
     moving_rms_Nm, moving_r2 : float
-        The same without the samples at which the axis is slower than the least speed; NaN where
-        it never is faster.
+        The same over samples at which the axis is faster than the least speed; NaN if there are
+        none.
     moving_share : float
-        Share of the samples that are left then.
+        Share of these samples.
     samples : int
         Number of samples.
     least_speed_rad_s : float
@@ -225,11 +226,11 @@ def validate_robot(
     Parameters
     ----------
     recording : Recording
-        Trials of the conditions "sweep" and "hold" are left out: they were fitted.
+        Trials of the conditions "sweep" and "hold" are left out, since they were fitted.
     robot : TherapyRobot
         With its loads.
     least_speed_rad_s : float
-        For the numbers without static friction.
+        Least speed for the results without static friction.
     step : function, optional
         Called after every trial.
 
@@ -259,7 +260,7 @@ def validate_robot(
 def predicted_torque(
     recording: Recording, robot: TherapyRobot, step: Callable[[], object] = no_step
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """tau_r (13), tau_motor and the velocities (N, n) of all movements, one after another."""
+    """Torques tau_r (13), tau_motor and velocities (N, n) of all movements, one after another."""
     from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
 
     refuse_person(recording)
@@ -303,9 +304,11 @@ def _axis(
 
 
 def _rms_and_r2(measured: FloatArray, predicted: FloatArray) -> tuple[float, float]:
-    """(16) and (17); NaN where there is nothing to explain."""
+    """Root mean square (16) and R^2 (17); NaN without samples or variation."""
     if len(measured) == 0:
         return float("nan"), float("nan")
-    left = float(((measured - predicted) ** 2).sum())
+    residual = float(((measured - predicted) ** 2).sum())
     whole = float(((measured - measured.mean()) ** 2).sum())
-    return float(np.sqrt(left / len(measured))), 1 - left / whole if whole > 0 else float("nan")
+    return float(np.sqrt(residual / len(measured))), 1 - residual / whole if whole > 0 else float(
+        "nan"
+    )

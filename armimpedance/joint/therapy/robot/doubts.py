@@ -1,13 +1,14 @@
-"""Whether motor torques and drawings are of one robot and one clock.
+"""Test that motor torques and drawings belong to one robot, and torques and angles to one clock.
 
-Sweeps that set out and come to rest show what steady ones hide: the torque that gains speed comes
-with the acceleration, and weight changes with the angle. Whole sweeps of each axis are fitted with
+Whole sweeps, from rest to rest, contain more information than their steady parts: inertia torque
+comes with the acceleration, and weight changes with the angle. Whole sweeps of each axis are fitted
+with
 
     motor(t + d) = s rigid(t) + friction + (a polynomial of the angle)
 
-above the static range: d is how much later the torque was recorded than the angle, s is 1 where the
-torques are the motors' and the bodies those of the drawings. A gain of the motors and a factor of
-all masses make the same s: what tells them apart is a known weight.
+above the static range. d is the delay of the recorded torque after the angle; s is 1 if the torques
+are the motors' and the bodies those of the drawings. A wrong gain of the motors and a wrong factor
+of all masses have the same effect on s; only a known weight separates them.
 """
 
 from __future__ import annotations
@@ -26,29 +27,29 @@ from armimpedance.joint.therapy.robot.sweeps import AxisSweeps
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot, friction_sign
 from armimpedance.numerics.regression import t_factor
 
-#: Delays that are looked at, and the error of one beside what its sweeps scatter, s.
+#: Largest tried delay, its step, and a delay's error besides the scatter of its sweeps, s.
 LONGEST_S: Final = 0.1
 STEP_S: Final = 0.005
 OWN_S: Final = 0.001
-#: An axis that tells its delay worse than this does not count, s.
+#: Largest standard error of an axis' delay for its use, s.
 WORST_S: Final = 0.01
-#: Sweeps of an axis that are needed.
+#: Least number of sweeps of an axis.
 FEWEST: Final = 4
-#: Error of s on an axis beside what its sweeps scatter: friction that the law misses.
+#: Error of s on an axis besides the scatter of its sweeps, from friction outside the law.
 OWN_SCALE: Final = 0.005
-#: A departure is told that chance makes this rarely; above such a standard error s is not known.
+#: Confidence level of a departure, and standard error above which s is not known.
 LEVEL: Final = 0.998
 UNKNOWN: Final = 0.1
-#: Least angle (rad) that an axis has gone from rest: before, bristles bend.
+#: Least angle (rad) from rest at which an axis slides; before that, bristles bend.
 SLIPS_RAD: Final = float(np.deg2rad(1.0))
 
 
 def robot_doubts(
     recording: Recording, robot: TherapyRobot, axes: Sequence[AxisSweeps]
 ) -> tuple[Finding, ...]:
-    """Findings "delay" and "drawings or gain" of whole sweeps.
+    """Findings "delay" and "drawings or gain" from whole sweeps.
 
-    `robot`: adjusted as it was.
+    `robot`: adjusted as in the recording.
     `axes`: in the order of the robot's axes.
     """
     from armimpedance.joint.therapy.robot.therapy_robot import robot_bodies
@@ -64,12 +65,12 @@ def robot_doubts(
     for smooth in smooth_trials(chosen):
         axis = int(of_axis[smooth.row])
         spring = axis == robot.spring_axis
-        made = _rows(smooth, axes[axis], bodies, steps, every, 4 if spring else 1)
-        if made is not None:
-            rows[axis].append(made)
-    told = [_axis(parts, shifts, every / recording.sample_rate_hz) for parts in rows]
-    known = [one for one in told if one is not None]
-    return _delay(known), _scale(known)
+        rows_of_sweep = _rows(smooth, axes[axis], bodies, steps, every, 4 if spring else 1)
+        if rows_of_sweep is not None:
+            rows[axis].append(rows_of_sweep)
+    results = [_axis(parts, shifts, every / recording.sample_rate_hz) for parts in rows]
+    valid = [result for result in results if result is not None]
+    return _delay(valid), _scale(valid)
 
 
 def _rows(
@@ -98,7 +99,7 @@ def _rows(
 
 @dataclass(frozen=True)
 class _Told:
-    """What one axis says: delay (s) and s, each with its standard error, and how many sweeps."""
+    """Result of one axis: delay (s) and s, each with its standard error, and degrees of freedom."""
 
     delay: float
     delay_sd: float
@@ -110,7 +111,7 @@ class _Told:
 def _axis(
     parts: Sequence[tuple[FloatArray, FloatArray]], shifts: FloatArray, every_s: float
 ) -> _Told | None:
-    """What the sweeps of one axis say; None where they are too few."""
+    """Delay and s from the sweeps of one axis; None if they are too few."""
     if len(parts) < FEWEST:
         return None
     W, Y = (np.concatenate(x) for x in zip(*parts, strict=True))
@@ -120,15 +121,15 @@ def _axis(
     Q, R = np.linalg.qr(W)
     back = np.linalg.inv(R)
     theta = back @ (Q.T @ Y)
-    left = ((Y - W @ theta) ** 2).sum(axis=0)
-    best = int(np.clip(np.argmin(left), 1, len(shifts) - 2))
-    low, middle, high = left[best - 1 : best + 2]
+    squares = ((Y - W @ theta) ** 2).sum(axis=0)
+    best = int(np.clip(np.argmin(squares), 1, len(shifts) - 2))
+    low, middle, high = squares[best - 1 : best + 2]
     bend = max(low - 2 * middle + high, 1e-300)
     delay = shifts[best] + STEP_S * float(np.clip((low - high) / (2 * bend), -1.0, 1.0))
     fitted = theta[:, best]
     residual = [y[:, best] - w @ fitted for w, y in parts]
     of_s = [w @ (back @ back.T)[0] for w, _ in parts]
-    # what a delay of a second does to the model's torque, less what the columns explain of it
+    # change of the model's torque per second of delay, orthogonal to the columns
     slope = np.concatenate([np.gradient(w @ fitted, every_s) for w, _ in parts])
     slope -= Q @ (Q.T @ slope)
     of_d = np.split(slope / float(slope @ slope), np.cumsum([len(w) for w, _ in parts])[:-1])
@@ -137,59 +138,59 @@ def _axis(
 
 
 def _spread(weights: Sequence[FloatArray], residual: Sequence[FloatArray]) -> float:
-    """Standard error of ``sum weights residual`` over sweeps that do not know of each other.
+    """Standard error of ``sum weights residual`` over independent sweeps.
 
-    Two of them are taken as spent on the fit: few clusters show too little scatter.
+    Two degrees of freedom are counted for the fit: few clusters show too little scatter.
     """
     scores = np.array([w @ e for w, e in zip(weights, residual, strict=True)])
     return float(np.sqrt(len(scores) / (len(scores) - 2) * (scores**2).sum()))
 
 
-def _delay(told: Sequence[_Told]) -> Finding:
-    known = [one for one in told if one.delay_sd < WORST_S]
-    if not known:
-        said = (
+def _delay(results: Sequence[_Told]) -> Finding:
+    precise = [result for result in results if result.delay_sd < WORST_S]
+    if not precise:
+        message = (
             "sweeps that neither set out nor come to rest do not show whether the torque is on the "
             "angle's clock, and a delay passes for viscous friction: record whole sweeps"
         )
-        return Finding("delay", "cannot tell", said)
-    each = np.array([one.delay for one in known])
-    # the middle axis: friction of one axis may set in otherwise than the law has it
-    middle = int(np.argsort(each)[len(each) // 2])
-    delay, sd = float(np.median(each)), float(np.hypot(known[middle].delay_sd, OWN_S))
-    least = t_factor(known[middle].dof, LEVEL) * sd
+        return Finding("delay", "cannot tell", message)
+    delays = np.array([result.delay for result in precise])
+    # the median axis, since the friction of one axis may rise differently from the law
+    middle = int(np.argsort(delays)[len(delays) // 2])
+    delay, sd = float(np.median(delays)), float(np.hypot(precise[middle].delay_sd, OWN_S))
+    least = t_factor(precise[middle].dof, LEVEL) * sd
     smallest = f"{1e3 * least:.0f} ms"
     if abs(delay) < least:
-        said = f"torque {1e3 * delay:+.1f} ms late on the motion, no more than friction makes"
-        return Finding("delay", "ok", said, smallest)
+        message = f"torque {1e3 * delay:+.1f} ms late on the motion, no more than friction makes"
+        return Finding("delay", "ok", message, smallest)
     late = "late on" if delay > 0 else "ahead of"
-    said = (
+    message = (
         f"motor torques are {1e3 * abs(delay):.0f} ms {late} the motion (axes: "
-        f"{', '.join(f'{1e3 * d:.0f}' for d in each)}): viscous friction is wrong by that times "
+        f"{', '.join(f'{1e3 * d:.0f}' for d in delays)}): viscous friction is wrong by that times "
         "the slope of cables and spring; record both on one clock"
     )
-    return Finding("delay", "warning", said, smallest)
+    return Finding("delay", "warning", message, smallest)
 
 
-def _scale(known: Sequence[_Told]) -> Finding:
+def _scale(results: Sequence[_Told]) -> Finding:
     name = "drawings or gain"
-    told = [(one.scale, float(np.hypot(one.scale_sd, OWN_SCALE))) for one in known]
-    weight = np.array([sd**-2 for _, sd in told])
-    sd = float(weight.sum() ** -0.5) if told else float("inf")
+    scales = [(one.scale, float(np.hypot(one.scale_sd, OWN_SCALE))) for one in results]
+    weight = np.array([sd**-2 for _, sd in scales])
+    sd = float(weight.sum() ** -0.5) if scales else float("inf")
     if sd > UNKNOWN:
-        said = (
+        message = (
             "no axis shows its weight or inertia well enough to hold the motors' gain against the "
             "drawings: sweep wider and faster, or hang a known weight on the robot"
         )
-        return Finding(name, "cannot tell", said)
-    s = float((weight * np.array([one for one, _ in told])).sum() / weight.sum())
-    least = t_factor(sum(one.dof for one in known), LEVEL) * sd
+        return Finding(name, "cannot tell", message)
+    s = float((weight * np.array([one for one, _ in scales])).sum() / weight.sum())
+    least = t_factor(sum(one.dof for one in results), LEVEL) * sd
     smallest = f"{100 * least:.1f} %"
     if abs(s - 1) < least:
         return Finding(name, "ok", f"motors show {s:.3f} times the drawings' bodies", smallest)
-    said = (
+    message = (
         f"weight and inertia of the links stand {s:.3f} times (sd {sd:.3f}) as large in the motor "
         "torques as the drawings have them: the motors' gain is off, and all results by as much, "
         "or masses are, and cables and spring are wrong; a known weight hung on the robot tells"
     )
-    return Finding(name, "warning", said, smallest)
+    return Finding(name, "warning", message, smallest)

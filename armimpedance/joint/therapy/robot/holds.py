@@ -1,13 +1,14 @@
-"""The counterbalance spring from holds: ``c_0 + c_1 q + c_2 q^2`` (12).
+"""Identify the counterbalance spring from holds: ``c_0 + c_1 q + c_2 q^2`` (12).
 
-A held axis sticks: its motor torque is that of the spring and any static friction up to the
-breakaway torque. Approached from below it is pushed up against friction, from above it is let down;
-the two errors cancel in the mean, and half their difference is the friction itself. From one
-direction alone the friction would be taken for the spring.
+A held axis sticks: its motor torque is that of the spring plus any static friction up to the
+breakaway torque. If the angle was approached from below, the axis was pushed up against friction;
+from above, it was let down. The two errors cancel in the mean, and half their difference is the
+friction itself. With one direction only, the friction would be mistaken for a torque of the spring.
 
-Sweeps of the same axis show the spring too, without stiction, and serve as a check. They are not
-fitted together: long slow sweeps stand near the middle of the range and pull a polynomial, which
-the spring is not quite, towards it (.21 N m rms over the simulated robot's range against .11).
+Sweeps of the same axis show the spring too, without stiction, and are used as a check. They are not
+fitted together with holds: long slow sweeps have most samples in the middle of the range, and since
+the spring is not exactly a polynomial, they would distort the fit (.21 N m rms over the simulated
+robot's range against .11).
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ from armimpedance.joint.therapy.robot.steady import SteadyPart
 from armimpedance.joint.therapy.robot.therapy_robot import SPRING_TERMS, SPRING_UNITS
 from armimpedance.numerics.regression import Fit, fit, ragged_factors
 
-#: Holds at angles that differ by less than this are at one angle, rad.
+#: Holds whose angles differ by less than this count as one angle, rad.
 _SAME_ANGLE_RAD: Final = np.deg2rad(2.0)
-#: Angles that a polynomial of second order needs: three, and one to see that it holds.
+#: Least number of angles for a polynomial of second order: three, and one to test it.
 LEAST_ANGLES: Final = 4
 
 
@@ -36,7 +37,7 @@ class SpringHolds(FrozenRecord):
 
     `fit`: spring_0, spring_1, spring_2, then the stiction: half the difference of both directions.
     `angle_rad` (A,): mean of the holds at each angle.
-    `from_below_Nm`, `from_above_Nm` (A,): motor torque less weight.
+    `from_below_Nm`, `from_above_Nm` (A,): motor torque less weight, by direction of approach.
     """
 
     fit: Fit
@@ -52,17 +53,17 @@ class SpringHolds(FrozenRecord):
 
     @property
     def stiction_Nm(self) -> FloatArray:
-        """Half their difference, (A,): what the axis sticks with, at most the static friction."""
+        """Half the difference of both directions, (A,): stiction, at most the static friction."""
         return (self.from_below_Nm - self.from_above_Nm) / 2
 
     def polynomial(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The spring's torque (F,) at angles (F,), rad, and its standard error (F,), N m."""
+        """Torque of the spring (F,) at angles (F,), rad, and its standard error (F,), N m."""
         torque, variance = polynomial_of(self.fit, q)
         return torque, np.sqrt(variance)
 
 
 def polynomial_of(fitted: Fit, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The polynomial (12) of a fit at angles (F,), and its variance, both (F,)."""
+    """Polynomial (12) of a fit at angles (F,), and its variance, both (F,)."""
     rows = np.stack([q**k for k in range(len(SPRING_TERMS))], axis=1)
     at = [fitted.names.index(name) for name in SPRING_TERMS]
     # var (F,) = diag(rows (F, 3) C (3, 3) rows^T)
@@ -71,12 +72,12 @@ def polynomial_of(fitted: Fit, q: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
-    """The spring's polynomial from holds of its axis.
+    """Fit the spring's polynomial to holds of its axis.
 
     Raises InputError: fewer than `LEAST_ANGLES` angles that were approached from below and from
     above.
     """
-    angles, alone = _both_approaches(parts)
+    angles, one_sided = _both_approaches(parts)
     W, Y = [], []
     for holds in angles:
         rows = [[1.0, q := float(p.q.mean()), q**2, float(p.approach)] for p in holds]
@@ -96,7 +97,7 @@ def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
         notes=tuple(
             f"the hold at {np.rad2deg(holds[0].q.mean()):.3g} deg was approached from one side "
             "only: not used"
-            for holds in alone
+            for holds in one_sided
         ),
     )
 
@@ -104,7 +105,7 @@ def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
 def _both_approaches(
     parts: Sequence[SteadyPart],
 ) -> tuple[list[list[SteadyPart]], list[list[SteadyPart]]]:
-    """Holds of one angle each, from the lowest, and those that lack an approach."""
+    """Group holds by angle, from the lowest; return those with both approaches, and the others."""
     angles: list[list[SteadyPart]] = []
     for part in sorted(parts, key=lambda p: float(p.q.mean())):
         if angles and float(part.q.mean() - angles[-1][0].q.mean()) < _SAME_ANGLE_RAD:
@@ -113,9 +114,9 @@ def _both_approaches(
             angles.append([part])
     both = [a for a in angles if len({p.approach for p in a}) == 2]
     if len(both) < LEAST_ANGLES:
-        held = f"{len(both)} of {len(angles)} angles were held from both directions"
+        problem = f"{len(both)} of {len(angles)} angles were held from both directions"
         raise InputError(
-            held if angles else "no holds of the axis with the spring",
+            problem if angles else "no holds of the axis with the spring",
             column="approach",
             expected=f"{LEAST_ANGLES} or more angles, each approached from below (1) and from "
             "above (-1): a held axis sticks, and one direction takes the friction for the spring",

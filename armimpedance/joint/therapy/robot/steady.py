@@ -1,4 +1,4 @@
-"""The steady parts of a calibration, from smoothed trials: sweeps at a velocity, and holds."""
+"""Steady parts of a calibration, from smoothed trials: sweeps at a velocity, and holds."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from armimpedance.numerics.signals import Kernels, spline_kernels
 
 
 def number_in(line: Mapping[Any, Any], column: str) -> float | None:
-    """The number that a trial's row has in this column; None where there is none.
+    """Number in this column of a trial's row; None if there is none.
 
-    Raises InputError: there is something else.
+    Raises InputError: the cell has something else.
     """
     value = line.get(column)
     if value is None:
@@ -38,14 +38,13 @@ def number_in(line: Mapping[Any, Any], column: str) -> float | None:
     return None if np.isnan(number) else number
 
 
-# Angles, their derivatives and motor torques of every trial after one and the same kernel.
+# Angles, their derivatives and motor torques of every trial after the same smoothing kernel.
 #
-# The kernel is a symmetric spline of finite support: what it gives for a sample needs half its
-# width before and after it, no more. So a robot that runs it live gets the very same numbers, half
-# a width late, and no trial has filter transients; half a width at either end of a trial has no
-# result.
+# The kernel is a symmetric spline of finite support: its result for a sample depends only on half a
+# width before and after it. A robot that runs it live gets the same numbers with a delay of half a
+# width. Trials have no filter transients, but half a width at either end has no result.
 
-#: Support of the kernel, s: its -3 dB lie at about 9 Hz, arm movements of therapy below 1 Hz.
+#: Support of the kernel, s: its -3 dB frequency is about 9 Hz; therapy movements are below 1 Hz.
 WIDTH_S: Final = 0.1
 
 
@@ -59,7 +58,7 @@ class SmoothTrial(FrozenRecord):
         Row of the recording's trial table, from 0.
     time_s : (S,)
     q, qd, qdd, motor : (S, n)
-        rad, rad/s, rad/s^2, N m; motor torques are positive where they accelerate their axis.
+        rad, rad/s, rad/s^2, N m; a positive motor torque accelerates its axis.
     """
 
     row: int
@@ -70,20 +69,20 @@ class SmoothTrial(FrozenRecord):
     motor: Annotated[FloatArray, "S n"]
 
     def between(self, first_s: float, last_s: float) -> SmoothTrial:
-        """The samples from `first_s` to `last_s`, both included, on the trial's clock."""
+        """Samples from `first_s` to `last_s`, both included, on the trial's clock."""
         kept = (self.time_s >= first_s - 1e-9) & (self.time_s <= last_s + 1e-9)
         parts = (getattr(self, name)[kept] for name in ("time_s", "q", "qd", "qdd", "motor"))
         return SmoothTrial(self.row, *parts)
 
 
 def no_step() -> None:
-    """Nobody wants to know how far the work is."""
+    """Do nothing: the default for a caller that does not follow the progress."""
 
 
 def kernels_for(sample_rate_hz: float, width_s: float = WIDTH_S) -> Kernels:
-    """The kernels of one sample rate.
+    """Kernels for a sample rate.
 
-    Raises InputError: the width holds too few samples.
+    Raises InputError: the width has too few samples.
     """
     if not sample_rate_hz * width_s >= 12:
         raise InputError(
@@ -93,12 +92,12 @@ def kernels_for(sample_rate_hz: float, width_s: float = WIDTH_S) -> Kernels:
 
 
 def smooth_trials(recording: Recording, width_s: float = WIDTH_S) -> tuple[SmoothTrial, ...]:
-    """All trials after the kernel.
+    """Apply the kernel to all trials.
 
     Parameters
     ----------
     recording : Recording
-        Of kind "joint", with commanded torques. A `Recording` holds torques by the limb on the
+        Of kind "joint", with commanded torques. Torques of a `Recording` are by the limb on the
         device; the motors' are the opposite.
     width_s : float
         Support of the kernel, s.
@@ -133,9 +132,9 @@ def _smooth(recording: Recording, row: int, kernels: Kernels) -> SmoothTrial:
     return SmoothTrial(row, time, q_s, qd, qdd, torques @ kernels.smooth)
 
 
-#: After the kernel (-3 dB near 9 Hz) samples at this distance carry all there is, s.
+#: Distance of samples that carry all information after the kernel (-3 dB near 9 Hz), s.
 EVERY_S: Final = 0.01
-#: A steady part needs this many of them.
+#: Least number of such samples in a steady part.
 _LEAST_SAMPLES: Final = 5
 
 
@@ -146,7 +145,7 @@ class SteadyPart(FrozenRecord):
     `axis`: counted from 0.
     `q`, `qd` (S,): rad, rad/s.
     `load` (S,): N m, motor torque less that of the rigid bodies: friction, cables and spring.
-    `approach`: 1 where the axis came from below, -1 from above; the direction of a sweep.
+    `approach`: 1 if the axis came from below, -1 from above; for a sweep, its direction.
     """
 
     trial: str
@@ -163,7 +162,7 @@ class SteadyPart(FrozenRecord):
 
     @property
     def speed(self) -> float:
-        """Mean size of the velocity, rad/s."""
+        """Absolute mean velocity, rad/s."""
         return abs(float(self.qd.mean()))
 
 
@@ -173,10 +172,10 @@ def steady_parts(
     condition: str,
     step: Callable[[], object] = no_step,
 ) -> tuple[SteadyPart, ...]:
-    """All trials of one condition, from `onset_s` to `end_s`, half a kernel off at either end.
+    """Steady parts of all trials of one condition, from `onset_s` to `end_s` less half a kernel.
 
     `recording`: columns `axis`, `onset_s` and `end_s` in its trial table; `approach` for holds.
-    `robot`: adjusted as it was.
+    `robot`: adjusted as in the recording.
     `step`: called after every trial.
     Raises InputError: a column is missing or wrong, or a steady part is too short.
     """
@@ -196,9 +195,9 @@ def steady_parts(
 
 
 def white_sd(fitted: Fit) -> FloatArray:
-    """Standard errors (p,) of a fit to steady parts whose torque noise was white.
+    """Standard errors (p,) of a fit to steady parts for white torque noise.
 
-    The textbook's, times what the kernel makes neighbouring samples repeat each other.
+    They are the textbook's, times a factor for the correlation by the kernel.
     """
     inverse = np.linalg.inv(fitted.triangle)
     sd = fitted.residual_sd * np.sqrt((inverse**2).sum(axis=1))
@@ -206,10 +205,10 @@ def white_sd(fitted: Fit) -> FloatArray:
 
 
 def at_least_white(fitted: Fit) -> Fit:
-    """The fit with standard errors that are no less than white noise of the torque makes them.
+    """Return the fit with standard errors at least those for white torque noise.
 
-    Few sweeps may agree by chance: six of them put the error of a Coulomb torque anywhere between a
-    quarter and twice of what it is.
+    Few sweeps may agree by chance: with six, the estimated error of a Coulomb torque is anywhere
+    between a quarter and twice of the true one.
     """
     grown = np.maximum(white_sd(fitted) / np.maximum(fitted.sd, 1e-300), 1.0)
     # C (p, p) = D C D, D the diagonal matrix of the factors
@@ -271,46 +270,46 @@ def _part(recording: Recording, smooth: SmoothTrial, bodies: Any, hold: bool) ->
     # friction + cables + spring (S,) = tau_motor - (M qdd + C qd + G), of the robot alone
     load = motor[:, axis] - bodies.torque(q, qd, qdd)[:, axis]
     raw = recording.position[recording.samples_of(smooth.row), axis]
-    came = _approach(entry, raw) if hold else int(np.sign(qd[:, axis].mean()) or 1)
-    return SteadyPart(trial, axis, q[:, axis], qd[:, axis], load, came)
+    approach = _approach(entry, raw) if hold else int(np.sign(qd[:, axis].mean()) or 1)
+    return SteadyPart(trial, axis, q[:, axis], qd[:, axis], load, approach)
 
 
 def _approach(entry: Any, q: FloatArray) -> int:
-    """From the table, else from where the trial began."""
-    given = number_in(entry, "approach")
-    if given is None:
+    """Approach from the table, else from the first and last angle of the trial."""
+    stated = number_in(entry, "approach")
+    if stated is None:
         return 1 if q[-1] >= q[0] else -1
-    if given not in (1.0, -1.0):
+    if stated not in (1.0, -1.0):
         raise InputError(
-            f"trial {entry['trial']}: approach {given:g}",
+            f"trial {entry['trial']}: approach {stated:g}",
             column="approach",
             expected="1 from below or -1 from above",
         )
-    return int(given)
+    return int(stated)
 
 
-# Samples in which the axis moves: those that count for a contribution.
+# Samples in which the axis moves: only these are used for a contribution.
 #
-# The friction of gears that stand still is anything up to its static value, to either side: what a
-# person does meanwhile cannot be told from it. On the elevation axis that is as much as the arm
-# weighs. So the sums of a movement leave out the samples in which its axis is slower than what the
-# friction's model holds from; a constant share is the same with them and without.
+# The friction of gears at rest can have any value up to the static one, in either direction, and
+# cannot be distinguished from the person's torque. On the elevation axis it is as large as the
+# arm's weight. The sums of a movement therefore leave out the samples in which its axis is slower
+# than the range of the friction model; this does not change a constant share.
 
 #: Multiple of the speed over which the Coulomb friction builds up, `Loads.rise_rad_s`.
 SLIDING: Final = 5.0
-#: But an axis that is faster than this moves, rad/s (2.9 degrees per second).
+#: An axis that is faster than this moves in any case, rad/s (2.9 degrees per second).
 SURELY_RAD_S: Final = 0.05
 
 
 def slides(velocity: FloatArray, rise_rad_s: float) -> BoolArray:
-    """Whether an axis moves, of the velocity's shape.
+    """Mask of samples in which an axis moves, of the velocity's shape.
 
     Parameters
     ----------
     velocity : (...)
         rad/s.
     rise_rad_s : float
-        v_s of its friction.
+        Speed v_s of its friction.
 
     Returns
     -------
@@ -320,5 +319,5 @@ def slides(velocity: FloatArray, rise_rad_s: float) -> BoolArray:
 
 
 def least_speed(rise_rad_s: float) -> float:
-    """The speed from which on an axis moves, rad/s."""
+    """Least speed of a moving axis, rad/s."""
     return min(SLIDING * rise_rad_s, SURELY_RAD_S)

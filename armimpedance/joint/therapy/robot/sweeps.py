@@ -1,14 +1,14 @@
 """Friction and cables of one axis from sweeps at constant velocity, above the static range.
 
-``motor - rigid = sign(v) tau_c (1 - exp(-|v| / v_s)) + k_v v + (what depends on the angle)``. The
-cables' ``k_c (q - q_c)`` depend on the angle alone, and so does the counterbalance spring: friction
-is what changes its sign with the direction, so that both directions must be there. A Coulomb
-friction that is larger one way than the other cannot be told from the cables' offset; on the axis
-of the spring the holds tell.
+``motor - rigid = sign(v) tau_c (1 - exp(-|v| / v_s)) + k_v v + (function of the angle)``. The
+cables' ``k_c (q - q_c)`` and the counterbalance spring depend only on the angle. Friction changes
+its sign with the direction, so both directions are needed. A Coulomb friction that is larger in one
+direction than in the other cannot be distinguished from the cables' offset; on the axis of the
+spring the holds decide.
 
-At low speeds friction is larger than this law: static friction and what is left of it (Stribeck).
-The static range is found from the data: the law is fitted to the two highest speeds and taken
-down, speed by speed, for as long as the friction at the next one agrees with it.
+At low speeds friction is larger than this law: static friction and its remainder (Stribeck). The
+static range is determined from the data: the law is fitted to the two highest speeds and extended
+to lower ones, speed by speed, as long as the friction at the next speed agrees with it.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from armimpedance.joint.therapy.robot.steady import SteadyPart, at_least_white, 
 from armimpedance.joint.therapy.robot.therapy_robot import SPRING_TERMS, friction_sign
 from armimpedance.numerics.regression import Fit, fit, ragged_factors
 
-#: Speeds that differ by less than this factor count as one.
+#: Speeds that differ by less than this factor count as one speed.
 _SAME_SPEED: Final = 1.1
 #: Friction at a speed agrees with the law within this many standard errors; once there are enough
-#: speeds, an excess that looks like static friction need not be as clear to end the search.
+#: speeds, a smaller excess, typical of static friction, ends the search.
 _ERRORS: Final = 3.3
 _EXCESS_ERRORS: Final = 2.0
-#: It agrees also within this share of the Coulomb friction, which moves tau_c by less.
+#: It also agrees within this share of the Coulomb friction, whose effect on tau_c is smaller.
 _NEGLIGIBLE: Final = 0.003
-#: Speeds above the static range that a fit needs: two for the law, one to see that it holds.
+#: Least number of speeds above the static range: two for the law, one to test it.
 LEAST_SPEEDS: Final = 3
-#: The Coulomb torque has built up to all but this share at the lowest speed that is used.
+#: Share of the Coulomb torque that is missing at the lowest used speed.
 _MISSING_AT_LOWEST: Final = 1e-6
-#: Order of the polynomial that takes up what depends on the angle where there is a spring.
+#: Order of the polynomial of the angle on the axis of the spring.
 _SPRING_ORDER: Final = 4
 
 FRICTION: Final = ("coulomb", "viscous")
@@ -48,11 +48,11 @@ CABLE: Final = ("cable_offset", "cable_stiffness")
 
 @dataclass(frozen=True)
 class SpeedPoint:
-    """What the sweeps of one speed say.
+    """Result of the sweeps at one speed.
 
-    `up_Nm`, `down_Nm`: mean torque in positive and in negative direction, less what depends on the
+    `up_Nm`, `down_Nm`: mean torque in positive and in negative direction, less the function of the
     angle.
-    `used`: whether the speed lies above the static range.
+    `used`: True if the speed lies above the static range.
     """
 
     speed_rad_s: float
@@ -62,12 +62,12 @@ class SpeedPoint:
 
     @property
     def friction_Nm(self) -> float:
-        """Half the difference of both directions: what is odd in the velocity."""
+        """Half the difference of both directions, the part that is odd in the velocity, N m."""
         return (self.up_Nm - self.down_Nm) / 2
 
     @property
     def even_Nm(self) -> float:
-        """Half their sum: 0 for a friction that is odd."""
+        """Half the sum of both directions, N m; 0 for a friction that is odd."""
         return (self.up_Nm + self.down_Nm) / 2
 
 
@@ -80,19 +80,19 @@ class AxisSweeps(FrozenRecord):
     axis : int
         Counted from 0.
     fit : Fit
-        coulomb, viscous, then cable_offset and cable_stiffness, or, where there is a spring, a
-        polynomial of the angle that is long enough to follow it.
+        coulomb, viscous, then cable_offset and cable_stiffness, or, with a spring, a polynomial of
+        the angle of sufficient order.
     spring_fit : Fit or None
-        Where there is a spring: coulomb, viscous and its own polynomial (12).
+        With a spring: coulomb, viscous and the spring's polynomial (12).
     rise_rad_s : float
         v_s, see `rise_speed`.
     lowest_used_rad_s : float
     static_range_rad_s : float
-        Highest speed that does not follow the law; 0 where all do.
+        Highest speed that does not follow the law; 0 if all do.
     points : tuple of SpeedPoint
         From the lowest speed to the highest.
     even_slope : (2,)
-        Coefficient of ``|v|`` beside the law, N m s/rad, and its standard error: 0 for a friction
+        Coefficient of an additional ``|v|``, N m s/rad, and its standard error; 0 for a friction
         that is odd.
     notes : tuple of str
     """
@@ -108,7 +108,7 @@ class AxisSweeps(FrozenRecord):
     notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """What ROBOT.json says of the axis: speeds in degrees per second."""
+        """Fields of the axis in ROBOT.json; speeds in degrees per second."""
         return {
             "joint": self.axis + 1,
             "lowest_used_deg_s": degrees(self.lowest_used_rad_s),
@@ -126,33 +126,33 @@ class AxisSweeps(FrozenRecord):
         }
 
     def friction(self, velocity: FloatArray) -> FloatArray:
-        """The fitted law (10), odd, at velocities of any shape, N m."""
+        """Fitted friction law (10), odd, at velocities of any shape, N m."""
         coulomb, viscous = self.fit.parameters[:2]
         return np.asarray(coulomb * friction_sign(velocity, self.rise_rad_s) + viscous * velocity)
 
 
 def rise_speed(lowest_used_rad_s: float) -> float:
-    """v_s of a law that lacks one part in a million at the lowest speed used: some 1/14 of it.
+    """Speed v_s for which the law lacks one part in a million at the lowest speed used: 1/14 of it.
 
-    Table 3 of the source has none, and none can be measured below the static range. With this one
-    the law is complete wherever it was fitted, so that v_s does not move tau_c; a smaller one would
-    give noise of the velocity at rest a sign. On the simulated robot's movements (16) is flat
-    within 2 % from .2 to .5 deg/s, where this rule puts it, and 25 % worse at .003 deg/s.
+    Table 3 of the source has no v_s, and it cannot be measured below the static range. With this
+    value the law is complete wherever it was fitted, so v_s does not affect tau_c. With a smaller
+    value noise of the velocity at rest would get a sign. On the simulated robot's movements (16) is
+    flat within 2 % from .2 to .5 deg/s, the result of this rule, and 25 % worse at .003 deg/s.
     """
     return lowest_used_rad_s / -float(np.log(_MISSING_AT_LOWEST))
 
 
 def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
-    """Friction and cables of one axis.
+    """Fit friction and cables of one axis.
 
-    `parts`: all of one axis.
-    `spring`: whether the counterbalance spring acts on it (no cables then).
+    `parts`: sweeps of one axis.
+    `spring`: True if the counterbalance spring acts on it (then there are no cables).
     Raises InputError: one direction only, or fewer than `LEAST_SPEEDS` speeds above the static
     range.
-    Raises NotIdentifiableError: the sweeps do not tell the terms apart.
+    Raises NotIdentifiableError: the sweeps do not separate the terms.
     """
     axis = parts[0].axis
-    speeds, alone = _both_directions(parts)
+    speeds, one_sided = _both_directions(parts)
     order = _SPRING_ORDER if spring else 1
     used = _above_static_range(speeds, order)
     slow = [s for s in speeds if s not in used]
@@ -165,7 +165,7 @@ def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
     notes = [
         f"axis {axis + 1}: no sweep in the other direction at "
         f"{np.rad2deg(_speed(s)):.3g} deg/s: not used"
-        for s in alone
+        for s in one_sided
     ]
     return AxisSweeps(
         axis=axis,
@@ -183,7 +183,8 @@ def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
 def _both_directions(
     parts: Sequence[SteadyPart],
 ) -> tuple[list[list[SteadyPart]], list[list[SteadyPart]]]:
-    """Sweeps of one speed each, from the slowest, and those that lack a direction."""
+    """Group sweeps by speed, from the slowest; return those with both directions, and the
+    others."""
     speeds: list[list[SteadyPart]] = []
     for part in sorted(parts, key=lambda p: p.speed):
         if speeds and part.speed < _SAME_SPEED * speeds[-1][0].speed:
@@ -220,11 +221,11 @@ def _above_static_range(speeds: list[list[SteadyPart]], order: int) -> list[list
 
 
 def _agrees(slower: list[SteadyPart], faster: Sequence[Sequence[SteadyPart]], order: int) -> bool:
-    """Whether the friction at a lower speed lies on the law of the higher ones."""
+    """Return True if the friction at a lower speed lies on the law of the higher ones."""
     parts = [*slower, *(p for s in faster for p in s)]
-    # with |v| beside it, so that a friction that is not odd does not hide the excess in its scatter
+    # with a term |v|, so that a friction that is not odd does not hide the excess in the scatter
     fitted = _fit(parts, rise_speed(_speed(slower)), order, even=True, excess_of=slower)
-    # few sweeps may agree by chance: their spread is not taken for less than white noise makes it
+    # few sweeps may agree by chance: their spread is at least that of white noise
     sd = max(float(fitted.sd[-1]), float(white_sd(fitted)[-1]))
     coulomb, excess = abs(float(fitted.parameters[0])), float(fitted.parameters[-1])
     enough = len(faster) >= LEAST_SPEEDS
@@ -240,7 +241,7 @@ def _fit(
     excess_of: Sequence[SteadyPart] = (),
     even: bool = False,
 ) -> Fit:
-    """Law and polynomial of the angle; then, where asked for, |v| and an excess at some speed."""
+    """Fit law and polynomial of the angle, and on request |v| and an excess at some speed."""
     names = [*FRICTION, *_angle_terms(order)]
     units = [
         *FRICTION_UNITS,
@@ -279,8 +280,10 @@ def _angle_columns(q: FloatArray, order: int) -> list[FloatArray]:
 
 def _point(parts: Sequence[SteadyPart], fitted: Fit, order: int, used: bool) -> SpeedPoint:
     angle = fitted.parameters[2:]
-    left: dict[int, list[float]] = {1: [], -1: []}
+    by_direction: dict[int, list[float]] = {1: [], -1: []}
     for part in parts:
         still = np.stack(_angle_columns(part.q, order), axis=1) @ angle
-        left[part.approach].append(float((part.load - still).mean()))
-    return SpeedPoint(_speed(parts), float(np.mean(left[1])), float(np.mean(left[-1])), used)
+        by_direction[part.approach].append(float((part.load - still).mean()))
+    return SpeedPoint(
+        _speed(parts), float(np.mean(by_direction[1])), float(np.mean(by_direction[-1])), used
+    )

@@ -1,11 +1,11 @@
-"""The therapy robot: rigid bodies from its drawings, and what had to be identified on top of them.
+"""Model of the therapy robot: rigid bodies from its drawings, and identified loads.
 
 ``tau_r = M(q) qdd + C(q, qd) qd + G(q) + friction + cables + spring`` (13). The source leaves out
-Coriolis torques; they cost nothing here and are kept.
+Coriolis torques; they are included here.
 
-Friction ``sign(v) tau_c (1 - exp(-|v| / v_s)) + k_v v`` is odd in the velocity. The print, (10), is
-not: read literally it grows without bound for v < 0. The cables are springs (11), the
-counterbalance spring of one axis a polynomial of second order (12).
+Friction ``sign(v) tau_c (1 - exp(-|v| / v_s)) + k_v v`` is odd in the velocity. The printed (10) is
+not: taken literally it grows without bound for v < 0. The cables are springs (11), the
+counterbalance spring of one axis is a polynomial of second order (12).
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from armimpedance.core.skeleton import Skeleton
 from armimpedance.limb.arm import skeleton_model
 
 #: Linear parameters of every axis, in this order: Coulomb and viscous friction, cable stiffness k_c
-#: and what a cable exerts at the angle zero, ``-k_c q_c``.
+#: and the cable's torque at the angle zero, ``-k_c q_c``.
 AXIS_TERMS: Final = ("coulomb", "viscous", "cable_stiffness", "cable_offset")
 AXIS_UNITS: Final = ("N m", "N m s/rad", "N m/rad", "N m")
-#: Then of the counterbalance spring: c_0, c_1, c_2.
+#: Then the parameters of the counterbalance spring: c_0, c_1, c_2.
 SPRING_TERMS: Final = ("spring_0", "spring_1", "spring_2")
 SPRING_UNITS: Final = ("N m", "N m/rad", "N m/rad^2")
 
-#: Segments of the skeleton that bear the person's upper arm, and forearm with hand. The arm hangs
+#: Segments of the skeleton that carry the person's upper arm, and forearm with hand. The arm hangs
 #: from the segment's origin along -z.
 UPPER_ARM: Final = "upper_arm"
 FOREARM: Final = "forearm"
@@ -37,12 +37,12 @@ FOREARM: Final = "forearm"
 
 @dataclass(frozen=True)
 class Loads(FrozenRecord):
-    """What was identified: friction, cables and spring of a robot with n axes.
+    """Identified loads of a robot with n axes: friction, cables and spring.
 
-    `theta` (4 n + 3,): `AXIS_TERMS` of axis 1, of axis 2, ..., then `SPRING_TERMS`; 0 for a term
+    `theta` (4 n + 3,): `AXIS_TERMS` of axis 1, of axis 2, ..., then `SPRING_TERMS`; 0 for terms
     that an axis does not have.
     `covariance` (4 n + 3, 4 n + 3): zero rows and columns for terms that an axis does not have.
-    `rise_rad_s` (n,): v_s, over which the Coulomb friction builds up.
+    `rise_rad_s` (n,): speed v_s over which the Coulomb friction builds up.
     `dof`: degrees of freedom of the t distribution for intervals; inf = normal.
     """
 
@@ -69,42 +69,42 @@ class Loads(FrozenRecord):
 
     @property
     def spring(self) -> FloatArray:
-        """c_0, c_1, c_2."""
+        """Spring parameters c_0, c_1, c_2."""
         return self.theta[-len(SPRING_TERMS) :]
 
     @property
     def cable_rest_rad(self) -> FloatArray:
-        """q_c (n,), where a cable pulls to no side; NaN without a cable."""
+        """Angle q_c (n,) at which a cable exerts no torque; NaN without a cable."""
         k, b = self.term("cable_stiffness"), self.term("cable_offset")
         return np.where(k != 0, -b / np.where(k != 0, k, 1.0), np.nan)
 
 
 @dataclass(frozen=True)
 class TherapyRobot(FrozenRecord):
-    """A robot of n axes.
+    """Model of a robot with n axes.
 
     Attributes
     ----------
     name : str
-        What an arm that was measured in it remembers it by.
+        Name, which is stored with an arm that was measured in the robot.
     axes : tuple of n str
-        Hinges of the skeleton in the order of a recording's columns (axis 1 first), which need not
-        be that of the chain.
+        Hinges of the skeleton in the order of a recording's columns (axis 1 first), which may
+        differ from that of the chain.
     skeleton : Skeleton
-        Bodies of the robot alone, the root fixed, one hinge a segment. Segments `UPPER_ARM` and
-        `FOREARM` bear the person's arm, which at zero angles hangs along -z; the forearm's origin
-        lies at the elbow, ``(0, 0, -length)`` in the upper arm's frame, and moves as the robot is
-        adjusted.
+        Bodies of the robot alone, with a fixed root and one hinge per segment. Segments `UPPER_ARM`
+        and `FOREARM` carry the person's arm, which at zero angles hangs along -z. The forearm's
+        origin is at the elbow, ``(0, 0, -length)`` in the upper arm's frame, and moves when the
+        robot is adjusted.
     limits_rad : (n, 2)
         Range of motion.
     torque_limit_Nm : (n,)
         Largest torques of the motors, at the joint.
     motor_inertia_kgm2 : (n,)
-        Inertia of the rotors, seen at the joint.
+        Inertia of the rotors, referred to the joint.
     spring_axis : int
         Axis of the counterbalance spring, counted from 0.
     loads : Loads or None
-        None before they were identified.
+        None before the identification.
 
     Examples
     --------
@@ -150,23 +150,23 @@ class TherapyRobot(FrozenRecord):
 
     @property
     def chain(self) -> tuple[int, ...]:
-        """For each coordinate of the skeleton, which axis (column of a recording) it is."""
+        """Axis (column of a recording) of each coordinate of the skeleton."""
         return tuple(self.axes.index(name) for name in self.skeleton.coordinates)
 
     @property
     def upper_arm_m(self) -> float:
-        """Length of the upper arm that the robot is adjusted to."""
+        """Length of the upper arm to which the robot is adjusted, m."""
         forearm = self.skeleton.segments[self.skeleton.index(FOREARM)]
         return float(-forearm.origin_m[2])
 
     @property
     def identified(self) -> Loads:
-        """The loads.
+        """The identified loads.
 
         Raises
         ------
         InputError
-            They were not identified yet.
+            They have not been identified.
         """
         if self.loads is None:
             raise InputError(
@@ -176,12 +176,12 @@ class TherapyRobot(FrozenRecord):
         return self.loads
 
     def adjusted_to(self, upper_arm_m: float) -> TherapyRobot:
-        """The robot with its upper-arm link set to a person's length: all beyond the elbow moves.
+        """Return the robot with its upper-arm link set to a person's length.
 
         Raises
         ------
         InputError
-            No such length.
+            An impossible length.
         """
         check_number(upper_arm_m, f"an upper arm of {upper_arm_m} m", low=0.15, high=0.5, unit="m")
         moved = tuple(
@@ -199,9 +199,9 @@ def parameter_count(n_axes: int) -> int:
 
 
 def parameter_names(n_axes: int) -> tuple[str, ...]:
-    """``coulomb_1, viscous_1, ...``, axes counted from 1, then the spring's."""
-    each = tuple(f"{term}_{i + 1}" for i in range(n_axes) for term in AXIS_TERMS)
-    return (*each, *SPRING_TERMS)
+    """Names ``coulomb_1, viscous_1, ...``, axes counted from 1, then the spring's."""
+    axes = tuple(f"{term}_{i + 1}" for i in range(n_axes) for term in AXIS_TERMS)
+    return (*axes, *SPRING_TERMS)
 
 
 def parameter_units(n_axes: int) -> tuple[str, ...]:
@@ -210,27 +210,27 @@ def parameter_units(n_axes: int) -> tuple[str, ...]:
 
 
 def friction_sign(velocity: FloatArray, rise_rad_s: FloatArray | float) -> FloatArray:
-    """``sign(v) (1 - exp(-|v| / v_s))``, odd in the velocity, of the velocity's shape."""
+    """Smoothed sign ``sign(v) (1 - exp(-|v| / v_s))`` of a velocity, with its shape."""
     return np.asarray(-np.sign(velocity) * np.expm1(-np.abs(velocity) / rise_rad_s))
 
 
 def load_rows(
     axis: int, q: FloatArray, qd: FloatArray, rise_rad_s: float, *, spring: bool
 ) -> FloatArray:
-    """Columns of one axis' loads, (..., 4) or with the spring's (..., 7).
+    """Columns of one axis' loads, (..., 4), or (..., 7) with the spring's.
 
-    `axis`: counted from 0; q and qd (..., n) of all axes.
+    `axis`: counted from 0. `q`, `qd` (..., n): of all axes.
     """
-    own, velocity = q[..., axis], qd[..., axis]
-    one = np.ones_like(own)
-    columns = [friction_sign(velocity, rise_rad_s), velocity, own, one]
+    angle, velocity = q[..., axis], qd[..., axis]
+    ones = np.ones_like(angle)
+    columns = [friction_sign(velocity, rise_rad_s), velocity, angle, ones]
     if spring:
-        columns += [one, own, own**2]
+        columns += [ones, angle, angle**2]
     return np.stack(columns, axis=-1)
 
 
 def load_torque(robot: TherapyRobot, q: FloatArray, qd: FloatArray) -> FloatArray:
-    """Friction, cables and spring (..., n) at angles and velocities (..., n).
+    """Torque of friction, cables and spring (..., n) at angles and velocities (..., n).
 
     Raises InputError: the robot's loads are not known.
     """
@@ -239,14 +239,14 @@ def load_torque(robot: TherapyRobot, q: FloatArray, qd: FloatArray) -> FloatArra
     for axis in range(robot.n_axes):
         spring = axis == robot.spring_axis
         rows = load_rows(axis, q, qd, float(loads.rise_rad_s[axis]), spring=spring)
-        own = loads.theta[k * axis : k * (axis + 1)]
+        theta = loads.theta[k * axis : k * (axis + 1)]
         # tau (...,) = rows (..., 4 or 7) theta (4 or 7,)
-        torque[..., axis] = rows @ (np.concatenate([own, loads.spring]) if spring else own)
+        torque[..., axis] = rows @ (np.concatenate([theta, loads.spring]) if spring else theta)
     return torque
 
 
 def load_gradient(robot: TherapyRobot, axis: int, q: FloatArray, qd: FloatArray) -> FloatArray:
-    """``d tau_axis / d theta`` (..., 4 n + 3): load torques are linear in theta."""
+    """Derivative ``d tau_axis / d theta`` (..., 4 n + 3); load torques are linear in theta."""
     loads, k = robot.identified, len(AXIS_TERMS)
     spring = axis == robot.spring_axis
     rows = load_rows(axis, q, qd, float(loads.rise_rad_s[axis]), spring=spring)
@@ -259,14 +259,14 @@ def load_gradient(robot: TherapyRobot, axis: int, q: FloatArray, qd: FloatArray)
 
 # Torques of rigid bodies on the robot's axes.
 #
-# Import this module only where they are computed: it loads Pinocchio.
+# Import this module only if they are computed: it loads Pinocchio.
 
 
 @dataclass(frozen=True, eq=False)
 class RigidBodies:
     """Inverse dynamics of bodies on the robot's axes; columns in the order of a recording.
 
-    `model`, `data`: `data` is scratch space: one object serves one thread.
+    `model`, `data`: of Pinocchio; `data` is scratch space, so one object serves one thread only.
     `chain` (n,) int: axis of each of the model's coordinates.
     """
 
@@ -275,7 +275,7 @@ class RigidBodies:
     chain: Any
 
     def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
-        """``M qdd + C qd + G`` of one sample (n,) or of several (S, n).
+        """Torque ``M qdd + C qd + G`` of one sample (n,) or of several (S, n).
 
         `q`, `qd`, `qdd` (n,) or (S, n): rad, rad/s, rad/s^2.
         """
@@ -290,23 +290,23 @@ class RigidBodies:
         return torque
 
     def inertia_torque(self, q: FloatArray, qdd: FloatArray) -> FloatArray:
-        """``M qdd`` alone of one sample (n,) or of several (S, n)."""
+        """Torque ``M qdd`` only, of one sample (n,) or of several (S, n)."""
         still = np.zeros_like(q)
         return self.torque(q, still, qdd) - self.torque(q, still, still)
 
     def potential_J(self, q: FloatArray) -> FloatArray:
-        """Energy of the weight (S,) at angles (S, n), about an arbitrary zero."""
+        """Potential energy of the weight (S,) at angles (S, n), up to a constant."""
         rows = np.ascontiguousarray(q[:, self.chain])
         return np.array([pin.computePotentialEnergy(self.model, self.data, a) for a in rows])
 
 
 def robot_bodies(robot: TherapyRobot) -> RigidBodies:
-    """The empty robot's links and rotors.
+    """Rigid bodies of the empty robot: links and rotors.
 
     Parameters
     ----------
     robot : TherapyRobot
-        With or without identified loads, which are no rigid bodies.
+        With or without identified loads, which are not used.
 
     Returns
     -------

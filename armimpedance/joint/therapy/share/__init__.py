@@ -1,1 +1,1 @@
-"""The patient's share in a movement, by four formulas with their errors."""
+"""The patient's share in a movement by four formulas, with standard errors."""

@@ -1,16 +1,16 @@
-"""Errors of the torques about one axis: where they come from, and how they add up.
+"""Errors of the torques about one axis: their sources, and their propagation.
 
-``tau_user = tau_r + tau_h - tau_motor`` and ``tau_h`` stands below the line as well: an arm that is
-taken for 3 % too heavy moves both. Errors are therefore carried through numerator and denominator
+``tau_user = tau_r + tau_h - tau_motor``, and ``tau_h`` is also the denominator: if the assumed arm
+is 3 % too heavy, both change. Errors are therefore propagated through numerator and denominator
 jointly. They are
 
-- robot: friction, cables and spring, of which the passive arm took its share when it was fitted;
-- mass: one factor on the arm's masses, less what the fitted stiffness takes back of it;
+- robot: friction, cables and spring, including their effect on the fitted passive arm;
+- mass: one factor on the arm's masses, less the compensation by the fitted stiffness;
 - elastic: of the mean stiffness and rest angle;
 - between: this movement's own stiffness and rest angle, which differ from that mean;
-- noise: of the torque, autocorrelated, as the density of its low frequencies says.
+- noise: of the torque, autocorrelated, described by its density at low frequencies.
 
-The interval is for what the same formula gives with the true ``tau_user`` and the true ``tau_h``.
+The interval is for the result of the same formula with the true ``tau_user`` and ``tau_h``.
 """
 
 from __future__ import annotations
@@ -29,25 +29,25 @@ from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.joint.therapy.robot.steady import kernels_for
 from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
 
-# What is kept of a movement: sums of products that do not grow with it.
+# Stored data of a movement: sums of products, whose size does not depend on its length.
 #
 # Every sample gives a row ``w = (1, tau_user, tau_h, q, rigid, M_r qdd, ..., d tau_r / d theta)``.
-# The sums ``B = sum w[:6]^T w`` hold numerator and denominator of every metric and all that their
-# standard errors need. A recording adds them up at once, a running robot sample by sample: what
-# follows from them is the same code.
+# The sums ``B = sum w[:6]^T w`` contain numerator and denominator of every metric, and all that
+# their standard errors need. A recording adds them up at once, a running robot sample by sample;
+# the later code is the same.
 
-#: Columns of a sample's row; products are kept of the first `FACTORS` with all others.
+#: Columns of a sample's row; products of the first `FACTORS` with all columns are stored.
 ONE, USER, ARM, ANGLE, RIGID, INERTIA = range(6)
 FACTORS: Final = 6
-#: Then magnitudes, and truths as 0 or 1.
+#: Then absolute values, and flags as 0 or 1.
 ABS_ARM, ABS_SUPPORT, ABS_MOTOR, LOWERING, SATURATED = range(6, 11)
 #: Then ``d tau_r / d theta``.
 GRADIENT: Final = 11
 
-#: W. The arm drives the movement where ``-tau_h qd`` is more; at rest, rounding decides its sign.
+#: Least power ``-tau_h qd`` with which the arm drives the movement, W; less is rounding at rest.
 DRIVING_W: Final = 1e-3
 
-#: From this share of its limit on the motor is taken for saturated.
+#: Share of its limit from which the motor counts as saturated.
 SATURATION: Final = 0.999
 
 
@@ -69,10 +69,10 @@ def fill_rows(
     robot_gradient: FloatArray,
     torque_limit_Nm: float,
 ) -> None:
-    """Write the rows of all samples of a movement, or the row of one.
+    """Write the rows of all samples of a movement, or the row of a single sample.
 
     `robot_gradient` (S, p) or (p,).
-    `rows` (S, k) or (k,): written to.
+    `rows` (S, k) or (k,): output.
     `q`, `qd`, `motor`, `robot`, `rigid_arm`, `elastic`, `robot_inertia` (S,) or (): as in
     `MovementTorques`.
     `torque_limit_Nm`: limit of this axis' motor.
@@ -93,7 +93,7 @@ def fill_rows(
 
 
 def movement_rows(torques: MovementTorques, torque_limit_Nm: float) -> FloatArray:
-    """Rows (S, k) of a movement, those in which the axis stands still with them."""
+    """Rows (S, k) of a movement, including those in which the axis stands still."""
     rows = np.empty((len(torques.time_s), row_length(torques.robot_gradient.shape[1])))
     fill_rows(
         rows,
@@ -116,7 +116,7 @@ def sums_of(rows: FloatArray) -> FloatArray:
 
 
 def products_of(rows: FloatArray) -> FloatArray:
-    """The sums of every sample alone, (S, 6, k) of (S, k)."""
+    """Products of every single sample, (S, 6, k) from (S, k)."""
     return np.asarray(rows[..., :FACTORS, None] * rows[..., None, :])
 
 
@@ -124,15 +124,15 @@ def window_sums(rows: FloatArray, window: int) -> FloatArray:
     """Sums (S, 6, k) over the last `window` samples up to each one; fewer at the start.
 
     `rows` (S, k).
-    `window`: samples, the last one included.
+    `window`: number of samples, including the last.
     """
     products = products_of(rows)
     samples = len(products)
     padded = np.zeros((-(-samples // window) * window, *products.shape[1:]))
     padded[:samples] = products
     blocks = padded.reshape(-1, window, *products.shape[1:])
-    # A window is the end of one block and the start of the next: nothing is subtracted, so that
-    # a window in which tau_h is small loses no digits to a movement in which it is large.
+    # A window is the end of one block plus the start of the next. Nothing is subtracted, so windows
+    # with small tau_h lose no accuracy in a movement with large tau_h.
     starts = np.cumsum(blocks, axis=1)
     ends = np.cumsum(blocks[:, ::-1], axis=1)[:, ::-1]
     sums = starts
@@ -142,13 +142,13 @@ def window_sums(rows: FloatArray, window: int) -> FloatArray:
 
 PARTS: Final = ("robot", "mass", "elastic", "between", "noise")
 
-#: Columns of a row that the arm's errors act through.
+#: Columns of a row through which the arm's errors act.
 _ARM_COLUMNS: Final = (ONE, ANGLE, RIGID)
 
 
 @dataclass(frozen=True)
 class VarianceShares:
-    """Which part of the variance comes from where; the parts add up to 1, or are all 0."""
+    """Shares of the variance by source; they add up to 1, or are all 0."""
 
     robot: float
     mass: float
@@ -161,11 +161,11 @@ class VarianceShares:
 class ErrorLaw(FrozenRecord):
     """Errors of the torques about one axis, m of them, independent and of unit variance.
 
-    `user`, `arm` (k, m): a sample with the row w errs by ``w user`` in tau_user and ``w arm`` in
-    tau_h.
-    `part` (m,) int: which of `PARTS` each error belongs to.
-    `noise`: N m^2: variance that a sample adds to a sum of torques.
-    `kernel_gain`: what the kernel leaves of it in a single sample.
+    `user`, `arm` (k, m): a sample with the row w has the errors ``w user`` in tau_user and
+    ``w arm`` in tau_h.
+    `part` (m,) int: index in `PARTS` of each error.
+    `noise`: variance that a sample adds to a sum of torques, N m^2.
+    `kernel_gain`: share of it in a single sample after the kernel.
     `robot_dof`, `elastic_dof`: degrees of freedom of the robot's loads and of the arm's stiffness.
     """
 
@@ -183,34 +183,34 @@ class ErrorLaw(FrozenRecord):
         return np.asarray(columns @ columns.T)
 
     def summed_arm_variance(self, sums: FloatArray) -> FloatArray:
-        """``sum_i var(tau_h,i)`` (...) of sums (..., 6, k), N m^2."""
+        """Sum ``sum_i var(tau_h,i)`` (...) from sums (..., 6, k), N m^2."""
         products = sums[..., _ARM_COLUMNS, :][..., _ARM_COLUMNS]
         # sum_i w_i H H^T w_i^T = tr(H H^T sum_i w_i^T w_i)
         return np.asarray((products * self._arm_gram).sum((-2, -1)))
 
     def variance_of_arm_sum(self, sums: FloatArray) -> FloatArray:
-        """``var(sum_i tau_h,i)`` (...) of sums (..., 6, k), N m^2."""
+        """Variance ``var(sum_i tau_h,i)`` (...) from sums (..., 6, k), N m^2."""
         return np.asarray(((sums[..., ONE, :] @ self.arm) ** 2).sum(-1))
 
     def variance_of_robot_sum(self, sums: FloatArray) -> FloatArray:
-        """``var(sum_i tau_r,i)`` (...) of sums (..., 6, k), N m^2."""
+        """Variance ``var(sum_i tau_r,i)`` (...) from sums (..., 6, k), N m^2."""
         own = sums[..., ONE, :] @ (self.user - self.arm)
         return np.asarray((own**2).sum(-1))
 
     def variance_parts(self, errors: FloatArray, noise: FloatArray) -> FloatArray:
-        """Variances (5,) by `PARTS` of one value with the errors (m,) and this noise."""
+        """Variances (5,) by `PARTS` of a value with errors (m,) and this noise variance."""
         return np.append(np.bincount(self.part, errors**2, minlength=len(PARTS) - 1), noise)
 
     def half_width(self, parts: FloatArray) -> float:
-        """Half of the 95 % interval, from the variance's parts (5,).
+        """Half-width of the 95 % interval, from the variance's parts (5,).
 
         Stiffness and its spread come from few repetitions, friction from more, the masses' factor
-        from a table: the degrees of freedom are Welch's and Satterthwaite's,
+        from a table. The degrees of freedom are therefore those of Welch and Satterthwaite,
         ``(sum v)^2 / sum (v^2 / nu)``.
         """
         robot, mass, elastic, between, noise = (float(part) for part in parts)
         total = robot + mass + elastic + between + noise
-        # elastic and between are both measured by the scatter of the same repetitions
+        # elastic and between are both estimated from the scatter of the same repetitions
         spread = robot**2 / self.robot_dof + (elastic + between) ** 2 / self.elastic_dof
         if not spread > 0:
             return float(ndtri(0.975) * np.sqrt(total))
@@ -239,7 +239,7 @@ def error_law(
     mass[RIGID], mass[[ANGLE, ONE], 0] = 1.0, elastic.mass_gradient
     line = np.zeros((row_length(p), 2))
     line[[ANGLE, ONE]] = np.eye(2)
-    # H (k, m) = [theta_h  mass  line  line] roots: all that tau_h errs by
+    # H (k, m) = [theta_h  mass  line  line] roots: all errors of tau_h
     roots = (
         theta @ _root(loads.covariance),
         mass * arm.mass_sd,
@@ -265,6 +265,6 @@ def error_law(
 
 
 def _root(covariance: FloatArray) -> FloatArray:
-    """A square root R, ``R R^T = covariance``; terms that are known exactly have zero rows."""
+    """Square root R, ``R R^T = covariance``; exactly known terms have zero rows."""
     values, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

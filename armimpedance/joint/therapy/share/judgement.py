@@ -1,20 +1,20 @@
-"""The metrics of a contribution with their errors, and whether each can be told.
+"""Metrics of a contribution with their errors, and tests of their validity.
 
-A `Judgement` is made once of the sums of a movement, of its samples or of what has come so far, and
-carried to whoever needs a number. Standard errors follow by the delta method from `error_law`.
+A `Judgement` is computed once from the sums of a movement, of its samples or of its first part.
+Standard errors follow by the delta method from `error_law`.
 
-- A sample (3) is valid where the axis moves and ``|tau_h|`` is at least `AWAY_SAMPLE` times its
-  own standard error and that of the torque's noise.
-- The sum (4) is valid where ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`,
-  ``|sum tau_h|`` at least `AWAY_SUM` times its standard error, and (4)'s own as small as the
-  projection's must be.
-- The projection is valid where the root mean square of tau_h is at least `AWAY_SUM` times that of
+- A sample (3) is valid if the axis moves and ``|tau_h|`` is at least `AWAY_SAMPLE` times its
+  own standard error, including the torque's noise.
+- The ratio of sums (4) is valid if ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`,
+  ``|sum tau_h|`` at least `AWAY_SUM` times its standard error, and its own standard error within
+  the limit for the projection.
+- The projection is valid if the root mean square of tau_h is at least `AWAY_SUM` times that of
   its standard errors, and the projection's own standard error at most `LARGEST_SD` points, or that
   many per cent of a larger value.
-- The share beside the robot's inertia is valid under the same conditions, and where at least
-  `LEAST_BESIDE` of the squares of tau_h are left; of a movement that has only begun
-  `LEAST_BESIDE_SO_FAR`. Otherwise what a person does that is neither a share of the arm nor of the
-  robot is taken for the one or the other.
+- The share fitted together with the robot's inertia is valid under the same conditions, and if at
+  least `LEAST_BESIDE` of the squares of tau_h are orthogonal to the inertia torque; in a movement
+  that has only begun `LEAST_BESIDE_SO_FAR`. Otherwise a torque of the person that is neither a
+  share of the arm nor of the robot would be counted as one of them.
 """
 
 from __future__ import annotations
@@ -44,29 +44,29 @@ from armimpedance.joint.therapy.share.result import ReferenceContribution
 AWAY_SAMPLE: Final = 5.0
 AWAY_SUM: Final = 3.0
 LEAST_SUM_RATIO: Final = 0.2
-#: Percentage points.
+#: Largest standard error of a valid metric, percentage points.
 LARGEST_SD: Final = 10.0
 
-#: Share of tau_h (in squares) that must be left beside the robot's inertia torque. At the onset of
-#: a movement that is resisted less than a tenth let the share so far be off by hundreds of points.
+#: Least share of tau_h (in squares) that is orthogonal to the robot's inertia torque. At the onset
+#: of a resisted movement, less than a tenth gave errors of hundreds of points in the share so far.
 LEAST_BESIDE: Final = 0.02
 LEAST_BESIDE_SO_FAR: Final = 0.1
 
-#: A denominator below this, in N m or N m^2, is zero; its square would be no number.
+#: A denominator below this, in N m or N m^2, counts as zero; its square would underflow.
 _ZERO: Final = 1e-30
-#: What is left of tau_h beside the robot's inertia, in squares, is rounding below this part of it.
+#: Share of tau_h orthogonal to the robot's inertia torque, in squares, below which it is rounding.
 _ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A metric in per cent, its errors, and whether it can be told.
+    """A metric in per cent, its errors, and its validity.
 
     `valid` (...) bool.
-    `percent` (...): NaN where its denominator is zero.
+    `percent` (...): NaN if its denominator is zero.
     `sd` (...): standard error, percentage points.
     `errors` (..., m): change by one standard deviation of each error of the law.
-    `noise` (...): variance by the noise of the torque.
+    `noise` (...): variance due to the noise of the torque.
     """
 
     percent: FloatArray
@@ -77,12 +77,12 @@ class Judged:
 
 
 class Judgement:
-    """Every metric of some sums, each worked out and judged once, when it is first asked for.
+    """All metrics of given sums, each computed once on first use.
 
     `sums` (..., 6, k): sums of a movement, or of each of several samples or windows.
     `law`: errors of the torques about the axis.
-    `so_far`: nobody knows yet what follows: the share is then valid later than that of a movement
-    that is complete.
+    `so_far`: True for an incomplete movement, for which the limit of the share's validity is
+    stricter.
     """
 
     def __init__(self, sums: FloatArray, law: ErrorLaw, *, so_far: bool = False) -> None:
@@ -91,12 +91,12 @@ class Judgement:
 
     @cached_property
     def ratio(self) -> Judged:
-        """``C = 100 sum tau_user / sum tau_h`` (4)."""
+        """Ratio of sums ``C = 100 sum tau_user / sum tau_h`` (4)."""
         return self._ratio(1.0, (self._arm != 0) & self.one_sided & self.arm_known)
 
     @cached_property
     def of_sample(self) -> Judged:
-        """``C = 100 tau_user / tau_h`` (3), where the sums are of one sample each."""
+        """Contribution ``C = 100 tau_user / tau_h`` (3) of single samples."""
         gain = self.law.kernel_gain
         variance = self.law.variance_of_arm_sum(self.sums) + self.law.noise * gain
         away = (self._arm != 0) & (self._arm**2 >= AWAY_SAMPLE**2 * variance)
@@ -104,41 +104,45 @@ class Judgement:
 
     @cached_property
     def projection(self) -> Judged:
-        """``P = 100 sum(tau_user tau_h) / sum(tau_h^2)``: the share of tau_h in tau_user."""
+        """Projection ``P = 100 sum(tau_user tau_h) / sum(tau_h^2)``: the share of tau_h in
+        tau_user.
+        """
         return self._squares(self.sums[..., USER, :], self.sums[..., ARM, :], self._power)
 
     @cached_property
     def share(self) -> Judged:
-        """The share of tau_h in tau_user beside any share of the robot's own inertia torque.
+        """Share of tau_h in tau_user, fitted together with a share of the robot's inertia torque.
 
-        Whoever moves freely moves the robot too. Its inertia is no part of tau_h, but resembles it
-        where the arm's torque is small, and the projection counts it. Least squares on both,
-        ``tau_user = c tau_h + d M_r qdd``, does not: with h' and u' what is left of tau_h and
-        tau_user beside ``M_r qdd``, ``c = sum(u h') / sum(h h')``.
+        A person who moves freely also moves the robot. Its inertia torque is not part of tau_h, but
+        resembles it if the arm's torque is small, and the projection then includes it. Least
+        squares on both, ``tau_user = c tau_h + d M_r qdd``, does not: with h' the part of tau_h
+        orthogonal to ``M_r qdd``, ``c = sum(u h') / sum(h h')``.
         """
         by_user, by_arm = self._beside(USER), self._arm_beside
         power = by_arm[..., ARM]
-        alone = power > _ROUNDING * self._power
-        # h'^2 / h^2: what of tau_h is no multiple of the robot's inertia
-        left = power / np.maximum(self._power, _ZERO) >= self._least_beside
-        return self._squares(by_user, by_arm, np.where(alone, power, 0.0), left)
+        independent = power > _ROUNDING * self._power
+        # h'^2 / h^2: share of tau_h that is orthogonal to the robot's inertia torque
+        enough = power / np.maximum(self._power, _ZERO) >= self._least_beside
+        return self._squares(by_user, by_arm, np.where(independent, power, 0.0), enough)
 
     @property
     def inertia_percent(self) -> FloatArray:
-        """d of `share`: how much of the robot's inertia the person moves, per cent, (...)."""
+        """Coefficient d of `share`: the person's share of the robot's inertia torque, per cent,
+        (...).
+        """
         own, arm = self.sums[..., INERTIA, :], self._arm_beside
         part = arm[..., USER] / _not_zero(arm[..., ARM])
-        left = self.sums[..., USER, INERTIA] - part * self.sums[..., ARM, INERTIA]
-        return np.asarray(100 * left / _not_zero(own[..., INERTIA]))
+        remaining = self.sums[..., USER, INERTIA] - part * self.sums[..., ARM, INERTIA]
+        return np.asarray(100 * remaining / _not_zero(own[..., INERTIA]))
 
     @cached_property
     def one_sided(self) -> BoolArray:
-        """Whether tau_h keeps its sign for most of the movement, (...)."""
+        """Mask (...): True if tau_h keeps its sign for most of the movement."""
         return np.asarray(abs(self._arm) >= LEAST_SUM_RATIO * self.sums[..., ONE, ABS_ARM])
 
     @cached_property
     def arm_known(self) -> BoolArray:
-        """Whether the sum of tau_h is well away from zero, (...)."""
+        """Mask (...): True if the sum of tau_h is significantly different from zero."""
         return np.asarray(self._arm**2 >= AWAY_SUM**2 * self.law.variance_of_arm_sum(self.sums))
 
     @property
@@ -151,41 +155,41 @@ class Judgement:
 
     @cached_property
     def _heavy(self) -> BoolArray:
-        """Whether tau_h is more than its errors over the samples, (...)."""
+        """Mask (...): True if tau_h exceeds its errors over the samples."""
         power = self._power
-        known = power >= AWAY_SUM**2 * self.law.summed_arm_variance(self.sums)
-        return np.asarray((power > 0) & known)
+        significant = power >= AWAY_SUM**2 * self.law.summed_arm_variance(self.sums)
+        return np.asarray((power > 0) & significant)
 
     @cached_property
     def _arm_beside(self) -> FloatArray:
         return self._beside(ARM)
 
     def _beside(self, column: int) -> FloatArray:
-        """``sum (x - beta M_r qdd) w`` (..., k) of the column x, beta its least-squares share."""
+        """Sums ``sum (x - beta M_r qdd) w`` (..., k) of column x, beta its least-squares share."""
         own = self.sums[..., INERTIA, :]
         square = own[..., INERTIA]
         beta = self.sums[..., column, INERTIA] / np.maximum(square, _ZERO)
         beta = np.where(square < _ZERO, 0.0, beta)
         return np.asarray(self.sums[..., column, :] - beta[..., None] * own)
 
-    def _ratio(self, gain: float, told: BoolArray, *, sharp: bool = True) -> Judged:
-        """(4) or (3), with what the kernel leaves of the noise of a sample."""
+    def _ratio(self, gain: float, valid: BoolArray, *, sharp: bool = True) -> Judged:
+        """Metric (4) or (3); `gain`: share of a sample's noise after the kernel."""
         law, total = self.law, self.sums[..., ONE, :]
         bottom = _not_zero(self._arm)
         part, scale = total[..., USER] / bottom, 100 / bottom
-        # dC (..., m) = 100 / D (sum w U - c sum w H): tau_h stands above the line and below it
+        # dC (..., m) = 100 / D (sum w U - c sum w H): tau_h is in numerator and denominator
         errors = scale[..., None] * (total @ law.user - part[..., None] * (total @ law.arm))
         noise = scale**2 * law.noise * gain * total[..., ONE]
-        return _judged(100 * part, errors, noise, told, sharp)
+        return _judged(100 * part, errors, noise, valid, sharp)
 
     def _squares(
         self,
         by_user: FloatArray,
         by_arm: FloatArray,
         bottom: FloatArray,
-        told: BoolArray | bool = True,
+        valid: BoolArray | bool = True,
     ) -> Judged:
-        """A least-squares share, from ``sum u w`` and ``sum h w`` (..., k) and ``sum h^2``."""
+        """Least-squares share, from ``sum u w`` and ``sum h w`` (..., k) and ``sum h^2``."""
         bottom = _not_zero(bottom)
         part, scale = by_arm[..., USER] / bottom, 100 / bottom
         # dP (..., m) = 100 / D (sum h w U + sum u w H - 2 c sum h w H)
@@ -193,35 +197,35 @@ class Judgement:
             by_arm @ self.law.user + (by_user - 2 * part[..., None] * by_arm) @ self.law.arm
         )
         noise = scale**2 * self.law.noise * bottom
-        return _judged(100 * part, errors, noise, self._heavy & told)
+        return _judged(100 * part, errors, noise, self._heavy & valid)
 
 
 def _judged(
-    percent: FloatArray, errors: FloatArray, noise: FloatArray, told: BoolArray, sharp: bool = True
+    percent: FloatArray, errors: FloatArray, noise: FloatArray, valid: BoolArray, sharp: bool = True
 ) -> Judged:
     sd = np.asarray(np.sqrt((errors**2).sum(-1) + noise))
     if sharp:
-        # False where there is no number
-        told = told & (sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(percent)))
-    return Judged(np.asarray(percent), sd, np.asarray(told), errors, noise)
+        # False for NaN
+        valid = valid & (sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(percent)))
+    return Judged(np.asarray(percent), sd, np.asarray(valid), errors, noise)
 
 
 def _not_zero(denominator: FloatArray) -> FloatArray:
     return np.where(abs(denominator) < _ZERO, np.nan, denominator)
 
 
-# What is refused of a movement, and what a reader must know beside the numbers.
+# Refusals of a movement, and notes for a reader of its numbers.
 
-#: A mean |tau_h| below this is no load at all, N m.
+#: Mean |tau_h| below which the arm is no load, N m.
 NO_LOAD_NM: Final = 1e-6
-#: A share of a movement from which on a reader must know of it.
+#: Share of a movement from which a note is given.
 MUCH: Final = 0.5
-#: Angles may leave the range of the passive calibration by this much without a word, rad.
+#: Distance from the range of the passive calibration above which a note is given, rad.
 BEYOND_RAD: Final = np.deg2rad(5.0)
 
 
 def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> Elastic:
-    """The axis' passive stiffness.
+    """Passive stiffness of the axis.
 
     Raises InputError: it was not measured, or its repetitions are too different.
     """
@@ -235,13 +239,12 @@ def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> El
 
 
 def refuse_no_torque(total: FloatArray, n_counted: float, where: str) -> None:
-    """Refuse a movement that nothing can be a share of.
+    """Refuse a movement without a torque to be shared.
 
     `total` (k,): sums of all its rows.
-    `n_counted`: samples in which the axis moves.
-    `where`: trial and axis.
-    Raises InputError: no motor torque, an axis on which the arm is no load, or one that does not
-    move.
+    `n_counted`: number of samples in which the axis moves.
+    `where`: trial and axis, for the message.
+    Raises InputError: no motor torque, an axis without load by the arm, or one that does not move.
     """
     if not n_counted > 0:
         raise InputError(f"{where}: it does not move", expected="a movement")
@@ -255,7 +258,7 @@ def refuse_no_torque(total: FloatArray, n_counted: float, where: str) -> None:
 
 
 def range_notes(elastic: Elastic, lowest_rad: float, highest_rad: float) -> tuple[str, ...]:
-    """A note where a movement leaves the angles over which the stiffness was measured."""
+    """Note if a movement leaves the angles over which the stiffness was measured."""
     low, high = elastic.range_rad
     past = max(low - lowest_rad, highest_rad - high)
     if past <= BEYOND_RAD:
@@ -264,7 +267,7 @@ def range_notes(elastic: Elastic, lowest_rad: float, highest_rad: float) -> tupl
 
 
 def direction_notes(elastic: Elastic, start_rad: float, end_rad: float) -> tuple[str, ...]:
-    """A note where the passive arm was moved the other way only."""
+    """Note if the passive arm was moved only in the other direction."""
     if elastic.one_way * (end_rad - start_rad) >= 0:
         return ()
     return (
@@ -274,7 +277,7 @@ def direction_notes(elastic: Elastic, start_rad: float, end_rad: float) -> tuple
 
 
 def ratio_notes(judgement: Judgement) -> tuple[str, ...]:
-    """Why (4) of a movement is not valid; nothing where it is."""
+    """Reason why (4) of a movement is not valid; empty if it is."""
     if judgement.ratio.valid:
         return ()
     total = judgement.sums[ONE]
@@ -289,12 +292,12 @@ def ratio_notes(judgement: Judgement) -> tuple[str, ...]:
 
 
 def reference_notes(compared: ReferenceContribution | None) -> tuple[str, ...]:
-    """Why (19) of a movement is not valid; nothing where it is, or has no reference."""
+    """Reason why (19) of a movement is not valid; empty if it is, or has no reference."""
     return () if compared is None or compared.valid else (f"(19): {compared.why_not}",)
 
 
 def course_notes(counted: FloatArray, everything: FloatArray) -> tuple[str, ...]:
-    """Words on lowering, standing still and saturation, of sums of rows (k,)."""
+    """Notes on lowering, standing still and saturation, from sums of rows (k,)."""
     notes: tuple[str, ...] = ()
     lowering = counted[LOWERING] / counted[ONE]
     still = 1 - counted[ONE] / everything[ONE]

@@ -1,11 +1,11 @@
 """The patient's contribution to a movement: as a share, as a projection, (4) and (19).
 
-(4) divides by torques that pass through zero, in horizontal rotation about the angle at which the
-shoulder rests. The projection ``100 sum(tau_user tau_h) / sum(tau_h^2)`` does not: it is the share
-of tau_h that tau_user follows over the movement. Where tau_h is constant both are the same.
-Samples in which the axis stands still do not count (`sliding`); when a value is valid says
-`judgement`. Where the arm is let down its weight drives the movement: 100 % is then to carry the
-whole arm all the way down, and whoever pushes downwards contributes less, not more.
+(4) divides by torques that pass through zero, in horizontal rotation about the rest angle of the
+shoulder. The projection ``100 sum(tau_user tau_h) / sum(tau_h^2)`` does not: it is the share of
+tau_h that tau_user follows over the movement. If tau_h is constant, both are the same. Samples in
+which the axis stands still are not used (`steady.slides`); `judgement` decides if a value is valid.
+When the arm is lowered, its weight drives the movement. 100 % then means carrying the whole arm all
+the way down; a person who pushes downwards contributes less, not more.
 """
 
 from __future__ import annotations
@@ -56,33 +56,34 @@ from armimpedance.joint.therapy.share.result import (
     SampleContribution,
 )
 
-# The contribution by a reference torque, (18)-(19): what the same movement needed when passive.
+# Contribution by a reference torque, (18)-(19): the support of the same movement when passive.
 #
-# ``C' = 100 (1 - mean support / mean reference support)`` needs no model of the arm, but its own
-# passive repetitions of every movement. The reference stands for what this repetition would have
-# needed; repetitions differ by the scatter s of the R references, so that it errs by
-# ``s sqrt(1 + 1/R)``, with R - 1 degrees of freedom. Errors of the robot's model are those of the
-# reference too: they cancel out as far as the person is passive.
+# ``C' = 100 (1 - mean support / mean reference support)`` needs no model of the arm, but passive
+# repetitions of every movement. The reference predicts the support that this repetition would have
+# needed if passive. Repetitions differ by the scatter s of the R references, so its error is
+# ``s sqrt(1 + 1/R)``, with R - 1 degrees of freedom. Errors of the robot's model are also in the
+# reference; they cancel to the extent that the person is passive.
 
-#: The mean reference must be this many of its own standard errors away from zero.
+#: Least distance of the mean reference from zero, in its own standard errors.
 AWAY_SD: Final = 3.0
-#: And this share of the mean size of the torques that it stands for.
+#: Least mean reference as a share of the mean size of its torques.
 LEAST_SHARE: Final = 0.2
-#: A movement whose own mean tau_h differs from the reference by more than this share, and by more
-#: than the errors, was made with another timing.
+#: If a movement's mean tau_h differs from the reference by more than this share, and more than its
+#: errors, it had another timing.
 OTHER_SHARE: Final = 0.1
-#: A movement that starts or ends further from the reference's is another movement, rad.
+#: Largest distance of a movement's start or end from the reference's, rad.
 OTHER_RAD: Final = np.deg2rad(10.0)
 
 
 def reference_contribution(
     judgement: Judgement, reference: Reference, from_rad: float, to_rad: float
 ) -> ReferenceContribution:
-    """``C'`` (19) and its standard error, from the scatter of the reference's repetitions.
+    """Contribution ``C'`` (19) and its standard error, from the scatter of the reference's
+    repetitions.
 
     `judgement`: judgement of the sums (6, k) of the movement.
     `reference`: the support of its passive repetitions.
-    `from_rad`, `to_rad`: where this movement starts and ends.
+    `from_rad`, `to_rad`: angles at which this movement starts and ends.
     """
     sums, law, repetitions = judgement.sums, judgement.law, len(reference.support_Nm)
     total = sums[ONE]
@@ -108,7 +109,7 @@ def reference_contribution(
 
 
 def _why_not(mean: float, error: float, size: float) -> str:
-    """Why the reference is no denominator; empty where it is one."""
+    """Reason why the reference cannot be a denominator; empty if it can."""
     if np.isnan(error):
         return "one repetition of the reference: its scatter is not known"
     if not abs(mean) >= AWAY_SD * error:
@@ -119,12 +120,12 @@ def _why_not(mean: float, error: float, size: float) -> str:
 
 
 def _other_timing(mean: float, error: float, judgement: Judgement) -> str:
-    """Why the reference is that of another course; empty where it is of this one."""
+    """Reason why the reference is of another course; empty if it is not."""
     sums = judgement.sums
     needs = float(sums[ONE, ARM] / sums[ONE, ONE])
-    known = float(judgement.law.variance_of_arm_sum(sums)) / sums[ONE, ONE] ** 2
+    variance = float(judgement.law.variance_of_arm_sum(sums)) / sums[ONE, ONE] ** 2
     apart = abs(needs - mean)
-    if apart > max(OTHER_SHARE * abs(mean), AWAY_SD * float(np.hypot(error, np.sqrt(known)))):
+    if apart > max(OTHER_SHARE * abs(mean), AWAY_SD * float(np.hypot(error, np.sqrt(variance)))):
         return (
             f"the arm needs {needs:.3g} N m over this movement, {mean:.3g} N m over the reference"
         )
@@ -133,7 +134,7 @@ def _other_timing(mean: float, error: float, judgement: Judgement) -> str:
 
 @dataclass(frozen=True)
 class Labels:
-    """What a movement is called, and where it starts and ends."""
+    """Names of a movement, and the angles at which it starts and ends."""
 
     trial: str
     condition: str
@@ -147,18 +148,18 @@ class Labels:
 def contribution_of(
     torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm, *, unrepeatable: bool = False
 ) -> Contribution:
-    """A person's share in one movement, with standard errors.
+    """Compute a person's share in one movement, with standard errors.
 
     Parameters
     ----------
     torques : MovementTorques
-        What acts on the moving axis.
+        Torques on the moving axis.
     robot : TherapyRobot
         Identified.
     arm : PassiveArm
         The person's, calibrated in this robot.
     unrepeatable : bool
-        Go on where the passive repetitions of this axis did not agree.
+        True to continue if the passive repetitions of this axis did not agree.
 
     Returns
     -------
@@ -167,8 +168,8 @@ def contribution_of(
     Raises
     ------
     InputError
-        No motor torque, an axis on which the arm is no load, or an axis whose passive stiffness
-        was not measured or did not repeat.
+        No motor torque, an axis without load by the arm, or an axis whose passive stiffness was not
+        measured or did not repeat.
     """
     elastic = usable_elastic(arm, torques.axis_name, unrepeatable=unrepeatable)
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
@@ -191,7 +192,7 @@ def contribution_of(
 
 
 def rows_of(torques: MovementTorques, robot: TherapyRobot) -> tuple[FloatArray, BoolArray]:
-    """Rows (S, k) of a movement, and which of them count, (S,)."""
+    """Rows (S, k) of a movement, and mask of those that are used, (S,)."""
     axis = torques.axis
     rows = movement_rows(torques, float(robot.torque_limit_Nm[axis]))
     return rows, slides(torques.qd, float(robot.identified.rise_rad_s[axis]))
@@ -204,12 +205,11 @@ def contribution_from(
     arm: PassiveArm,
     sample_rate_hz: float,
 ) -> Contribution:
-    """The result of a movement: one code for a recording and for a running robot.
+    """Result of a movement, by the same code for a recording and for a running robot.
 
-    `judgement`: judgement of the sums (6, k) of the samples that count.
+    `judgement`: judgement of the sums (6, k) of the used samples.
     `everything` (6, k): sums of all samples.
-    Raises InputError: no motor torque, an axis on which the arm is no load, or one that does not
-    move.
+    Raises InputError: no motor torque, an axis without load by the arm, or one that does not move.
     """
     total, samples = judgement.sums[ONE], everything[ONE, ONE]
     where = f"trial {labels.trial}, axis {labels.axis_name}"
@@ -266,30 +266,30 @@ def _metric(judgement: Judgement, judged: Judged) -> tuple[Metric, FloatArray]:
 def _variance_shares(parts: FloatArray) -> VarianceShares:
     """Parts (5,) of a variance over their sum."""
     total = float(parts.sum())
-    each = parts / total if total > 0 else np.zeros(len(parts))
-    return VarianceShares(*(float(part) for part in each))
+    shares = parts / total if total > 0 else np.zeros(len(parts))
+    return VarianceShares(*(float(part) for part in shares))
 
 
-# The contribution over a movement: of every sample (3), in a window, and so far.
+# Contribution over a movement: of every sample (3), in a window, and from the onset.
 #
 # Sums of torques and their judgement are those of a whole movement (`of_movement`).
 
 #: Length of the running view's window, s.
 WINDOW_S: Final = 0.5
-#: How long the share so far must have been valid before it is shown, s: at the onset, arm and
-#: robot may seem to differ for a tenth of a second.
+#: Time for which the share so far must have been valid before it is shown, s: at the onset, arm
+#: and robot may seem to differ for a tenth of a second.
 STEADY_S: Final = 0.2
 
 
 def sample_contribution(
     torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm
 ) -> SampleContribution:
-    """(3) of every sample, its standard error, and whether tau_h is well away from zero.
+    """Contribution (3) of every sample, its standard error, and its validity.
 
     Parameters
     ----------
     torques : MovementTorques
-        What acts on the moving axis.
+        Torques on the moving axis.
     robot : TherapyRobot
         Identified.
     arm : PassiveArm
@@ -306,31 +306,31 @@ def sample_contribution(
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = rows_of(torques, robot)
-    each = Judgement(products_of(rows), law).of_sample
+    judged = Judgement(products_of(rows), law).of_sample
     return SampleContribution(
         torques.time_s,
         torques.user,
         torques.arm,
         counts,
-        each.percent,
-        each.sd,
-        counts & each.valid,
+        judged.percent,
+        judged.sd,
+        counts & judged.valid,
     )
 
 
 def running_contribution(
     torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm, window_s: float = WINDOW_S
 ) -> RunningContribution:
-    """The projection in a causal window over the movement, with its standard error.
+    """Projection in a causal window over the movement, with its standard error.
 
-    `window_s`: seconds up to each sample.
+    `window_s`: length of the window before each sample, s.
     Raises InputError: a window shorter than two samples, or as `sample_contribution`.
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = rows_of(torques, robot)
     window = window_samples(window_s, torques.sample_rate_hz)
-    told = Judgement(window_sums(rows * counts[:, None], window), law).projection
-    return RunningContribution(window_s, torques.time_s, told.percent, told.sd, told.valid)
+    judged = Judgement(window_sums(rows * counts[:, None], window), law).projection
+    return RunningContribution(window_s, torques.time_s, judged.percent, judged.sd, judged.valid)
 
 
 def contribution_so_far(
@@ -339,35 +339,35 @@ def contribution_so_far(
     arm: PassiveArm,
     metric: Literal["share", "projection"] = "share",
 ) -> ContributionSoFar:
-    """The share, or the projection, from the onset up to each sample, with its standard error.
+    """Share or projection from the onset up to each sample, with its standard error.
 
-    A window shorter than the movement cannot tell arm and robot apart where either changes little;
-    the sums so far can, and end at the value of the whole movement. The share so far is valid later
-    than that of a movement that is complete: nobody knows yet what follows.
+    A window shorter than the movement cannot separate arm and robot while either changes little.
+    The sums from the onset can, and end at the value of the whole movement. The limit of validity
+    is stricter than for a complete movement, because the rest is not known yet.
 
-    `torques`: what acts on the moving axis.
+    `torques`: torques on the moving axis.
     `robot`: identified.
     `arm`: the person's, calibrated in this robot.
-    `metric`: which of the two.
+    `metric`: "share" or "projection".
     Raises InputError: the robot or this axis of the arm was not calibrated.
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = rows_of(torques, robot)
     sums = np.cumsum(products_of(rows * counts[:, None]), axis=0)
     judgement = Judgement(sums, law, so_far=True)
-    told = judgement.share if metric == "share" else judgement.projection
-    steady = _steady(told.valid, round(STEADY_S * torques.sample_rate_hz))
-    return ContributionSoFar(metric, torques.time_s, told.percent, told.sd, steady)
+    judged = judgement.share if metric == "share" else judgement.projection
+    steady = _steady(judged.valid, round(STEADY_S * torques.sample_rate_hz))
+    return ContributionSoFar(metric, torques.time_s, judged.percent, judged.sd, steady)
 
 
 def _steady(valid: BoolArray, samples: int) -> BoolArray:
-    """Where the last so many samples are all valid, (S,); none before there are as many."""
+    """Mask (S,) of samples up to which the last `samples` samples are all valid."""
     total = np.concatenate([np.zeros(samples), np.cumsum(valid)])
     return np.asarray(total[samples:] - total[:-samples] == samples)
 
 
 def window_samples(window_s: float, sample_rate_hz: float) -> int:
-    """Samples of a running window.
+    """Number of samples of a running window.
 
     Raises InputError: fewer than two, or more than a minute.
     """

@@ -1,4 +1,4 @@
-"""What is said of a person's contribution: of a movement, of its samples, over time."""
+"""Results for a person's contribution: of a movement, of its samples, over time."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from armimpedance.joint.therapy.share.error_law import PARTS, VarianceShares
 
 @dataclass(frozen=True)
 class Metric(FrozenRecord):
-    """One metric of a movement, per cent of what the passive arm needs.
+    """One metric of a movement, per cent of the torque that the passive arm needs.
 
-    `percent`, `sd`: the value and its standard error; NaN where the denominator is zero.
+    `percent`, `sd`: the value and its standard error; NaN if the denominator is zero.
     `ci95` (2,): the limits of its 95 % interval.
-    `valid`: whether it can be told.
+    `valid`: True if it is determined well enough.
     """
 
     percent: float
@@ -29,12 +29,12 @@ class Metric(FrozenRecord):
 
 @dataclass(frozen=True)
 class ReferenceContribution:
-    """``C'`` (19) of one movement.
+    """Contribution ``C'`` (19) of one movement.
 
-    `percent`, `sd`: the value and its standard error; NaN where the mean reference is zero.
+    `percent`, `sd`: the value and its standard error; NaN if the mean reference is zero.
     `mean_reference_Nm`: mean support of the passive repetitions.
-    `valid`: whether the reference can serve.
-    `why_not`: empty where valid.
+    `valid`: True if the reference can be used.
+    `why_not`: the reason if it is not valid, else empty.
     """
 
     percent: float
@@ -46,29 +46,29 @@ class ReferenceContribution:
 
 @dataclass(frozen=True, repr=False)
 class Contribution:
-    """A person's share in one movement; per cent of what the passive arm needs.
+    """A person's share in one movement, per cent of the torque that the passive arm needs.
 
     Attributes
     ----------
     trial, condition, movement, axis_name : str
-        What the trial table calls them, and the robot the moving axis.
+        Names of trial, condition and movement in the trial table, and of the moving axis.
     n_samples : int
-        Number of samples that count, because the axis moves.
+        Number of samples that are used, in which the axis moves.
     duration_s : float
         Time from onset to end, s.
     still_share : float
-        Share of the samples between that do not count.
+        Share of the samples between that are not used.
     share : Metric
-        The share of tau_h in tau_user beside any share of the robot's own inertia torque.
+        The share of tau_h in tau_user, fitted together with a share of the robot's inertia torque.
     projection : Metric
         The share of tau_h in tau_user alone.
     ratio : Metric
         (4), the ratio of the sums.
     reference : ReferenceContribution or None
-        (19); None where the arm has no reference of this movement.
+        (19); None if the arm has no reference of this movement.
     inertia_percent : float
-        The share of the robot's inertia torque beside `share`; NaN where the robot does not
-        accelerate.
+        The share of the robot's inertia torque, fitted together with `share`; NaN if the robot does
+        not accelerate.
     ratio_all_percent : float
         (4) of all samples from onset to end.
     sum_ratio : float
@@ -76,12 +76,12 @@ class Contribution:
     mean_support_Nm, mean_arm_Nm : float
         Means of (18) and of tau_h.
     lowering_share, saturated_share : float
-        Share of the samples in which the passive arm drives the movement, and in which the motor is
-        at its limit.
+        Share of the samples in which the passive arm drives the movement, and of those in which the
+        motor is at its limit.
     share_variance : VarianceShares
-        What the uncertainty of `share` is made of.
+        Contributions to the variance of `share`.
     notes : tuple of str
-        What a reader must know of these numbers.
+        Notes on these numbers for a reader.
     """
 
     trial: str
@@ -107,26 +107,26 @@ class Contribution:
 
     @property
     def reference_valid(self) -> bool:
-        """Whether there is a reference (19), and it can be told."""
+        """True if there is a reference (19), and it is determined well enough."""
         return self.reference is not None and self.reference.valid
 
     def to_dict(self) -> dict[str, Any]:
-        """The row of RESULT.csv: plain numbers and texts, None where there is no number."""
+        """Row of RESULT.csv: plain numbers and texts, None for a missing number."""
         row: dict[str, Any] = finite(cells(CONTRIBUTION, self))
         return row
 
     def __repr__(self) -> str:
         low, high = self.share.ci95
-        told = f"share {self.share.percent:.1f} % (95 %: {low:.1f} to {high:.1f})"
+        share = f"share {self.share.percent:.1f} % (95 %: {low:.1f} to {high:.1f})"
         where = f"trial {self.trial}, {self.condition}, {self.movement}"
-        return f"{where}: {told if self.share.valid else 'the share cannot be told'}"
+        return f"{where}: {share if self.share.valid else 'the share cannot be told'}"
 
 
-# RESULT.csv: one row a movement.
+# RESULT.csv: one row per movement.
 
 
 def _of_metric(name: str, words: str) -> tuple[Column[Contribution], ...]:
-    """A metric with its standard error, its limits, and whether it can be told."""
+    """Columns of a metric: value, standard error, limits, and validity."""
 
     def of(part: Callable[[Metric], Any]) -> Callable[[Contribution], Any]:
         return lambda one: part(getattr(one, name))
@@ -207,12 +207,12 @@ CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
 
 @dataclass(frozen=True)
 class SampleContribution(FrozenRecord):
-    """(3) over a movement of S samples.
+    """Contribution (3) over a movement of S samples.
 
     `time_s`, `user`, `arm` (S,): s, N m.
-    `counts` (S,) bool: whether the axis moves.
-    `percent`, `sd` (S,): NaN where tau_h is exactly zero.
-    `valid` (S,) bool: whether tau_h is well away from zero.
+    `counts` (S,) bool: True if the axis moves.
+    `percent`, `sd` (S,): NaN if tau_h is exactly zero.
+    `valid` (S,) bool: True if tau_h is significantly different from zero.
     """
 
     time_s: Annotated[FloatArray, "S"]
@@ -226,13 +226,13 @@ class SampleContribution(FrozenRecord):
 
 @dataclass(frozen=True)
 class RunningContribution(FrozenRecord):
-    """The projection over the last `window_s` seconds, at each of S samples; for a display.
+    """Projection over the last `window_s` seconds, at each of S samples; for a display.
 
-    Where the axis stands still it is that of the samples before; NaN once there are none left.
+    While the axis stands still it is that of the earlier samples; NaN once there are none.
 
     `window_s`: length of the window, s; it is shorter at the movement's start.
     `time_s`, `percent`, `sd` (S,): s, per cent, percentage points.
-    `valid` (S,) bool: whether it can be told.
+    `valid` (S,) bool: True if it is determined well enough.
     """
 
     window_s: float
@@ -244,14 +244,14 @@ class RunningContribution(FrozenRecord):
 
 @dataclass(frozen=True)
 class ContributionSoFar(FrozenRecord):
-    """A movement's share or projection from its onset up to each of S samples.
+    """Share or projection of a movement from its onset up to each of S samples.
 
-    It ends at that of the whole movement. Where the axis stands still it does not change.
+    Its last value is that of the whole movement. It does not change while the axis stands still.
 
     `metric`: "share" or "projection".
-    `time_s`, `percent`, `sd` (S,): s, per cent, percentage points; NaN before there is a
-    denominator.
-    `valid` (S,) bool: whether it can be told, and could for a while already.
+    `time_s`, `percent`, `sd` (S,): s, per cent, percentage points; NaN while the
+    denominator is zero.
+    `valid` (S,) bool: True if it is determined well enough, and has been for a while.
     """
 
     metric: str

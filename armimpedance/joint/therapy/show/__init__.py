@@ -1,4 +1,4 @@
-"""All forms of a therapy robot: verb, command, text, table, plot, page."""
+"""Verbs, commands, text, tables, plots and page of a therapy robot."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""What `contribution` returns: the contributions of all movements, as tables and files."""
+"""Contributions of all movements of a session, as tables and files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from armimpedance.show.files import (
     write_content,
 )
 
-# SAMPLES.csv: one row a sample of every movement. Empty where there is no value.
+# SAMPLES.csv: one row per sample of every movement. A cell without a value is empty.
 
 SAMPLES: Final[tuple[Column[Any], ...]] = (
     Column("trial", "number of the trial"),
@@ -56,23 +56,23 @@ SAMPLE_COLUMNS: Final = tuple(column.name for column in SAMPLES)
 def samples_content(
     movements: Iterable[tuple[MovementTorques, SampleContribution]],
 ) -> Content:
-    """What a file holds of the samples of every movement: one row a sample.
+    """Content of a file with the samples of every movement: one row per sample.
 
-    `movements`: a movement and (3) of its samples.
-    Returns: without a long table: a sample is no estimate.
+    `movements`: movements, each with the contributions (3) of its samples.
+    Returns: content without a long table, since a sample is not an estimate.
     """
     rows = [
         {name: finite(cell) for name, cell in row.items()}
         for pair in movements
         for row in _samples(*pair)
     ]
-    known = meanings(SAMPLES)
+    descriptions = meanings(SAMPLES)
     return table_content(
         rows,
         SAMPLE_COLUMNS,
-        described=known,
+        described=descriptions,
         quantities=lambda: (),
-        structs=lambda: [course_struct(SAMPLE_COLUMNS, rows, known)],
+        structs=lambda: [course_struct(SAMPLE_COLUMNS, rows, descriptions)],
         digits=10,
     )
 
@@ -84,38 +84,38 @@ def _samples(torques: MovementTorques, samples: SampleContribution) -> Iterator[
         yield dict(zip(SAMPLE_COLUMNS, (torques.trial, *values), strict=True))
 
 
-#: Movements that a short text shows.
+#: Largest number of movements in a short text.
 _MOST_SHOWN: Final = 6
 _METRICS: Final = ("share", "projection", "ratio", "reference")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
-    """The contributions of a session, one a movement, and what they were worked out from.
+    """Contributions of a session, one per movement, with the data that they were computed from.
 
-    It is a sequence of `Contribution`.
+    A sequence of `Contribution`.
 
     Attributes
     ----------
     results : tuple of Contribution
         In the order of the trial table.
     movements : tuple of MovementTorques
-        What acted on the moving axis of each.
+        Torques about the moving axis of each movement.
     recording : Recording
-        The trials of these movements.
+        Trials of these movements.
     robot : TherapyRobot
         The identified robot.
     arm : PassiveArm
         The person's relaxed arm.
     left_out : mapping of str to str
-        Axes without a passive model, whose movements are left out, each with a sentence that
-        says why.
+        Axes without a passive model, whose movements are left out, each with a sentence with the
+        reason.
     notes : tuple of str
-        What a reader must know of the session.
+        Notes on the session.
 
     Examples
     --------
-    A simulated session takes longer than an example may; the tutorial on therapy runs these lines:
+    A simulated session takes too long for an example; the tutorial on therapy runs these lines:
 
     >>> import armimpedance as ai
     >>> session = ai.contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP
@@ -148,7 +148,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
         return self.results[which]
 
     def samples(self) -> tuple[SampleContribution, ...]:
-        """(3) of every sample, for each movement."""
+        """Contributions (3) of every sample, for each movement."""
         return tuple(sample_contribution(m, self.robot, self.arm) for m in self.movements)
 
     def replay(self, progress: Progress | None = None) -> LiveReport:
@@ -162,7 +162,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
         Returns
         -------
         LiveReport
-            How long an update takes, and how far it is from the results in one piece.
+            Duration of an update, and largest difference from the results of the recording.
 
         Raises
         ------
@@ -174,12 +174,12 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
 
     @property
     def content(self) -> Content:
-        """One row a movement, with the columns of RESULT.csv."""
+        """One row per movement, with the columns of RESULT.csv."""
         keys = ("trial", "condition", "movement", "axis", "n_samples")
         return table_content(self.to_dict(), keys=keys, digits=10, described=self.DESCRIBED)
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a movement with the columns of RESULT.csv; None where there is no number."""
+        """One mapping per movement with the columns of RESULT.csv; None for an empty cell."""
         return [result.to_dict() for result in self.results]
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
@@ -188,19 +188,19 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
         Parameters
         ----------
         path : path
-            Ends in .csv.
+            File name that ends in .csv.
 
         Raises
         ------
         InputError
-            Another ending, or the file cannot be written.
+            The name has another ending, or the file cannot be written.
         """
         if Path(path).suffix != ".csv":
             raise InputError("not a CSV file's name", file=path, expected="one that ends in .csv")
         self.write(path)
 
     def write_samples(self, path: str | os.PathLike[str]) -> None:
-        """Write one row a sample; the ending decides the format, as for `write`."""
+        """Write one row per sample; the ending gives the format, as for `write`."""
         pairs = zip(self.movements, self.samples(), strict=True)
         write_content(samples_content(pairs), path)
 
@@ -219,7 +219,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
     def _repr_html_(self) -> str:
         head = ["trial", "condition", "movement", *(f"{name} (%)" for name in _METRICS)]
         rows = [
-            [r.trial, r.condition, r.movement, *(_told(getattr(r, name)) for name in _METRICS)]
+            [r.trial, r.condition, r.movement, *(_text(getattr(r, name)) for name in _METRICS)]
             for r in self.results
         ]
         remarks = "".join(f"<li>{escape(sentence)}</li>" for sentence in self._remarks)
@@ -227,7 +227,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
 
 
 def stepper(progress: Progress | None, total: int) -> Callable[[], None]:
-    """A function that counts its calls and tells how many of the total are done."""
+    """Function that counts its calls and reports the number of finished steps."""
     done = 0
 
     def step() -> None:
@@ -239,7 +239,7 @@ def stepper(progress: Progress | None, total: int) -> Callable[[], None]:
     return step
 
 
-def _told(metric: Any) -> str:
+def _text(metric: Any) -> str:
     if metric is None or not metric.valid:
         return "-"
     return f"{metric.percent:.1f} ± {metric.sd:.1f}"

@@ -1,7 +1,7 @@
-"""ROBOT.json and ARM.json: a therapy robot and a person's passive arm, written and read back.
+"""Reading and writing of ROBOT.json and ARM.json: a therapy robot and a person's passive arm.
 
-The fields of FIT.json stand beside the record where something was fitted, for other scripts; the
-record itself is what is read again. A robot's file without loads holds its drawings only.
+After a fit, the fields of FIT.json are in the same file, for other scripts; only the record itself
+is read again. A robot's file without loads has only its drawings.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ Record = TypeVar("Record")
 
 
 def write_robot(robot: TherapyRobot | RobotCalibration, path: str | Path) -> None:
-    """Write a robot; `read_robot` gives it back.
+    """Write a robot; `read_robot` reads it.
 
     Parameters
     ----------
     robot : TherapyRobot or RobotCalibration
-        Of a calibration also what the identification says of itself.
+        With a calibration, the results of the identification are written too.
     path : path
         ROBOT.json.
 
@@ -44,18 +44,18 @@ def write_robot(robot: TherapyRobot | RobotCalibration, path: str | Path) -> Non
     InputError
         The file cannot be written.
     """
-    told = robot.to_dict() if isinstance(robot, RobotCalibration) else {}
+    fields = robot.to_dict() if isinstance(robot, RobotCalibration) else {}
     record = robot.robot if isinstance(robot, RobotCalibration) else robot
-    _write(ROBOT_FORMAT, "robot", record, told, path)
+    _write(ROBOT_FORMAT, "robot", record, fields, path)
 
 
 def write_arm(arm: PassiveArm | ArmCalibration, path: str | Path) -> None:
-    """Write a passive arm; `read_arm` gives it back.
+    """Write a passive arm; `read_arm` reads it.
 
     Parameters
     ----------
     arm : PassiveArm or ArmCalibration
-        Of a calibration also what it says of itself.
+        With a calibration, its results are written too.
     path : path
         ARM.json.
 
@@ -64,13 +64,13 @@ def write_arm(arm: PassiveArm | ArmCalibration, path: str | Path) -> None:
     InputError
         The file cannot be written.
     """
-    told = arm.to_dict() if isinstance(arm, ArmCalibration) else {}
+    fields = arm.to_dict() if isinstance(arm, ArmCalibration) else {}
     record = arm.arm if isinstance(arm, ArmCalibration) else arm
-    _write(ARM_FORMAT, "arm", record, told, path)
+    _write(ARM_FORMAT, "arm", record, fields, path)
 
 
 def read_robot(path: str | Path) -> TherapyRobot:
-    """A robot that `write_robot` wrote, or drawings in the same form with ``"loads": null``.
+    """Read a robot from `write_robot`, or drawings in the same form with ``"loads": null``.
 
     Parameters
     ----------
@@ -80,12 +80,12 @@ def read_robot(path: str | Path) -> TherapyRobot:
     Returns
     -------
     TherapyRobot
-        The robot with its identified loads; drawings have none.
+        Robot with its identified loads; drawings have none.
 
     Raises
     ------
     InputError
-        No such file, or a field that is not what it must be.
+        There is no such file, or a field is not valid.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def read_robot(path: str | Path) -> TherapyRobot:
 
 
 def read_arm(path: str | Path) -> PassiveArm:
-    """An arm that `write_arm` wrote.
+    """Read a passive arm from `write_arm`.
 
     Parameters
     ----------
@@ -115,12 +115,12 @@ def read_arm(path: str | Path) -> PassiveArm:
     Returns
     -------
     PassiveArm
-        The segments of the person's arm and the elastic torques of the axes.
+        Segments of the person's arm and elastic torques of the axes.
 
     Raises
     ------
     InputError
-        No such file, or a field that is not what it must be.
+        There is no such file, or a field is not valid.
 
     Examples
     --------
@@ -142,22 +142,22 @@ def _write(
     form: str,
     name: str,
     record: TherapyRobot | PassiveArm,
-    told: Mapping[str, Any],
+    fields: Mapping[str, Any],
     path: str | Path,
 ) -> None:
-    content = {"format": form, "version": VERSION, **told, name: to_plain(record)}
+    content = {"format": form, "version": VERSION, **fields, name: to_plain(record)}
     write_json(content, path)
 
 
 def _read(file: Path, form: str, name: str, kind: type[Record]) -> Record:
-    given = Fields(file, read_json(file))
-    if given.values.get("format") != form:
-        raise given.wrong("format", f'"{form}": a file that `armimpedance therapy {name}` wrote')
-    if given.number("version", required=True) != VERSION:
-        raise given.wrong("version", str(VERSION))
-    plain = given.values.get(name)
+    fields = Fields(file, read_json(file))
+    if fields.values.get("format") != form:
+        raise fields.wrong("format", f'"{form}": a file that `armimpedance therapy {name}` wrote')
+    if fields.number("version", required=True) != VERSION:
+        raise fields.wrong("version", str(VERSION))
+    plain = fields.values.get(name)
     if not isinstance(plain, Mapping):
-        raise given.wrong(name, "an object")
+        raise fields.wrong(name, "an object")
     try:
         return from_plain(kind, plain, name)
     except InputError as error:
@@ -167,39 +167,39 @@ def _read(file: Path, form: str, name: str, kind: type[Record]) -> Record:
         ) from None
 
 
-# What the verbs of therapy are given: a robot and an arm, and whether they belong together.
+# Arguments of the verbs of therapy: a robot and an arm, and checks that they belong together.
 
 Robot = TherapyRobot | RobotCalibration | PathLike
 Arm = PassiveArm | ArmCalibration | PathLike
 
-#: Lengths of the upper arm that differ by less than this are the same, m.
+#: Difference below which two lengths of the upper arm are equal, m.
 _SAME_LENGTH_M: Final = 1e-3
 
 
 def robot_of(robot: Robot) -> TherapyRobot:
-    """The robot itself, read from its file where that is given."""
+    """The robot itself, read from its file if `robot` is a path."""
     if isinstance(robot, RobotCalibration):
         return robot.robot
     return robot if isinstance(robot, TherapyRobot) else read_robot(Path(robot))
 
 
 def identified_robot(robot: Robot) -> TherapyRobot:
-    """A robot whose loads are known; errors name the file at fault."""
-    known = robot_of(robot)
+    """Robot with known loads; errors name its file."""
+    identified = robot_of(robot)
     with naming(robot):
-        known.identified  # noqa: B018 - refuses a robot that was not identified
-    return known
+        identified.identified  # noqa: B018 - refuses a robot that was not identified
+    return identified
 
 
 def arm_of(arm: Arm) -> PassiveArm:
-    """The arm itself, read from its file where that is given."""
+    """The arm itself, read from its file if `arm` is a path."""
     if isinstance(arm, ArmCalibration):
         return arm.arm
     return arm if isinstance(arm, PassiveArm) else read_arm(Path(arm))
 
 
 def refuse_other_robot(arm: PassiveArm, identified: TherapyRobot, robot: Robot) -> None:
-    """Refuse an arm that was measured in another robot; `robot` is what the caller gave."""
+    """Refuse an arm that was measured in another robot; `robot` is the caller's argument."""
     if arm.robot == identified.name:
         return
     of_file = f", the robot of {robot}" if isinstance(robot, str | os.PathLike) else ""
@@ -210,7 +210,7 @@ def refuse_other_robot(arm: PassiveArm, identified: TherapyRobot, robot: Robot) 
 
 
 def notes_on_person(arm: PassiveArm, subject: Subject) -> tuple[str, ...]:
-    """A note where the robot was adjusted differently; another person's arm is refused.
+    """A note if the robot was adjusted to another length; another person's arm is refused.
 
     Raises InputError: the arm and the recording are of different subjects.
     """
@@ -229,7 +229,7 @@ def notes_on_person(arm: PassiveArm, subject: Subject) -> tuple[str, ...]:
 
 
 def axes_without_model(axes: Iterable[str], arm: PassiveArm, unrepeatable: bool) -> dict[str, str]:
-    """The moving axes that have no passive model, each with a sentence that says why.
+    """Moving axes without a passive model, each with a sentence with the reason.
 
     Raises InputError: an axis without passive calibration, or no axis with a model.
     """

@@ -1,4 +1,4 @@
-"""The options of a patient's contribution to movements."""
+"""Options of a patient's contribution to movements."""
 
 from __future__ import annotations
 

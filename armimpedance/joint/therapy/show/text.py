@@ -1,4 +1,4 @@
-"""A therapy robot and a passive arm as text for a terminal, and what their files say beside."""
+"""A therapy robot, a passive arm and contributions as text for a terminal."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _MASSES = (
 
 
 def robot_text(calibration: RobotCalibration) -> str:
-    """Friction and cables per axis, the spring, predictions of other movements, then notes.
+    """Friction and cables per axis, the spring, predictions of other movements, and notes.
 
     `calibration`: calibration of the robot, with or without a validation.
     """
@@ -88,7 +88,7 @@ def _validation_table(validation: Sequence[AxisValidation]) -> str:
 
 
 def arm_text(calibration: ArmCalibration) -> str:
-    """Masses, stiffness and verdict per axis, references of (19), then warnings.
+    """Masses, stiffness and verdict per axis, references for (19), and warnings.
 
     `calibration`: calibration of one person's arm.
     """
@@ -107,8 +107,8 @@ def arm_text(calibration: ArmCalibration) -> str:
     header = ("movement", "axis", "repetitions", "mean support ± sd (N m)")
     lines += ["", aligned_table(header, rows), ""]
     checks = calibration.summary.checks
-    told = warnings_of(checks)
-    notes = [*(said for said in calibration.warnings if said not in told), _MASSES]
+    from_checks = warnings_of(checks)
+    notes = [*(note for note in calibration.warnings if note not in from_checks), _MASSES]
     return "\n".join([*lines, *numbered_notes(notes), *checks_lines(checks)])
 
 
@@ -135,7 +135,7 @@ def _spread(values: Any) -> str:
 
 
 def mockup_text(check: MockupCheck) -> str:
-    """What the robot measures of a mock-up beside what it weighs.
+    """Measurements of a mock-up by the robot, and their values from its weight.
 
     `check`: gravity and inertia.
     """
@@ -177,7 +177,7 @@ def _value(parameter: NamedParameter, scale: float = 1.0) -> str:
     return with_half_width(scale * parameter.value, scale * float(half))
 
 
-# The patient's contribution as text for a terminal: a row a movement, then means.
+# The patient's contribution as text for a terminal: one row per movement, then means.
 
 _HEADER = (
     *("trial", "condition", "movement", "share (95 %)", "projection", "ratio (4)"),
@@ -198,7 +198,7 @@ _MEANS_LEGEND = "Means are over movements, valid values only, ± sd between them
 
 
 def contribution_text(results: Sequence[Contribution]) -> str:
-    """All movements, then conditions by their means.
+    """All movements, then means per condition and movement.
 
     `results`: contributions of all movements.
     """
@@ -216,17 +216,17 @@ def _row(r: Contribution, notes: Sequence[str]) -> list[str]:
         r.condition,
         r.movement,
         share if r.share.valid else f"[{share}]",
-        *(_marked(told) for told in (r.projection, r.ratio, r.reference)),
+        *(_marked(metric) for metric in (r.projection, r.ratio, r.reference)),
         note_numbers(r.notes, notes),
     ]
 
 
-def _marked(told: Any) -> str:
-    """A metric or the reference with its standard error; in brackets where it is not valid."""
-    if told is None or not np.isfinite(told.percent):
+def _marked(metric: Any) -> str:
+    """Metric or reference with its standard error, in brackets if not valid."""
+    if metric is None or not np.isfinite(metric.percent):
         return "-"
-    shown = f"{_number(told.percent)} ± {_number(told.sd)}"
-    return shown if told.valid else f"[{shown}]"
+    shown = f"{_number(metric.percent)} ± {_number(metric.sd)}"
+    return shown if metric.valid else f"[{shown}]"
 
 
 def _number(value: float) -> str:
@@ -238,16 +238,16 @@ def _number(value: float) -> str:
 def _means(results: Sequence[Contribution]) -> list[list[str]]:
     rows = []
     for key in dict.fromkeys((r.condition, r.movement) for r in results):
-        own = [r for r in results if (r.condition, r.movement) == key]
-        columns = ((getattr(r, name) for r in own) for name in _METRICS)
-        values = ([told.percent for told in c if told and told.valid] for c in columns)
-        rows.append([*key, str(len(own)), *map(_mean, values)])
+        group = [r for r in results if (r.condition, r.movement) == key]
+        columns = ((getattr(r, name) for r in group) for name in _METRICS)
+        values = ([metric.percent for metric in c if metric and metric.valid] for c in columns)
+        rows.append([*key, str(len(group)), *map(_mean, values)])
     return rows
 
 
-def _mean(values: Sequence[float]) -> str:
-    known = np.array(values)
-    if len(known) == 0:
+def _mean(percent: Sequence[float]) -> str:
+    array = np.array(percent)
+    if len(array) == 0:
         return "-"
-    sd = f" ± {_number(float(known.std(ddof=1)))}" if len(known) > 1 else ""
-    return f"{_number(float(known.mean()))}{sd}"
+    sd = f" ± {_number(float(array.std(ddof=1)))}" if len(array) > 1 else ""
+    return f"{_number(float(array.mean()))}{sd}"

@@ -1,4 +1,4 @@
-"""A patient's contribution to movements with a therapy robot."""
+"""Page of a patient's contribution to movements with a therapy robot."""
 
 from __future__ import annotations
 
@@ -37,66 +37,66 @@ def _sentences() -> list[str]:
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a session with an identified robot and a measured arm."""
+    """Page of a session with an identified robot and a measured arm."""
     if asked.robot is None or asked.arm is None:
         raise InputError(
             "a therapy session without --robot and --arm",
             file=asked.source,
             expected="ROBOT.json and ARM.json, as `therapy robot` and `therapy arm` write them",
         )
-    found = contribution(
+    results = contribution(
         read_recording(asked.recording),
         robot=asked.robot,
         arm=asked.arm,
         despite=asked.despite,
         progress=asked.progress,
     )
-    told = told_by((*found.notes, *found.left_out.values()), asked.checks)
-    drawn = plot_feedback(found.movements, found.robot, found.arm)
+    warnings = told_by((*results.notes, *results.left_out.values()), asked.checks)
+    drawn = plot_feedback(results.movements, results.robot, results.arm)
     return page_from(
         asked,
-        told,
+        warnings,
         title="Contribution",
-        lead=f"{counted(len(found), 'movement')} with the robot {found.robot.name}.",
-        count=counted(len(found), "movement"),
-        next_step=_next(found),
+        lead=f"{counted(len(results), 'movement')} with the robot {results.robot.name}.",
+        count=counted(len(results), "movement"),
+        next_step=_next(results),
         reader=(
-            Section("Contribution per movement", (_table(found),)),
+            Section("Contribution per movement", (_table(results),)),
             Section(
                 "Pictures",
                 (picture(drawn, "contribution", "Torques of the arm and of the person."),),
             ),
         ),
-        reviewer=reviewed(told, contribution_text(found)),
+        reviewer=reviewed(warnings, contribution_text(results)),
         methods=methods_of(_sentences(), [GUIDALI]),
         options=[("despite", ", ".join(asked.despite))],
-        data={"contributions": found.to_frame()},
+        data={"contributions": results.to_frame()},
     )
 
 
-def _next(found: Contributions) -> str:
-    told = sum(one.share.valid for one in found)
-    if told < len(found):
+def _next(results: Contributions) -> str:
+    valid = sum(result.share.valid for result in results)
+    if valid < len(results):
         return (
-            f"The share of {len(found) - told} of {counted(len(found), 'movement')} cannot be "
+            f"The share of {len(results) - valid} of {counted(len(results), 'movement')} cannot be "
             "told: the notes of these movements say why."
         )
     return "Read the share; compare conditions by their means over several movements."
 
 
-def _table(found: Contributions) -> Table:
+def _table(results: Contributions) -> Table:
     rows = tuple(
         (
-            one.trial,
-            one.condition,
-            one.movement,
-            with_half_width(one.share.percent, (one.share.ci95[1] - one.share.ci95[0]) / 2)
-            if one.share.valid
+            result.trial,
+            result.condition,
+            result.movement,
+            with_half_width(result.share.percent, (result.share.ci95[1] - result.share.ci95[0]) / 2)
+            if result.share.valid
             else "cannot be told",
-            f"{one.projection.percent:.0f}",
-            "; ".join(one.notes),
+            f"{result.projection.percent:.0f}",
+            "; ".join(result.notes),
         )
-        for one in found
+        for result in results
     )
     heads = ("trial", "condition", "movement", "share (%)", "projection (%)", "notes")
     caption = "Share of each movement, ± half the 95 % interval: 0 passive, 100 no support needed"

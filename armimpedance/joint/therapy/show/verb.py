@@ -1,7 +1,7 @@
 """The patient's contribution in robot-assisted therapy, in three steps (Guidali 2013).
 
-The empty robot is calibrated once, a person's relaxed arm in it once a session; with both, every
-movement says how much of it is the person's own.
+The empty robot is calibrated once, a person's relaxed arm in it once per session. With both, the
+person's contribution to every movement can be computed.
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ def calibrate_robot(
     recording : Recording or path
         Trials of the conditions "sweep" and "hold", of kind "joint" with the motors' torques.
     drawings : TherapyRobot or path
-        What is known of the robot before: its links, rotors and limits.
+        Robot before the identification: its links, rotors and limits.
     validate : Recording or path, optional
-        Other movements of the empty robot, whose torques are then predicted.
+        Other movements of the empty robot, to compare their torques with predictions.
     despite : str or collection of str
         Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
@@ -72,20 +72,20 @@ def calibrate_robot(
     Raises
     ------
     InputError
-        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
-        one direction only, or too few speeds above the static range.
+        The recording is not of this robot, or the robot was not empty; an axis has no sweeps;
+        sweeps or holds are in one direction only, or at too few speeds above the static range.
     NotIdentifiableError
-        The sweeps of an axis do not tell its terms apart.
+        The sweeps of an axis do not separate its terms.
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/how_to/therapy_robot.md has one):
+    A simulated session takes too long for an example (docs/how_to/therapy_robot.md has one):
 
     >>> from armimpedance.joint.therapy.show import calibrate_robot
     >>> robot = calibrate_robot("calibration", "drawings.json", validate="moving")  # doctest: +SKIP
     >>> robot.to_frame()  # doctest: +SKIP
 
-    A file that is not there is named:
+    A missing file is named in the message:
 
     >>> calibrate_robot("calibration", "nowhere.json")
     Traceback (most recent call last):
@@ -93,17 +93,19 @@ def calibrate_robot(
     """
     robot = robot_of(drawings)
     sweeps = read_recording(recording)
-    other = None if validate is None else read_recording(validate)
-    step = stepper(progress, sweeps.n_trials + (0 if other is None else other.n_trials))
+    other_movements = None if validate is None else read_recording(validate)
+    step = stepper(
+        progress, sweeps.n_trials + (0 if other_movements is None else other_movements.n_trials)
+    )
     with naming(recording):
         marks = _marks(sweeps, despite)
         calibration = identify_robot(sweeps, robot, step=step)
     calibration = replace(calibration, notes=(*marks, *calibration.notes))
-    if other is None:
+    if other_movements is None:
         return calibration
     with naming(validate):
-        told = validate_robot(other, calibration.robot, step=step)
-    return replace(calibration, validation=told)
+        validation = validate_robot(other_movements, calibration.robot, step=step)
+    return replace(calibration, validation=validation)
 
 
 @single_threaded
@@ -122,26 +124,26 @@ def calibrate_arm(
     despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> ArmCalibration:
-    """Find what a person's relaxed arm needs in the robot: weight, inertia, stiffness.
+    """Identify the load of a person's relaxed arm in the robot: weight, inertia, stiffness.
 
     Parameters
     ----------
     recording : Recording or path
-        Three or more passive repetitions of every movement; other conditions are not looked at.
+        Three or more passive repetitions of every movement; other conditions are not used.
     robot : TherapyRobot, RobotCalibration or path
-        Identified.
+        Identified robot.
     mass_kg : float, optional
-        Mass of the whole body, kg; by default that of the recording's subject.
+        Mass of the whole body, kg; by default from the recording's subject.
     upper_arm_m, forearm_m, hand_m : float, optional
         Shoulder to elbow, elbow to wrist, wrist to finger tip, m; by default from the subject.
     point_masses : bool
-        As in the source: segments have no inertia of their own.
+        True for segments without an inertia about their own center, as in the source.
     mass_sd : float
         Standard deviation of a person's masses about the table, as a fraction.
     condition : str
         Condition of the passive trials.
     emg_gate_percent : float or None
-        A muscle above this share of its maximum, %, refuses the calibration; None: no gate.
+        Limit of the EMG in % of its maximum, above which there is no calibration; None: no limit.
     despite : str or collection of str
         Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
@@ -150,24 +152,24 @@ def calibrate_arm(
     Returns
     -------
     ArmCalibration
-        The arm and how far to trust it; `joint.therapy.show.write_arm` writes it.
+        The arm with its uncertainty; `joint.therapy.show.write_arm` writes it.
 
     Raises
     ------
     InputError
-        No passive trials, fewer than three repetitions of a movement, a mass or length that is not
-        known, a muscle that was active, a robot whose loads are not known, or another robot's
-        recording.
+        No passive trials, or fewer than three repetitions of a movement; a mass or length is not
+        known; a muscle was active; the robot's loads are not known, or the recording is of another
+        robot.
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/how_to/contribution.md has one):
+    A simulated session takes too long for an example (docs/how_to/contribution.md has one):
 
     >>> from armimpedance.joint.therapy.show import calibrate_arm
     >>> arm = calibrate_arm("session", "robot.json", mass_kg=72.0)  # doctest: +SKIP
     >>> arm.to_frame()  # doctest: +SKIP
 
-    A file that is not there is named:
+    A missing file is named in the message:
 
     >>> calibrate_arm("session", "nowhere.json")
     Traceback (most recent call last):
@@ -185,7 +187,7 @@ def calibrate_arm(
             point_masses=point_masses,
         )
         marks = _marks(session, despite)
-        made = identify_arm(
+        calibration = identify_arm(
             session,
             identified,
             segments,
@@ -195,8 +197,8 @@ def calibrate_arm(
             emg_gate_percent=emg_gate_percent,
             step=stepper(progress, _trials_of(session, condition)),
         )
-    summary = replace(made.summary, warnings=(*marks, *made.summary.warnings))
-    return replace(made, summary=summary)
+    summary = replace(calibration.summary, warnings=(*marks, *calibration.summary.warnings))
+    return replace(calibration, summary=summary)
 
 
 @CONTRIBUTION.function
@@ -210,14 +212,14 @@ def contribution(
     despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> Contributions:
-    """Tell how much of each movement is the patient's own.
+    """Compute the patient's own contribution to each movement.
 
-    0 % is a passive arm, 100 % an arm that needs no support; below 0 it resists.
+    0 % is a passive arm, 100 % an arm that needs no support; below 0 % the arm resists.
 
     Parameters
     ----------
     recording : Recording or path
-        Of a person in the robot.
+        Recording of a person in the robot.
     {options}
     progress : function (done, all), optional
         Called after each trial.
@@ -225,23 +227,23 @@ def contribution(
     Returns
     -------
     Contributions
-        One `Contribution` a movement.
+        One `Contribution` per movement.
 
     Raises
     ------
     InputError
-        A robot or an axis of the arm that was not calibrated, another person's arm, another
-        robot's recording, or no axis with a passive model.
+        The robot or an axis of the arm was not calibrated, the arm is another person's, the
+        recording is of another robot, or no axis has a passive model.
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/how_to/contribution.md has one):
+    A simulated session takes too long for an example (docs/how_to/contribution.md has one):
 
     >>> from armimpedance.joint.therapy.show import contribution
     >>> session = contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP
     >>> session.to_frame()[["trial", "share_percent"]]  # doctest: +SKIP
 
-    A file that is not there is named:
+    A missing file is named in the message:
 
     >>> contribution("session", robot="nowhere.json", arm="arm.json")
     Traceback (most recent call last):
@@ -260,11 +262,11 @@ def contribution(
     with naming(recording):
         check_recording(session, identified)
         step = stepper(progress, session.n_trials)
-        every = movement_torques(session, identified, passive, step=step)
+        torques = movement_torques(session, identified, passive, step=step)
     with naming(arm):
-        left_out = axes_without_model((m.axis_name for m in every), passive, unrepeatable)
-    kept = np.array([m.axis_name not in left_out for m in every])
-    movements = tuple(m for m in every if m.axis_name not in left_out)
+        left_out = axes_without_model((m.axis_name for m in torques), passive, unrepeatable)
+    kept = np.array([m.axis_name not in left_out for m in torques])
+    movements = tuple(m for m in torques if m.axis_name not in left_out)
     with naming(recording):
         results = [contribution_of(m, identified, passive, unrepeatable=True) for m in movements]
     return Contributions(
@@ -273,7 +275,7 @@ def contribution(
 
 
 def _marks(recording: Recording, despite: str | Collection[str]) -> tuple[str, ...]:
-    """What the checks say of movements of a robot; of others the analysis itself says it better."""
+    """Notes of the checks on movements of a robot; empty for others, which the analysis checks."""
     return checked(recording, despite) if moves_a_robot(recording) else ()
 
 
@@ -281,7 +283,7 @@ def _trials_of(recording: Recording, condition: str) -> int:
     return int((recording.trials["condition"].astype(str) == condition).sum())
 
 
-# A mock-up of the arm in the therapy robot: does the robot measure what the pipes weigh?
+# A mock-up of the arm in the therapy robot: measured torques and the weights of its pipes.
 
 Pipe = tuple[float, float, float]
 
@@ -296,33 +298,33 @@ def check_mockup(
     condition: str | None = None,
     progress: Progress | None = None,
 ) -> MockupCheck:
-    """Compare what the robot measures of a mock-up of two weighed pipes with what they weigh.
+    """Compare the robot's measurements of a mock-up of two weighed pipes with their weight.
 
     Parameters
     ----------
     recording : Recording or path
         Movements of the mock-up about elevation, up and down, and about the vertical axis.
     robot : TherapyRobot, RobotCalibration or path
-        Identified.
+        Identified robot.
     upper_pipe, lower_pipe : (mass_kg, length_m, diameter_m)
-        On the robot's upper arm, and on its forearm.
+        Pipes on the robot's upper arm, and on its forearm.
     upper_arm_m : float, optional
-        Length that the robot was adjusted to, m; by default that of the recording's subject.
+        Length to which the robot was adjusted, m; by default from the recording's subject.
     condition : str, optional
-        Only trials of this condition.
+        Use only trials of this condition.
     progress : function (done, all), optional
         Called after each trial.
 
     Returns
     -------
     MockupCheck
-        Gravity and inertia with their intervals, beside what masses and lengths say.
+        Gravity and inertia with their intervals, and their values from masses and lengths.
 
     Raises
     ------
     InputError
-        Fewer than two movements about either axis, elevation one way only, no length, or another
-        robot's recording.
+        Fewer than two movements about either axis, elevation in one direction only, no length, or
+        a recording of another robot.
 
     Examples
     --------

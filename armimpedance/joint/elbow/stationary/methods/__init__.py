@@ -19,10 +19,10 @@ class ElbowMethod:
     """A method for I, B and K at an operating point.
 
     `description`: one line.
-    `lowest_snr_db`: lowest signal to noise of torque and of angle: down to here I, B and K of a 10
-    s record at 1 kHz are within 10 % rms (``benchmarks/elbow/snr.py``). Below it the method
-    refuses.
-    `identify`: from the prepared samples and the weighed band.
+    `lowest_snr_db`: lowest signal to noise of torque and of angle for which I, B and K of a 10 s
+    record at 1 kHz are within 10 % rms (``benchmarks/elbow/snr.py``). The method refuses records
+    below it.
+    `identify`: estimates I, B, K from the prepared samples and the weighted band.
     """
 
     name: str

@@ -1,9 +1,9 @@
-"""ARX as the source does it, on filtered and decimated samples: least squares in discrete time.
+"""ARX as in the source, on filtered and decimated samples: least squares in discrete time.
 
-``y(t) = -a1 y(t-1) - a2 y(t-2) + b1 u(t-nk) + ... + e(t)``. Measured angles stand on both sides:
-their noise biases the estimate unless a filter took it away first. For torque without steps the
-bilinear structure holds with ``b = b1 (1, 2, 1)``, so that three numbers are fitted for three; the
-three b of nb = 3 can be left free, as at a low rate, where they take up what it warps.
+``y(t) = -a1 y(t-1) - a2 y(t-2) + b1 u(t-nk) + ... + e(t)``. Measured angles are on both sides, so
+their noise biases the estimate unless a filter removed it first. For a torque without steps the
+bilinear structure holds with ``b = b1 (1, 2, 1)``: three numbers are fitted for three parameters.
+At a low rate the three b of nb = 3 are fitted freely, to absorb the frequency warping.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from armimpedance.joint.elbow.stationary.noise_bias import LARGEST, in_words, pr
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 from armimpedance.numerics.regression import t_factor
 
-#: Below so many samples per period of the band's edge the three b are left free.
+#: Samples per period of the band's edge below which the three b are fitted freely.
 WARPED: Final = 20
 
 
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
-    """Least squares, bilinear structure; the interval holds the bias that sensors' noise makes.
+    """Least squares, bilinear structure; the intervals include the bias due to sensor noise.
 
-    Raises InputError: samples that were neither filtered nor decimated, and noise that would decide
-    the outcome.
-    Raises EstimationError: the fitted poles or gain are no joint's.
-    Raises NotIdentifiableError: the record does not tell the coefficients apart.
+    Raises InputError: samples that were neither filtered nor decimated, with noise that would bias
+    the result strongly.
+    Raises EstimationError: the fitted poles or gain are not a joint's.
+    Raises NotIdentifiableError: the record does not allow the coefficients to be separated.
     """
     free = prepared.sample_rate_hz < WARPED * prepared.band_hz
-    # Where the device reacts to the subject, output error is off as well.
+    # If the device reacts to the subject, output error is biased as well.
     trusted = output_error if band.source == "torque" else iv
     reference = trusted.solve(prepared, band).parameters.values
     bias = predicted_bias(prepared, band, reference, "tustin", free=free)
@@ -52,24 +52,24 @@ def solve(prepared: PreparedSamples, band: Band) -> Estimate:
 
 
 def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArray) -> Estimate:
-    """Intervals that hold what is known to be off, predicted or seen against the reference.
+    """Widen the intervals by the bias that is predicted, or seen against the reference.
 
-    The prediction knows the sensors' noise only; the subject's own torque is noise of the equation
-    too and moves least squares away from what output error, or instruments where the perturbation
-    is recorded, find in the same record.
+    The prediction includes sensor noise only. The subject's own torque is noise of the equation
+    too, and moves least squares away from the reference: output error or, if the perturbation is
+    recorded, instruments.
     """
     values = estimate.parameters.values
-    seen = values / reference - 1
+    observed = values / reference - 1
     predicted = np.zeros(3) if bias is None else bias
     sd = estimate.parameters.sd / values
-    unforeseen = np.abs(seen) > np.abs(predicted) + t_factor(estimate.parameters.dof) * sd
-    off = np.where(unforeseen, seen, predicted)
+    unforeseen = np.abs(observed) > np.abs(predicted) + t_factor(estimate.parameters.dof) * sd
+    off = np.where(unforeseen, observed, predicted)
     warnings: tuple[str, ...] = ()
     if bias is None or (np.abs(off) > LARGEST).any():
-        told = in_words(None if bias is None and not unforeseen.any() else off)
+        message = in_words(None if bias is None and not unforeseen.any() else off)
         why = "noise of the equation" if unforeseen.any() else "noise of the sensors and the rate"
         warnings = (
-            f"least squares suffers from {why}: {told}; the intervals allow for it, methods iv "
+            f"least squares suffers from {why}: {message}; the intervals allow for it, methods iv "
             "and output-error do not have it",
         )
     return estimate.widened(off * values, warnings, bias=tuple(float(b) for b in off))

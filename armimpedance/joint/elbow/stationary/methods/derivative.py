@@ -1,8 +1,8 @@
 """Filtered derivatives with instruments: the equation of motion itself, in continuous time.
 
-One smoothing kernel gives the angle, its two derivatives and the torque, so that the equation
-holds after it exactly as before it. The noise of the derivatives, which biases least squares,
-is kept out by instruments: derivatives of a simulated angle (see `instruments`).
+The same smoothing kernel is applied to the angle, its two derivatives and the torque, so that the
+equation still holds exactly. The noise of the derivatives, which would bias least squares, is kept
+out by instruments: derivatives of a simulated angle (see `instruments`).
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ KERNEL_PERIODS: Final = 0.6
 
 
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
-    """Instruments for ``tau = I theta'' + B theta' + K theta`` (3) after one kernel.
+    """Solve ``tau = I theta'' + B theta' + K theta`` (3) with instruments, after one kernel.
 
-    Raises EstimationError: I, B or K is not positive, or the rounds do not settle.
+    Raises EstimationError: I, B or K is not positive, or the rounds do not converge.
     """
     kernels = spline_kernels(KERNEL_PERIODS / prepared.band_hz, prepared.source.sample_rate_hz)
     driver = driver_of(band)
@@ -47,7 +47,7 @@ def solve(prepared: PreparedSamples, band: Band) -> Estimate:
 
 
 def _measured(prepared: PreparedSamples, row: int, kernels: Kernels) -> FloatArray:
-    """theta'', theta', theta, torque behind the kernel, (S, 4)."""
+    """theta'', theta', theta and torque after the kernel, (S, 4)."""
     samples = prepared.source
     inside = samples.samples_of(row)
     torque, angle = without_ramp(np.stack([samples.torque[inside], samples.angle[inside]]))
@@ -65,8 +65,8 @@ def _round(
     samples = prepared.source
     rate = samples.sample_rate_hz
     model = joint_model(values if driver.values is None else driver.values, rate)
-    told = samples.perturbation if band.source == "perturbation" else None
-    drives = samples.torque if told is None else told
+    perturbation = samples.perturbation if band.source == "perturbation" else None
+    drives = samples.torque if perturbation is None else perturbation
     rows = []
     for row, bins in enumerate(band.trials):
         inside = samples.samples_of(row)
@@ -88,7 +88,7 @@ def _round(
 def _told(
     driver: Driver, row: int, bins: Bins, measured: FloatArray, values: FloatArray
 ) -> FloatArray:
-    """The driver's angle over time, (S,); where the angle is imposed, the measured one corrected.
+    """Noise-free angle over time (S,) from the driver, or the measured one corrected if imposed.
 
     `measured` (S,): the angle without offset and slope.
     """
@@ -105,10 +105,10 @@ def _told(
 def _weighed(
     columns: FloatArray, bins: Bins, kernels: Kernels, rate: float, values: FloatArray
 ) -> FloatArray:
-    """Coefficients of (S, p) columns in the band over the noise's root power, real rows (2 n, p).
+    """Coefficients of columns (S, p) in the band over the noise's root power, real rows (2 n, p).
 
-    A linear map, the same for all columns: the equation holds after it as before. The kernel is
-    symmetric and scales noise by its real response, which is divided out.
+    This is the same linear map for all columns, so the equation still holds. The kernel is
+    symmetric and scales the noise by its real response, which is divided out.
     """
     count = len(columns)
     frequency = np.fft.rfftfreq(count, 1 / rate)
@@ -133,7 +133,7 @@ def _columns(angle: FloatArray, kernels: Kernels) -> FloatArray:
 
 
 def _smoothed(signal: FloatArray, weights: FloatArray) -> FloatArray:
-    """Correlation with the kernel where it lies inside the trial."""
+    """Correlation with the kernel, at samples where it lies inside the trial."""
     return np.convolve(signal, weights[::-1], mode="valid")
 
 

@@ -15,9 +15,9 @@ from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
 
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
-    """Refined instruments.
+    """Estimate with refined instruments.
 
-    Raises EstimationError: I, B or K is not positive, or the rounds do not settle.
+    Raises EstimationError: I, B or K is not positive, or the rounds do not converge.
     """
     del prepared
     driver = driver_of(band)

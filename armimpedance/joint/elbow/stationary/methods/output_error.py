@@ -1,8 +1,8 @@
-"""Output error: simulated against measured, the noise of both channels weighed.
+"""Output error: simulated against measured signal, weighted by the noise of both channels.
 
-What is input and what is output follows the experiment. Where the torque is imposed, what the
-subject adds to it moves the joint: beside the sensors' noise it is an error of the angle. Where
-the angle is imposed it stands in the torque alone, and the torque is the output.
+The experiment determines which signal is the output. If the torque is imposed, the torque that the
+subject adds moves the joint: like the sensor's noise, it is an error of the angle. If the angle is
+imposed, the subject's torque is part of the measured torque only, and the torque is the output.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from armimpedance.joint.elbow.stationary.instruments import fit_band, linearised
 from armimpedance.joint.elbow.stationary.methods import ElbowMethod
 from armimpedance.joint.elbow.stationary.preparation import PreparedSamples
 
-#: How often the output's error is weighed by the joint that was fitted before.
+#: Number of rounds in which the output's error is weighted by the previous fit.
 _ROUNDS: Final = 2
 
 
 def solve(prepared: PreparedSamples, band: Band) -> Estimate:
-    """Gauss-Newton on ln I, ln B, ln K (see `joint_fit`).
+    """Estimate by Gauss-Newton on ln I, ln B, ln K (see `instruments.fit_band`).
 
-    Raises EstimationError: it does not settle, or the torque has the wrong sign.
+    Raises EstimationError: it does not converge, or the torque has the wrong sign.
     """
     del prepared
     if band.source == "torque":
@@ -49,7 +49,7 @@ def solve(prepared: PreparedSamples, band: Band) -> Estimate:
 
 
 def _with_angle_as_output(band: Band, values: FloatArray) -> Band:
-    """The band whose torque has its sensor's noise only, the rest being an error of the angle."""
+    """Band in which torque noise beyond the sensor's is counted as an error of the angle."""
     trials = []
     for bins in band.trials:
         # S_v of the torque is S_v / |Z|^2 of the angle, Z that of I, B, K (3,)

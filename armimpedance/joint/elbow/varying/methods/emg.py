@@ -1,10 +1,10 @@
-"""B(t) and K(t) scheduled by EMG amplitudes, eq. (4), in one regression; and whether that holds.
+"""B(t) and K(t) scheduled by EMG amplitudes, eq. (4), in one regression, with tests of the law.
 
     K(t) = k0 + sum_j k_j a_j(t),   B(t) = b0 + sum_j b_j a_j(t)
 
 The products of amplitude and motion are regressors of the weighted equation: no window, no filter
-after the product. A law that is linear and without lag is an assumption: terms that would be needed
-if it were wrong are tested one kind at a time.
+after the product. The law is assumed to be linear and without lag. Terms that would be needed
+otherwise are tested, one kind at a time.
 """
 
 from __future__ import annotations
@@ -32,28 +32,27 @@ from armimpedance.joint.elbow.varying.method import (
 from armimpedance.numerics.signals import lowpass
 
 ERROR_DRAWS: Final = 32
-#: What an amplitude holds above this is error, for telling when it is large, Hz.
+#: Frequency above which an amplitude is only error; this shows when the error is large, Hz.
 SLOW_HZ: Final = 2.5
-#: Times that the weights are told from the law's residuals.
+#: Number of times that the weights are estimated from the law's residuals.
 WEIGHT_ROUNDS: Final = 2
-#: Rounds of a fit whose weights are not the last ones.
+#: Rounds of a fit with preliminary weights.
 FEW_ROUNDS: Final = 5
-#: Amplitudes that change by less than this say nothing of a law.
+#: Least standard deviation of an amplitude for a law.
 LEAST_CHANGE: Final = 1e-3
 
 
 def scheduled(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
-    """K and B linear in the amplitudes; their errors are taken off the moments, where known.
+    """Fit K and B linear in the amplitudes; known errors are removed from the moments.
 
     Raises InputError: an amplitude that does not change.
-    Raises NotIdentifiableError: amplitudes whose errors explain most of what is seen of every
-    combination of them.
+    Raises NotIdentifiableError: every combination of the amplitudes is mostly error.
     """
     amplitude, amplitude_sd = options.amplitude, options.amplitude_sd
     data, names = begun.data, _names(amplitude.shape[1])
     _refuse_still(amplitude, names)
-    told_apart = directions_of(amplitude, amplitude_sd, tuple(_word(n) for n in names))
-    W = told_apart.weights
+    directions = directions_of(amplitude, amplitude_sd, tuple(_word(n) for n in names))
+    W = directions.weights
     law = np.column_stack([np.ones(len(amplitude)), amplitude @ W])
     # covariance (c, c) of the errors of the law's amplitudes at a sample
     error, spread = None, np.zeros((W.shape[1],) * 2)
@@ -63,11 +62,11 @@ def scheduled(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     course = begun.course
     for _ in range(WEIGHT_ROUNDS):
         course = fit_basis(data, course, law, law, error, strict=False, rounds=FEW_ROUNDS).course
-        # what the law leaves, errors of the amplitudes with it, is what its rows err by
+        # the law's residual, including errors of the amplitudes, is the error of its rows
         data = replace(data, own=own_torque(residual_of(data, course)))
     fit, once = _law_fit(data, begun.course, course, law, error)
     at, m = grid(data, options.every_s), law.shape[1]
-    details = {"residual_over_noise": fit.excess, **_details(fit, names, told_apart)}
+    details = {"residual_over_noise": fit.excess, **_details(fit, names, directions)}
     return EstimatedCourse(
         at=at,
         B=fit.course.B[at],
@@ -76,8 +75,8 @@ def scheduled(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
         sd_K=_sd(law[at], fit.coefficients[m:], fit.covariance[m:, m:], spread),
         inertia=fit.course.inertia,
         sd_inertia=fit.sd_inertia,
-        notes=(_note(details, told_apart),),
-        warnings=(*told_apart.warnings, *once, *departures(data, fit, law, error)),
+        notes=(_note(details, directions),),
+        warnings=(*directions.warnings, *once, *departures(data, fit, law, error)),
         details=details,
     )
 
@@ -94,14 +93,15 @@ def _refuse_still(amplitude: FloatArray, names: tuple[str, ...]) -> None:
 def _law_fit(
     data: VaryingData, free: Course, near: Course, law: FloatArray, error: FloatArray | None
 ) -> tuple[BasisFit, tuple[str, ...]]:
-    """The settled fit; or one step from the free course, which is consistent itself, if told so."""
+    """Converged fit; or one step from the free course, which is consistent itself, with a
+    warning."""
     try:
         return fit_basis(data, near, law, law, error), ()
     except EstimationError:
         if error is None:
             raise
-    told = "the law's rounds do not settle: solved once about a free course; K is hardly told"
-    return fit_basis(data, free, law, law, error, strict=False, rounds=1), (told,)
+    warning = "the law's rounds do not settle: solved once about a free course; K is hardly told"
+    return fit_basis(data, free, law, law, error, strict=False, rounds=1), (warning,)
 
 
 def _names(count: int) -> tuple[str, ...]:
@@ -113,7 +113,7 @@ def _word(name: str) -> str:
 
 
 def _details(fit: BasisFit, names: tuple[str, ...], apart: Directions) -> dict[str, Any]:
-    """Coefficients with standard errors; the combination alone where muscles are not told apart."""
+    """Coefficients with standard errors; only the combination if muscles cannot be separated."""
     if not apart.complete:
         return {"combination": apart.told}
     labels = [f"{s}{n}" for s in "bk" for n in ("0", *names)]
@@ -136,22 +136,23 @@ def _errors(
 ) -> FloatArray:
     """Draws (M, N, 2 (1 + m)) of the amplitudes' errors in the functions of B, then of K.
 
-    Errors of an envelope lie in the band of its low-pass.
+    Errors of an amplitude lie in the band of its low-pass.
     """
     rng = np.random.default_rng(0)
     white = rng.standard_normal((ERROR_DRAWS, len(data.angle), len(sd)))
     smooth = lowpass(white, min(band_hz, 0.45 * data.rate_hz), data.rate_hz, order=5, axis=1)
     smooth *= _profile(data, amplitude, sd) / smooth.std(axis=(0, 1))
-    none = np.zeros((*smooth.shape[:2], 1))
-    one = np.concatenate([none, smooth @ weights], axis=2)
-    return np.concatenate([one, one], axis=2)
+    zero = np.zeros((*smooth.shape[:2], 1))
+    functions = np.concatenate([zero, smooth @ weights], axis=2)
+    return np.concatenate([functions, functions], axis=2)
 
 
 def _profile(data: VaryingData, amplitude: FloatArray, sd: FloatArray) -> FloatArray:
     """Standard errors over time (N, m) whose mean squares are sd^2.
 
-    EMG is a carrier: its amplitude errs in proportion to itself, beside the electrodes' noise. How
-    much of either is told by the fast part of the amplitude, which is error, over its slow part.
+    The error of an EMG amplitude has a part proportional to the amplitude, and the electrodes'
+    noise. Their shares follow from the fast part of the amplitude, which is error, as a function of
+    its slow part.
     """
     out = np.empty_like(amplitude)
     for j, own in enumerate(sd):
@@ -171,7 +172,7 @@ def _profile(data: VaryingData, amplitude: FloatArray, sd: FloatArray) -> FloatA
 
 
 def _sd(law: FloatArray, coefficients: FloatArray, C: FloatArray, spread: FloatArray) -> FloatArray:
-    """Standard error of ``law (L, 1 + c) p``: of the coefficients, and of the amplitudes."""
+    """Standard error of ``law (L, 1 + c) p`` from the coefficients and the amplitudes."""
     own = float(coefficients[1:] @ spread @ coefficients[1:])
     return np.asarray(np.sqrt(((law @ C) * law).sum(axis=1) + own))
 

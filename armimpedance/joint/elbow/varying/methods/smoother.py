@@ -13,20 +13,20 @@ from armimpedance.joint.elbow.varying.method import (
 )
 from armimpedance.joint.elbow.varying.rivals import explained, hull
 
-#: +-30 % at 2 Hz asks for about so much; at 3 Hz, twice, bands of 95 % cover some 60 %.
+#: Intensity of about +-30 % at 2 Hz. At 3 Hz, twice that, 95 % bands cover only some 60 %.
 FAST: Final = 12.0
 
 
 def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
-    """Integrated random walks with noise levels of maximum likelihood."""
-    both = explained(begun, options.tick)
-    data, made = both.data, both.made
-    at, course = grid(data, options.every_s), made.course
-    levels = made.levels
-    sd_B, sd_K = made.sd_B[at], made.sd_K[at]
-    for other in both.others:
-        sd_B = hull(course.B[at], sd_B, other.course.B[at], other.sd_B[at])
-        sd_K = hull(course.K[at], sd_K, other.course.K[at], other.sd_K[at])
+    """Smooth with integrated random walks and noise levels of maximum likelihood."""
+    comparison = explained(begun, options.tick)
+    data, smoothed = comparison.data, comparison.made
+    at, course = grid(data, options.every_s), smoothed.course
+    levels = smoothed.levels
+    sd_B, sd_K = smoothed.sd_B[at], smoothed.sd_K[at]
+    for rival in comparison.others:
+        sd_B = hull(course.B[at], sd_B, rival.course.B[at], rival.sd_B[at])
+        sd_K = hull(course.K[at], sd_K, rival.course.K[at], rival.sd_K[at])
     warnings = []
     for name, level in (("B", levels.B), ("K", levels.K)):
         if level > FAST:
@@ -40,19 +40,19 @@ def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
         sd_B=sd_B,
         sd_K=sd_K,
         inertia=course.inertia,
-        sd_inertia=made.sd_inertia,
+        sd_inertia=smoothed.sd_inertia,
         notes=(
             "integrated random walks, by likelihood: relative second derivatives of intensity "
             f"{levels.B:.3g} (B) and {levels.K:.3g} (K) s^-1.5, torque noise {levels.torque:.3g} "
             "times the channel's floor",
         ),
         warnings=tuple(warnings),
-        checks=(both.finding,),
+        checks=(comparison.finding,),
         own=data.own,
         details={
             "intensity": {"B": levels.B, "K": levels.K},
             "torque_noise_over_floor": levels.torque,
-            "log_likelihood": made.log_likelihood,
+            "log_likelihood": smoothed.log_likelihood,
         },
     )
 

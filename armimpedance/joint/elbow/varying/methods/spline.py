@@ -1,4 +1,4 @@
-"""B(t) and K(t) as cubic splines; how many knots is chosen by cross-validation."""
+"""B(t) and K(t) as cubic splines; the number of knots is chosen by cross-validation."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from armimpedance.joint.elbow.varying.method import (
 )
 
 DEGREE: Final = 3
-#: Intervals between knots per second that are compared; 0: constant.
+#: Numbers of intervals between knots per second that are compared; 0: constant.
 PER_SECOND: Final = (0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0)
-#: Folds, and the length of the blocks that go round them, s: rows of the whitened equation are
-#: independent, so that blocks need only hide what a filter's memory carries over.
+#: Number of folds, and length of the blocks that alternate between them, s. Rows of the whitened
+#: equation are independent, so blocks need only be longer than the memory of the filter.
 FOLDS: Final = 5
 BLOCK_S: Final = 0.15
 #: Long records are cut into pieces of this length for the choice, s: its cost grows with the
-#: square of their splines.
+#: square of the number of splines.
 PIECE_S: Final = 15.0
-#: A weak prior: so rough an integrated random walk, over the mean, s^-1.5.
+#: Intensity of the integrated random walk that is the weak prior, over the mean, s^-1.5.
 WEAK_INTENSITY: Final = 30.0
 
-#: Knots per second, at least, that tell what the chosen ones cannot follow.
+#: Least knots per second of the denser spline that shows the error of the chosen one.
 LEAST_DENSER: Final = 2.0
 
 Rates = tuple[float, float]
 
 
 def spline(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
-    """Cubic splines; B and K have knots of their own."""
+    """Fit cubic splines; B and K have different knots."""
     data, course = begun.data, begun.course
     scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
     chosen = _choose(data, course, scale)
@@ -72,16 +72,17 @@ def spline(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
 def _fit(data: VaryingData, course: Course, rates: Rates, scale: FloatArray) -> BasisFit:
     of_B, of_K = (spline_basis(data, rate) for rate in rates)
     prior = _prior(data, rates, scale)
-    # sound data must not end in an error: the last rounds, halved again and again, stand
+    # good data must not end in an error: the last rounds, with shorter and shorter steps, are used
     return fit_basis(data, course, of_B, of_K, prior=prior, strict=False)
 
 
 def _bias(data: VaryingData, fit: BasisFit, rates: Rates, scale: FloatArray) -> FloatArray:
-    """What the knots cannot follow, rms (2,): how far denser ones move B and K beyond noise."""
+    """Error of the knots' resolution, rms (2,): change of B and K with denser knots, beyond
+    noise."""
     denser = tuple(max(_next(rate), LEAST_DENSER) for rate in rates)
-    other = _fit(data, fit.course, (denser[0], denser[1]), scale)
-    apart = np.stack([fit.course.B - other.course.B, fit.course.K - other.course.K], axis=1)
-    more = _variances(data, other, (denser[0], denser[1])) - _variances(data, fit, rates)
+    dense_fit = _fit(data, fit.course, (denser[0], denser[1]), scale)
+    apart = np.stack([fit.course.B - dense_fit.course.B, fit.course.K - dense_fit.course.K], axis=1)
+    more = _variances(data, dense_fit, (denser[0], denser[1])) - _variances(data, fit, rates)
     return np.asarray(np.sqrt(np.maximum((apart**2 - more).mean(axis=0), 0.0)))
 
 
@@ -90,7 +91,7 @@ def _next(rate: float) -> float:
 
 
 def _variances(data: VaryingData, fit: BasisFit, rates: Rates) -> FloatArray:
-    """Of B and K at the samples, (N, 2)."""
+    """Variances of B and K at the samples, (N, 2)."""
     of_B, of_K = (spline_basis(data, rate) for rate in rates)
     C, pB = fit.covariance, of_B.shape[1]
     parts = ((of_B, C[:pB, :pB]), (of_K, C[pB:, pB:]))
@@ -98,7 +99,7 @@ def _variances(data: VaryingData, fit: BasisFit, rates: Rates) -> FloatArray:
 
 
 def _prior(data: VaryingData, rates: Rates, scale: FloatArray) -> FloatArray:
-    """Information (p, p) that keeps coefficients finite where no motion speaks of them.
+    """Information (p, p) that keeps coefficients finite where there is no motion.
 
     Second differences of a trial's coefficients have the variance of an integrated random walk of
     `WEAK_INTENSITY` times the mean, over the spacing of the knots cubed.
@@ -114,7 +115,7 @@ def _prior(data: VaryingData, rates: Rates, scale: FloatArray) -> FloatArray:
 
 
 def _merged(blocks: list[FloatArray], rates: Rates, data: VaryingData) -> list[FloatArray]:
-    """One constant serves all trials: its blocks, all zero, become one."""
+    """Merge the blocks of a constant, all zero, into one: a constant serves all trials."""
     T = len(data.trials)
     out: list[FloatArray] = []
     for k, rate in enumerate(rates):
@@ -123,7 +124,7 @@ def _merged(blocks: list[FloatArray], rates: Rates, data: VaryingData) -> list[F
 
 
 def spline_basis(data: VaryingData, per_second: float) -> FloatArray:
-    """B-splines of each trial at the samples, (N, p); constants where `per_second` is 0."""
+    """B-splines of each trial at the samples, (N, p); constants if `per_second` is 0."""
     parts = []
     for a, b in zip(data.offsets[:-1], data.offsets[1:], strict=True):
         count = int(b - a)
@@ -145,7 +146,7 @@ def spline_basis(data: VaryingData, per_second: float) -> FloatArray:
 
 
 def _choose(data: VaryingData, course: Course, scale: FloatArray) -> Rates:
-    """Intervals per second of B and K: both alike first, then each by itself."""
+    """Intervals per second of B and K: first equal ones, then each separately."""
     eq = linearise(data, course)
     bases = {rate: spline_basis(data, rate) for rate in PER_SECOND}
     pieces = _pieces(data, eq)
@@ -162,10 +163,10 @@ def _choose(data: VaryingData, course: Course, scale: FloatArray) -> Rates:
             )
         return scores[pair]
 
-    # all of them: a few knots too few can be worse than none
+    # try all: slightly too few knots can be worse than none
     best = min([(rate, rate) for rate in PER_SECOND], key=score)
-    both = PER_SECOND.index(best[0])
-    near = PER_SECOND[max(both - 2, 0) : both + 2]
+    equal = PER_SECOND.index(best[0])
+    near = PER_SECOND[max(equal - 2, 0) : equal + 2]
     best = min([(rate, best[1]) for rate in (0.0, *near)], key=score)
     return min([(best[0], rate) for rate in (0.0, *near)], key=score)
 
@@ -184,19 +185,19 @@ def _pieces(data: VaryingData, eq: Linearised) -> list[slice]:
 def _piece(
     eq: Linearised, piece: slice, of_B: FloatArray, of_K: FloatArray, prior: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Whitened ``[x2, offsets, splines that live here, y]`` and the information before it."""
+    """Whitened ``[x2, offsets, nonzero splines, y]`` of a piece, and the prior information."""
     at = eq.centre[piece]
     splines = np.concatenate([of_B[at] * eq.x1[piece, None], of_K[at] * eq.x0[piece, None]], axis=1)
-    here = np.flatnonzero(np.concatenate([of_B[at].any(axis=0), of_K[at].any(axis=0)]))
-    mine = eq.nuisance[piece].any(axis=0)
-    first = np.column_stack([eq.x2[piece], eq.nuisance[piece][:, mine]])
-    columns = np.column_stack([first, splines[:, here], eq.y[piece]])
-    before = np.diag(np.concatenate([[0.0], eq.prior_sd[mine] ** -2]))
-    return eq.whitened(columns, piece), block_diag(before, prior[np.ix_(here, here)])
+    nonzero = np.flatnonzero(np.concatenate([of_B[at].any(axis=0), of_K[at].any(axis=0)]))
+    offsets = eq.nuisance[piece].any(axis=0)
+    first = np.column_stack([eq.x2[piece], eq.nuisance[piece][:, offsets]])
+    columns = np.column_stack([first, splines[:, nonzero], eq.y[piece]])
+    before = np.diag(np.concatenate([[0.0], eq.prior_sd[offsets] ** -2]))
+    return eq.whitened(columns, piece), block_diag(before, prior[np.ix_(nonzero, nonzero)])
 
 
 def _cross_validated(white: FloatArray, before: FloatArray, fold: IntArray) -> float:
-    """Sum of squares of rows that the fit to the other folds predicts; inf where it cannot."""
+    """Sum of squares of each fold's rows, predicted by the other folds; inf if that fails."""
     grams = np.stack([white[fold == f].T @ white[fold == f] for f in range(FOLDS)])
     whole, total = grams.sum(axis=0), 0.0
     for gram in grams:

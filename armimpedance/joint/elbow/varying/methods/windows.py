@@ -1,4 +1,4 @@
-"""Constant B and K inside windows that overlap by half: the source's way (see `in_windows`)."""
+"""Constant B and K in windows that overlap by half, as in the source (see `in_windows`)."""
 
 from __future__ import annotations
 

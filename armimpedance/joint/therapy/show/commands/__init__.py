@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 
-#: Step -> its line in the overview; the module of this folder that bears its name holds the rest.
+#: Step -> its line in the overview; the module with its name in this folder has the command.
 STEPS = {
     "robot": "the robot's friction, cables and spring, from sweeps and holds",
     "arm": "what a relaxed arm needs in the robot: weight, inertia, stiffness",
@@ -21,7 +21,7 @@ STEPS = {
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Arguments of the command: one subcommand a step."""
+    """Arguments of the command: one subcommand per step."""
     from armimpedance.show.command.options import add_commands
 
     add_commands(parser, STEPS, "armimpedance.joint.therapy.show.commands", "STEP")

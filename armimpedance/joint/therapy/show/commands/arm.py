@@ -113,8 +113,8 @@ def _person(arguments: argparse.Namespace) -> int:
 
     out = arguments.out
     body = ("mass_kg", "upper_arm_m", "forearm_m", "hand_m", "point_masses")
-    given = {name: getattr(arguments, name) for name in body}
-    given |= _mass_sd(arguments) | _gate(arguments)
+    options = {name: getattr(arguments, name) for name in body}
+    options |= _mass_sd(arguments) | _gate(arguments)
     with bar("calibrating") as progress:
         calibration = calibrate_arm(
             arguments.recording,
@@ -122,7 +122,7 @@ def _person(arguments: argparse.Namespace) -> int:
             condition=arguments.condition or _PASSIVE,
             despite=arguments.despite,
             progress=progress,
-            **given,
+            **options,
         )
     if out is not None:
         write_arm(calibration, out)
@@ -139,7 +139,7 @@ def _person(arguments: argparse.Namespace) -> int:
 
 
 def _mass_sd(arguments: argparse.Namespace) -> dict[str, float]:
-    """The option as a fraction, or nothing where it was not given."""
+    """The option as a fraction; empty without the option."""
     percent = arguments.mass_sd_percent
     if percent is None:
         return {}
@@ -149,7 +149,7 @@ def _mass_sd(arguments: argparse.Namespace) -> dict[str, float]:
 
 
 def _gate(arguments: argparse.Namespace) -> dict[str, float | None]:
-    """The option as a number or None for off, or nothing where it was not given."""
+    """The option as a number, or None for off; empty without the option."""
     from armimpedance.show.command.outputs import number
 
     gate = arguments.emg_gate
@@ -187,20 +187,20 @@ def _mock_up(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def tubes(given: list[str]) -> list[tuple[float, float, float]]:
-    """Mass, length and diameter of two pipes, the upper arm first, of ``--pipe KG,M,M``.
+def tubes(options: list[str]) -> list[tuple[float, float, float]]:
+    """Mass, length and diameter of two pipes from ``--pipe KG,M,M``, the upper arm first.
 
     Raises InputError: not two pipes of three numbers each.
     """
     try:
-        numbers = [tuple(float(part) for part in word.split(",")) for word in given]
+        numbers = [tuple(float(part) for part in word.split(",")) for word in options]
     except ValueError:
         numbers = []
     if len(numbers) != 2 or any(
         len(n) != 3 or not all(0 < part < float("inf") for part in n) for n in numbers
     ):
         raise InputError(
-            f"--pipe {' --pipe '.join(given)}",
+            f"--pipe {' --pipe '.join(options)}",
             expected="--pipe twice, each with a mass in kg, a length and a diameter in m, such as "
             "1.8,0.32,0.10",
         )

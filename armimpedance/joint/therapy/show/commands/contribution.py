@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     keywords = CONTRIBUTION.keywords(arguments)
     with bar("movements") as progress:
         results = contribution(arguments.recording, **keywords, progress=progress)
-    # before anything is written: what the live form refuses leaves no half result
+    # before writing: an error of the live form must not leave only some of the files
     live = _live(results, arguments.recording) if arguments.live else ""
     _write(results, arguments)
     _print(results, arguments, live)
@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _live(results: Contributions, recording: Path) -> str:
-    """What the live form says, and how long it takes."""
+    """Differences between the live form and the results, and the duration of an update."""
     from armimpedance.show.command.screen import bar
     from armimpedance.show.verbs.results import naming
 

@@ -1,4 +1,4 @@
-"""Drawings of the therapy robot, of a person in it, and of what that person contributes."""
+"""Drawings of the therapy robot, of a person's arm in it, and of the person's contribution."""
 
 from __future__ import annotations
 

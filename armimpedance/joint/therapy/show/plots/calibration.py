@@ -1,4 +1,4 @@
-"""The therapy robot as calibrated: friction over speed, counterbalance spring over its angle."""
+"""The calibrated therapy robot: friction over speed, counterbalance spring over angle."""
 
 from __future__ import annotations
 
@@ -33,22 +33,23 @@ if TYPE_CHECKING:
 _ROW_IN = 2.3
 _COLUMNS: Final = 3
 _UP, _DOWN, _LAW = OKABE_ITO["blue"], OKABE_ITO["vermillion"], "black"
-#: Points of a drawn law.
+#: Points of a drawn model.
 _FINE: Final = 300
-#: The friction axis reaches so many times the largest friction.
+#: Upper limit of the friction axis, as a multiple of the largest friction.
 _ROOM: Final = 1.15
 
 
 def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
     """Draw the friction of one axis over the speed, both directions above each other.
 
-    The torque of the negative direction is turned round, so that a friction that is odd in the
-    velocity shows one course. Speeds in the shaded static range were not fitted and are hollow.
+    The sign of the torque in the negative direction is changed, so that a friction that is odd in
+    the velocity gives one line. Speeds in the shaded static range were not fitted; their points are
+    hollow.
 
     Parameters
     ----------
     sweeps : AxisSweeps
-        Friction of the axis as identified.
+        Identified friction of the axis.
     ax : Axes, optional
         Where to draw; without it a new figure is made.
 
@@ -82,7 +83,7 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
                     mfc=fill, label=label if fill != "none" else None,
                 )  # fmt: skip
         ax.set_xlim(low, high)
-        # an axis whose friction is the same at all speeds has no margin of its own
+        # the automatic margin is zero if the friction is the same at all speeds
         largest = max(max(p.up_Nm, -p.down_Nm) for p in points)
         ax.set_ylim(0, max(ax.get_ylim()[1], _ROOM * largest))
         ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -93,7 +94,7 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
 
 
 def plot_spring(spring: SpringHolds, ax: Axes | None = None) -> Axes:
-    """Draw the counterbalance spring's torque over the angle: holds both ways, polynomial, band."""
+    """Draw the counterbalance spring's torque over the angle: holds, polynomial, band."""
     q = np.linspace(spring.angle_rad.min(), spring.angle_rad.max(), _FINE)
     law, sd = spring.polynomial(q)
     half = t_factor(spring.fit.dof) * sd
@@ -113,7 +114,7 @@ def plot_spring(spring: SpringHolds, ax: Axes | None = None) -> Axes:
 
 
 def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
-    """Friction of every axis, and the spring of the one that has it.
+    """Draw the friction of every axis, and the counterbalance spring.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
     Returns
     -------
     Figure
-        The figure, with a panel for each axis and one for the spring.
+        Figure with a panel for each axis and one for the spring.
 
     Examples
     --------
@@ -181,12 +182,12 @@ def _title(ax: Axes, text: str) -> None:
         ax.set_title(text, loc="left", fontsize=9)
 
 
-# A person's passive arm: what each repetition needed over the angle, the model, its verdict.
+# A person's passive arm: support of each repetition over the angle, model and verdict.
 
 _ARM_ROW_IN = 2.6
-#: Letters of a line of the verdict.
+#: Characters per line of the verdict.
 _VERDICT = 110
-#: Repetitions, from the first to the last.
+#: Colors of the repetitions, from the first to the last.
 _SHADES = (OKABE_ITO["sky"], OKABE_ITO["blue"], OKABE_ITO["green"], OKABE_ITO["orange"])
 
 
@@ -195,11 +196,11 @@ def plot_passive_axis(
 ) -> Axes:
     """Draw the support (18) of every passive repetition about one axis, and the model (14).
 
-    The model's line is that of the first repetition of each movement; weight and inertia alone
-    are drawn beside. A refused model is drawn in grey. Ends so slow that the gears may stick are
-    left out, as they are from the fit.
+    The model's line is for the first repetition of each movement; weight and inertia alone are a
+    second line. A refused model is grey. Ends so slow that the gears may stick are left out, as in
+    the fit.
 
-    `axis`: one of its axes.
+    `axis`: one of the axes of the calibration.
     """
     movements = [m for m in calibration.movements if m.axis == axis.axis]
     refused = not axis.elastic.repeatable
@@ -228,17 +229,17 @@ def plot_passive_axis(
 
 
 def plot_passive_arm(calibration: ArmCalibration) -> Figure:
-    """One row an axis, its stiffness, rest angle and verdict above it.
+    """Draw one row per axis, with stiffness, rest angle and verdict above it.
 
     Parameters
     ----------
     calibration : ArmCalibration
-        Of a person.
+        Calibration of a person's arm.
 
     Returns
     -------
     Figure
-        The figure, with a panel for each axis.
+        Figure with a panel for each axis.
 
     Examples
     --------
@@ -300,7 +301,7 @@ def _arm_title(axis: AxisCalibration) -> str:
 
 
 def _known(parameter: NamedParameter) -> str:
-    """``k_s 4.79 ± .21 N m/rad``: half of the 95 % interval."""
+    """``k_s 4.79 ± .21 N m/rad``: value and half of the 95 % interval."""
     low, high = parameter.ci95
     if not np.isfinite([parameter.value, low, high]).all():
         return f"{parameter.name} unknown"

@@ -1,9 +1,9 @@
-"""The contribution as a therapist sees it: over each movement, with its uncertainty.
+"""Drawings of the contribution for a therapist: over each movement, with its uncertainty.
 
-A line is the share of the movement so far (`metric.contribution_so_far`) with its 95 % band; it
-begins once it can be told and ends at the share of the whole movement, which stands at the right of
-a panel with its 95 % interval. Where the share cannot be told in the end the projection takes its
-place, hollow and dashed and said so in the title; where neither can, its dot is grey.
+A line is the share of the movement so far (`contribution_so_far`) with its 95 % band. It starts
+when the share is valid and ends at the share of the whole movement, which is at the right of a
+panel with its 95 % interval. If the share of the whole movement is not valid, the projection is
+shown instead, hollow and dashed and named in the title; if neither is valid, the dot is grey.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ if TYPE_CHECKING:
     from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
     from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
 
-# The number of a whole movement: its share, or its projection where the share cannot be told.
+# Result of a whole movement: its share, or its projection if the share is not valid.
 
 
 @dataclass(frozen=True)
 class WholeMovement:
-    """The number of a whole movement: its share, its projection where that cannot be told.
+    """Result of a whole movement: its share, or its projection if the share is not valid.
 
-    `percent`, `sd`, `half`: `half` of the 95 % interval.
-    `valid`: whether either can be told.
+    `percent`, `sd`, `half`: value, standard error, and half-width of the 95 % interval.
+    `valid`: True if the share or the projection is valid.
     """
 
     metric: Literal["share", "projection"]
@@ -55,25 +55,25 @@ class WholeMovement:
 
     @classmethod
     def of(cls, whole: Contribution) -> WholeMovement:
-        """Of a movement."""
-        shown = whole.share.valid or not whole.projection.valid
-        told = whole.share if shown else whole.projection
-        half = float(np.ptp(told.ci95)) / 2
-        name: Literal["share", "projection"] = "share" if shown else "projection"
-        return cls(name, told.percent, told.sd, half, told.valid)
+        """Result of the movement with the contribution `whole`."""
+        is_share = whole.share.valid or not whole.projection.valid
+        metric = whole.share if is_share else whole.projection
+        half = float(np.ptp(metric.ci95)) / 2
+        name: Literal["share", "projection"] = "share" if is_share else "projection"
+        return cls(name, metric.percent, metric.sd, half, metric.valid)
 
 
 def contribution_text(whole: Contribution) -> str:
-    """``52 ± 3 %``: the share and half of its 95 % interval; else the projection, which it says."""
-    told = WholeMovement.of(whole)
-    if not told.valid:
+    """``52 ± 3 %``: share and half of its 95 % interval; else the projection, marked as such."""
+    result = WholeMovement.of(whole)
+    if not result.valid:
         return "cannot be told"
-    said = " (projection)" if told.metric == "projection" else ""
-    return f"{round(told.percent)} {_half([told])}{said}"
+    mark = " (projection)" if result.metric == "projection" else ""
+    return f"{round(result.percent)} {_half([result])}{mark}"
 
 
 def contribution_texts(whole: Sequence[WholeMovement]) -> str:
-    """``60, 59p, 61 ± 3 %``: of repetitions, with the widest interval; a p marks projections."""
+    """``60, 59p, 61 ± 3 %``: repetitions with the widest interval; a p marks projections."""
     if not any(w.valid for w in whole):
         return "cannot be told"
     numbers = [
@@ -84,20 +84,20 @@ def contribution_texts(whole: Sequence[WholeMovement]) -> str:
 
 
 def _half(whole: Sequence[WholeMovement]) -> str:
-    """``± 3 %``: the widest."""
+    """``± 3 %``: the widest interval."""
     widest = max(w.half for w in whole if w.valid)
     return f"± {max(round(widest), 1)} %"
 
 
 _ROW_IN: Final = 1.75
-#: Repetitions; more than these begin again.
+#: Colors of the repetitions; with more repetitions they are used again.
 _COLORS: Final = tuple(OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple"))
 _INVALID: Final = "0.72"
-#: Order in which conditions are shown; others follow as they come.
+#: Order of the conditions; others follow in the order of the session.
 _ORDER: Final = ("passive", "half_active", "active", "resistive")
-#: A panel shows at least this range, per cent.
+#: Smallest range of a panel, per cent.
 _LEAST_RANGE: Final = (-30.0, 130.0)
-#: Part of a panel's width, at its right, for whole movements.
+#: Fraction of a panel's width, at its right, for whole movements.
 _STRIP: Final = 0.2
 _PROJECTION: Final = "projection"
 _UNTOLD: Final = "cannot be told"
@@ -113,15 +113,15 @@ def plot_contribution(
 ) -> Axes:
     """Draw one movement's contribution over time, and at the right that of the whole movement.
 
-    `unrepeatable`: go on where the passive repetitions of this axis did not agree.
-    Raises InputError: as `metric.contribution_of`.
+    `unrepeatable`: True to continue if the passive repetitions of this axis did not agree.
+    Raises InputError: as `of_movement.contribution_of`.
     """
     whole = contribution_of(torques, robot, arm, unrepeatable=unrepeatable)
-    told = WholeMovement.of(whole)
+    result = WholeMovement.of(whole)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN, 3.0) if ax is None else ax
-        shown = [_course(ax, torques, robot, arm, told, _COLORS[0])]
-        _finish(ax, [torques], [told], _COLORS, shown)
+        shown = [_course(ax, torques, robot, arm, result, _COLORS[0])]
+        _finish(ax, [torques], [result], _COLORS, shown)
         name = f"{torques.movement}, {_spoken(torques.condition)}, trial {torques.trial}"
         ax.set_title(f"{name}: {contribution_text(whole)}", loc="left", fontsize=9)
         label_axes(ax, "time (s)", "contribution (%)")
@@ -135,25 +135,25 @@ def plot_feedback(
     *,
     unrepeatable: bool = False,
 ) -> Figure:
-    """Draw a session: a row a condition, a column a movement, its repetitions in one panel.
+    """Draw a session: one row per condition, one column per movement, repetitions in one panel.
 
-    A panel whose contribution is refused says why.
+    A panel without a contribution shows the reason.
 
     Parameters
     ----------
     movements : sequence of MovementTorques
-        Of the whole session.
+        Movements of the whole session.
     robot : TherapyRobot
-        Identified.
+        Identified robot.
     arm : PassiveArm
-        The person's, calibrated in this robot.
+        The person's arm, calibrated in this robot.
     unrepeatable : bool
-        Go on where the passive repetitions of an axis did not agree.
+        True to continue if the passive repetitions of an axis did not agree.
 
     Returns
     -------
     Figure
-        The figure, with a panel for each condition and movement.
+        Figure with a panel for each condition and movement.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def plot_feedback(
 
     Examples
     --------
-    A movement of two seconds whose motors give 40 % of what the passive arm needs:
+    A movement of two seconds; the motors give 40 % of the passive arm's torque:
 
     >>> from dataclasses import replace
     >>> import numpy as np
@@ -234,20 +234,20 @@ def _repetitions(movements: Sequence[MovementTorques]) -> int:
 
 
 def _legend(figure: Figure, movements: Sequence[MovementTorques], axes: Iterable[Axes]) -> None:
-    """Repetitions, and of the marks of exceptions those that are there."""
+    """Add the legend: repetitions, and marks of exceptions that occur."""
     from matplotlib.lines import Line2D
 
     repetitions = _repetitions(movements)
     entries = {
         f"repetition {i + 1}": Line2D([], [], color=_COLORS[i], lw=1.3) for i in range(repetitions)
     }
-    there = {c.get_label() for ax in axes for c in ax.containers}
+    occurring = {c.get_label() for ax in axes for c in ax.containers}
     look = {"ls": "", "marker": "o", "ms": 4}
     for label, name, color, fill in (
         (_PROJECTION, "p: projection", "black", "white"),
         (_UNTOLD, _UNTOLD, _INVALID, _INVALID),
     ):
-        if label in there:
+        if label in occurring:
             entries[name] = Line2D([], [], color=color, mfc=fill, **look)  # type: ignore[arg-type]
     figure.legend(
         list(entries.values()), list(entries), loc="outside upper center", ncols=len(entries)
@@ -271,7 +271,7 @@ def _panel(
         _say_why(ax, str(refused))
         ax.set_title(title, loc="left", fontsize=8)
         return
-    whole = [WholeMovement.of(one) for one in results]
+    whole = [WholeMovement.of(result) for result in results]
     shown = [
         _course(ax, m, robot, arm, w, _COLORS[i % len(_COLORS)])
         for i, (m, w) in enumerate(zip(group, whole, strict=True))
@@ -297,18 +297,18 @@ def _course(
     whole: WholeMovement,
     color: str,
 ) -> FloatArray:
-    """Line and band of one movement; the range (2,) of what can be told."""
+    """Draw line and band of one movement; return the range (2,) of the valid values."""
     so_far = contribution_so_far(torques, robot, arm, whole.metric)
     time = so_far.time_s - so_far.time_s[0]
-    told = np.where(so_far.valid, so_far.percent, np.nan)
-    # the movement's own t factor: stiffness and its spread come from few repetitions
+    percent = np.where(so_far.valid, so_far.percent, np.nan)
+    # t factor of this movement: stiffness and its spread are from few repetitions
     half = whole.half * so_far.sd / whole.sd
-    ax.fill_between(time, told - half, told + half, color=color, alpha=0.18, lw=0)
-    ax.plot(time, told, color=color, lw=1.3, ls="-" if whole.metric == "share" else (0, (4, 2)))
-    # without a spread there is no band, and nothing to fit the axis to
-    if not np.isfinite(told - half).any():
+    ax.fill_between(time, percent - half, percent + half, color=color, alpha=0.18, lw=0)
+    ax.plot(time, percent, color=color, lw=1.3, ls="-" if whole.metric == "share" else (0, (4, 2)))
+    # without a spread there is no band, and no range for the axis
+    if not np.isfinite(percent - half).any():
         return np.array([np.nan, np.nan])
-    return np.array([np.nanmin(told - half), np.nanmax(told + half)])
+    return np.array([np.nanmin(percent - half), np.nanmax(percent + half)])
 
 
 def _finish(
@@ -318,7 +318,7 @@ def _finish(
     colors: Sequence[str],
     shown: Sequence[FloatArray],
 ) -> None:
-    """Whole movements at the right, lines of 0 and 100 %, limits."""
+    """Draw whole movements at the right and lines at 0 and 100 %; set the limits."""
     end = max(float(m.time_s[-1] - m.time_s[0]) for m in group)
     width = _STRIP / (1 - _STRIP) * end
     places = end + width * (np.arange(len(whole)) + 1) / (len(whole) + 1)
@@ -339,7 +339,7 @@ def _finish(
 
 
 def _limits(whole: Sequence[WholeMovement], shown: Sequence[FloatArray]) -> tuple[float, float]:
-    """Whole movements and whatever can be told, a little wider than either."""
+    """Limits of the axis: slightly wider than whole movements and all valid values."""
     ends = [e for w in whole if w.valid for e in (w.percent - w.half, w.percent + w.half)]
     values = np.array([*_LEAST_RANGE, *ends, *(x for pair in shown for x in pair)])
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
@@ -347,9 +347,9 @@ def _limits(whole: Sequence[WholeMovement], shown: Sequence[FloatArray]) -> tupl
 
 
 def _in_order(conditions: Iterable[str]) -> tuple[str, ...]:
-    named = tuple(dict.fromkeys(conditions))
-    known = [c for c in _ORDER if c in named]
-    return (*known, *(c for c in named if c not in _ORDER))
+    present = tuple(dict.fromkeys(conditions))
+    ordered = [c for c in _ORDER if c in present]
+    return (*ordered, *(c for c in present if c not in _ORDER))
 
 
 def _spoken(condition: str) -> str:
