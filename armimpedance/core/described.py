@@ -66,9 +66,7 @@ BESIDE: Final = {
 
 
 def split_beside(name: str) -> tuple[str, Beside | None]:
-    """Return the name of the number's column and the relation; the name itself and None without
-    one.
-    """
+    """Return the number's column and the relation to it; the name itself and None without."""
     for beginning, beside in BESIDE.items():
         if name.startswith(beginning):
             return name.removeprefix(beginning), beside
@@ -123,9 +121,7 @@ def meanings(columns: Iterable[Column[Any]]) -> dict[str, Meaning]:
 
 
 def meaning_in(described: Mapping[str, Meaning], name: str) -> Meaning | None:
-    """Return the meaning of a column, also by a name with ``{}`` that matches; None if there is
-    none.
-    """
+    """Return the meaning of a column, also by a name with ``{}`` that matches, or None."""
     if name in described:
         return described[name]
     for template, means in described.items():

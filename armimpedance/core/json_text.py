@@ -159,9 +159,7 @@ class Fields:
 
 
 def is_number(value: object) -> bool:
-    """Return True if a JSON value is a finite number, and no larger than a measured quantity can
-    be.
-    """
+    """Return True if a JSON value is a finite number, and not too large to be measured."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:

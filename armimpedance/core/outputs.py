@@ -179,8 +179,7 @@ def _final_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _with_its_name(error: Exception, temporary: Path, path: str | os.PathLike[str]) -> Exception:
-    """Return the error to raise; an error of the system without a file name gets that of the
-    output.
+    """Return the error to raise, which names the output if the system's error names no file.
 
     Returns: the system's error, also if a library raised another one because of it.
     """

@@ -293,9 +293,7 @@ class ArmPosture(FrozenRecord):
     muscle_curvature: Annotated[FloatArray, "m n n"] | None = None
 
     def torque_under(self, force: FloatArray) -> FloatArray:
-        """Joint torque of the muscles (n,), N m: from the hand's force (d,) and, if known, the
-        weight.
-        """
+        """Muscles' joint torque (n,), N m, for the hand's force (d,) and, if known, the weight."""
         # tau (n,) = J^T (n, d) F (d,) + g (n,); Tsuji (1997), eq. (3) without g
         torque = self.jacobian.T @ force
         return torque if self.gravity_torque is None else torque + self.gravity_torque

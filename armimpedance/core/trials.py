@@ -29,8 +29,7 @@ def trial_slices(offsets: IntArray) -> list[slice]:
 
 
 class InTrials(FrozenRecord):
-    """Base of all recordings of samples in trials: a trial table and the first sample of each
-    trial.
+    """Base of recordings of samples in trials: trial table and first sample of each trial.
 
     Raises RecordError: the rate is not positive, there are no trials, the table lacks a column or
     holds a trial twice, or it disagrees with the samples.
@@ -85,9 +84,7 @@ class InTrials(FrozenRecord):
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
     def _chosen(self, rows: Sequence[int] | ArrayLike) -> tuple[IntArray, dict[str, Any]]:
-        """Return sample numbers of some trials (row numbers from 0, or a mask), and the changed
-        fields.
-        """
+        """Sample numbers of some trials (row numbers from 0, or a mask), and the changed fields."""
         chosen = np.arange(self.n_trials)[np.asarray(rows)]
         parts = trial_slices(self.offsets)
         samples = [np.arange(parts[r].start, parts[r].stop) for r in chosen]

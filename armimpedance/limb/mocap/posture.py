@@ -5,8 +5,8 @@ plain pull towards it (Tikhonov) would bias the other directions by ``(w / s)^2`
 from the natural posture, where s is the motion of the markers per unit of the direction. The pull
 is therefore iterated (iterated Tikhonov regularisation, King and Chillingworth 1979; Engl, Hanke
 and Neubauer 1996, section 5.1). With `PASSES` passes the bias is ``(w^2 / (s^2 + w^2))^PASSES``:
-nearly zero for a direction that moves markers by a few times w, while the natural posture still determines
-directions with s << w.
+nearly zero for a direction that moves markers by a few times w, while the natural posture still
+determines directions with s << w.
 """
 
 from __future__ import annotations

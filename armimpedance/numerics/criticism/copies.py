@@ -100,9 +100,7 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
 def _partners(
     noise: list[FloatArray], repeats: BoolArray | None
 ) -> tuple[float, IntArray, BoolArray]:
-    """Largest correlation of two trials' noise, each trial's closest partner, and the copies (T,)
-    bool.
-    """
+    """Largest correlation of two trials' noise, partner of each trial, and the copies (T,)."""
     shared = [noise_of @ noise_of.T for noise_of in noise]
     alike = reduce(np.minimum, shared)
     np.fill_diagonal(alike, -1.0)

@@ -104,9 +104,7 @@ def _courses(n: int) -> Iterator[tuple[int | None, FloatArray]]:
 def _along(
     values: FloatArray, sd: FloatArray, w: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Changes (p,), their standard errors, enlarged by scatter between parts, and initial values y
-    (p,).
-    """
+    """Changes (p,), their standard errors (enlarged by scatter), and initial values y (p,)."""
     weight = sd**-2
     whole = weight.sum(axis=0)
     # w and values (n, p) about their weighted means: sum u w~ y~ = change sum u w~^2, u the weights
@@ -126,7 +124,8 @@ def sizes_beside(
     Parameters
     ----------
     values : (k,)
-        Parameters of the part.    covariance : (k, k)
+        Parameters of the part.
+    covariance : (k, k)
         Covariance of `values`.
     whole : (k,)
         Parameters of the whole.
@@ -243,9 +242,7 @@ def clearest_finding(
 
 
 def _whose(found: Mapping[str, TrialsChange]) -> str:
-    """Axis whose change is reported: "" (all axes) if every axis shares it, else the most
-    significant.
-    """
+    """Axis whose change is reported: "" if all axes share it, else the most significant."""
     whole = found[""]
     shared = all(
         abs(change.size - whole.size) < 3 * np.hypot(change.error, whole.error)

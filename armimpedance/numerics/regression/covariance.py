@@ -111,8 +111,6 @@ def cr1_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
     """Clustered covariance CR1: outer products of the clusters' scores.
 
     Times ``G/(G-1) (N-1)/(N-p)``, N the rows less the nuisance parameters, G the clusters.
-
-    Multiplied by ``G/(G-1) (N-1)/(N-p)``, N the rows less the nuisance parameters, G the clusters.
     """
     N, G = factors.effective_rows, factors.n_clusters
     small_sample = G / (G - 1) * (N - 1) / (N - factors.n_regressors)
@@ -316,9 +314,7 @@ def draw_counts(
 
 
 def _weighted_fits(pooled: Pooled, counts: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Coefficients (n, p, q) with clusters weighted by counts (n, T), and the fits that lost rank
-    (n,).
-    """
+    """Coefficients (n, p, q) with clusters weighted by counts (n, T), and lost fits (n,)."""
     T, p, q = pooled.score.shape
     grams, scores = pooled.gram.reshape(T, p * p).T, pooled.score.reshape(T, p * q).T
     change, pivots = [], []

@@ -27,7 +27,8 @@ class EmgLevel(FrozenRecord):
     highest_percent : (T, m)
         The highest mean over a second, in % of the maximum.
     limit_percent : float
-        Largest mean over a second that counts as silent, % of the maximum.    envelope_hz : float
+        Largest mean over a second that counts as silent, % of the maximum.
+    envelope_hz : float
         Low-pass of the rectified EMG, the source's: second-order Butterworth forward and backward.
     window_s : float
         Length of the mean that must stay below the limit, s.
