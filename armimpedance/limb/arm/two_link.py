@@ -181,7 +181,7 @@ class TwoLinkArm:
         )
 
     def _mass_moments(self, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Mass moments ``sum m p`` of both links, and of the forearm, about their proximal joints."""
+        """Mass moments ``sum m p`` of both links and of the forearm about their proximal joints."""
         lower = self.forearm_hand_kg * self.forearm_hand_com_m / self.forearm_hand_m
         forearm = lower * self._forearm(q)
         upper = self.upper_arm_kg * self.upper_arm_com_m / self.upper_arm_m + self.forearm_hand_kg

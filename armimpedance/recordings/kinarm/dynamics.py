@@ -9,8 +9,8 @@ along link 1, link 2. With the links' absolute angles a1, a2 as coordinates,
     + m4 L3^2,   B = m2 L1 (c2x cos d - c2y sin d) + m4 L3 (c4x cos e + c4y sin e),   B' = dB/dd,
 
 d = a2 - a1, e = d - (angle between link 2 and the crank), c = (along, across) the centre of mass
-from the link's own joint, J the motors' inertias. The torques on the links are tau = motors + J^T F,
-with F the force **by the limb on the robot** at the hand and J = dX/d(a1, a2).
+from the link's own joint, J the motors' inertias. The torques on the links are
+tau = motors + J^T F, F the force **by the limb on the robot** at the hand and J = dX/d(a1, a2).
 """
 
 from __future__ import annotations
@@ -135,8 +135,8 @@ MOVING_RAD_S: Final = 0.03
 #: Speed scale below which dry friction is not fully developed, rad/s.
 _CREEP_RAD_S: Final = 0.05
 
-#: For any axes of the sensor, the hand's force is a weighted sum of these matrices times the sensor's
-#: force: unchanged, turned by 90 degrees, mirrored, swapped.
+#: For any axes of the sensor, the hand's force is a weighted sum of these matrices times the
+#: sensor's force: unchanged, turned by 90 degrees, mirrored, swapped.
 FRAMES: Final = np.array(
     [
         [[1.0, 0.0], [0.0, 1.0]],
