@@ -111,12 +111,9 @@ def only_strongest(directions: Iterable[Direction | None]) -> list[Direction | N
     target is a voluntary movement.
     """
     every = list(directions)
-    there = [direction.kind for direction in every if direction is not None]
-    strongest = next((kind for kind in _STRONGEST_FIRST if kind in there), None)
-    return [
-        candidate if candidate is not None and candidate.kind == strongest else None
-        for candidate in every
-    ]
+    kinds = [direction.kind for direction in every if direction is not None]
+    strongest = next((kind for kind in _STRONGEST_FIRST if kind in kinds), None)
+    return [item if item is not None and item.kind == strongest else None for item in every]
 
 
 def _direction(
