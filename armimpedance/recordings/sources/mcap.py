@@ -1,7 +1,7 @@
-"""MCAP files: logs of ROS 1, ROS 2 and JSON messages, one table a topic.
+"""MCAP files: logs of ROS 1, ROS 2 and JSON messages, one table per topic.
 
-The records are walked here and not by the package mcap: that one believes the sizes that a file
-states, and reads a record at a time. The order of the records is the file's; no index is needed.
+The records are read here and not by the package mcap, which trusts the sizes that a file states
+and reads one record at a time. The records are read in the file's order without an index.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _END_OF_DATA, _FOOTER = 15, 2
 _KNOWN: Final = range(1, 16)
 _EXPECTED: Final = "a whole MCAP file"
 
-#: Language of the schema -> how ROS messages with it are encoded, and what its text is.
+#: Message encoding and schema encoding -> the language of the schema's text.
 _ROS: Final = {("cdr", "ros2msg"): "msg", ("cdr", "ros2idl"): "idl", ("ros1", "ros1msg"): "msg"}
 
 
 def recognises(path: Path) -> bool:
-    """Whether a file begins as MCAP files do."""
+    """True if a file begins like an MCAP file."""
     if not path.is_file():
         return False
     with path.open("rb") as stream:
@@ -48,13 +48,13 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, wanted: Wanted) -> RawFile:
-    """The topics of an MCAP file.
+    """Read the topics of an MCAP file.
 
     Parameters
     ----------
     path : Path
     wanted : callable
-        Whether a column, such as "/ft.wrench.force.x", is wanted.
+        True for a wanted column, such as "/ft.wrench.force.x".
 
     Returns
     -------
@@ -74,7 +74,7 @@ def read(path: Path, wanted: Wanted) -> RawFile:
 def add_mcap(log: Log, path: Path, unpack: Unpack | None = None) -> None:
     """Add the messages of a file to a log.
 
-    `unpack`: where each message is compressed.
+    `unpack`: decompresses each message; None where messages are not compressed.
     """
     _Reading(log, path, unpack).all()
 
@@ -87,7 +87,7 @@ class _Schema:
 
 
 class _Reading:
-    """One pass through a file: schemas and channels are known when their messages come."""
+    """One pass through a file; schemas and channels precede their messages."""
 
     def __init__(self, log: Log, path: Path, unpack: Unpack | None) -> None:
         self.log, self.path, self.unpack = log, path, unpack
@@ -97,7 +97,7 @@ class _Reading:
         self.attached: list[str] = []
 
     def all(self) -> None:
-        """Read from the beginning to the end, or to where the file is cut."""
+        """Read from the beginning to the end, or to the place where the file is cut."""
         with self.path.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
                 raise self.error("does not begin as an MCAP file does")
@@ -125,7 +125,7 @@ class _Reading:
         self.log.notes += not_taken(list(dict.fromkeys(self.attached))[:20], "no messages")
 
     def cut(self, place: int) -> None:
-        """The recorder was stopped hard: what stands before is whole."""
+        """Handle a file cut by a crash of its recorder; earlier records are whole."""
         if not self.channels:
             raise self.error("ends before its first message")
         rest = self.size - place
@@ -133,7 +133,7 @@ class _Reading:
         self.log.notes += not_taken([f"the last {rest} bytes"], why)
 
     def understood(self, kind: int, record: bytes, place: int) -> None:
-        """One record; an error names where it stands."""
+        """Process one record; errors state its position."""
         try:
             if kind == _CHUNK:
                 self.chunk(record)
@@ -143,7 +143,7 @@ class _Reading:
             raise self.error(f"a damaged record at byte {place}") from None
 
     def record(self, kind: int, record: bytes) -> None:
-        """A schema, a channel or a message; others tell nothing of columns."""
+        """Process a schema, a channel or a message; other records do not concern columns."""
         if kind == _MESSAGE:
             channel, _, log_ns = struct.unpack_from("<HIQ", record)
             if channel not in self.channels:
@@ -160,11 +160,11 @@ class _Reading:
             self.schemas[number] = _Schema(name, language, record[place + 4 : place + 4 + length])
 
     def channel(self, record: bytes) -> None:
-        """A topic, and how its messages are decoded."""
-        number, of_schema = struct.unpack_from("<HH", record)
+        """Add a topic with its decoder."""
+        number, schema_number = struct.unpack_from("<HH", record)
         name, place = _text(record, 4)
         encoding, place = _text(record, place)
-        schema = self.schemas.get(of_schema, _Schema("", "", b""))
+        schema = self.schemas.get(schema_number, _Schema("", "", b""))
         why = f"messages in {encoding[:20]!r} are not read"
         kind = schema.name or encoding
         self.channels[number] = self.log.topic(name, kind, self._decoder(encoding, schema), why)
@@ -185,7 +185,7 @@ class _Reading:
         return decoder
 
     def chunk(self, record: bytes) -> None:
-        """The records of a chunk, whose checksum is held against its content."""
+        """Process the records of a chunk after a check of its checksum."""
         claimed, checksum = struct.unpack_from("<QI", record, 16)
         method, place = _text(record, 28)
         (size,) = struct.unpack_from("<Q", record, place)
@@ -199,7 +199,7 @@ class _Reading:
             self.record(kind, inner)
 
     def title(self, kind: int, record: bytes) -> str:
-        """What an attachment or a piece of metadata is called."""
+        """The name of an attachment or a piece of metadata."""
         try:
             name, _ = _text(record, 16 if kind == _ATTACHMENT else 0)
         except (struct.error, UnicodeDecodeError):
@@ -212,7 +212,7 @@ class _Reading:
 
 
 def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """The records that lie one behind the other in the content of a chunk."""
+    """The consecutive records in the content of a chunk."""
     place, end = 0, len(content)
     head = struct.Struct("<BQ")
     while place < end:
@@ -225,7 +225,7 @@ def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _text(record: bytes, place: int) -> tuple[str, int]:
-    """A text with its length before it, and the place behind it."""
+    """A text preceded by its length, and the position after it."""
     (length,) = struct.unpack_from("<I", record, place)
     end = place + 4 + length
     if end > len(record):

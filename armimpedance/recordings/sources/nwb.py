@@ -1,7 +1,7 @@
 """NWB files (Neurodata Without Borders): time series and trials, read with h5py.
 
-The package pynwb builds classes from what a file says that it holds, and follows links into other
-files. What is needed here is plain HDF5: a series is a group with data and a clock.
+The package pynwb builds classes from a file's own specification and follows links to other files.
+Plain HDF5 is sufficient here: a series is a group with data and a clock.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from armimpedance.recordings.nwb_series import Found, NwbSeries, Trial, cut, ser
 from armimpedance.recordings.reading import some_names
 
 _EXPECTED: Final = "an NWB file"
-#: What the file says of the subject; who it was is not read.
+#: The facts that are read about the subject; the identity is not read.
 _OF_SUBJECT: Final = ("age", "sex", "species", "weight")
 
 
 def recognises(path: Path) -> bool:
-    """Whether a file is HDF5 and called .nwb."""
+    """True if a file is HDF5 and named .nwb."""
     if not path.is_file() or path.suffix.lower() != ".nwb":
         return False
     with path.open("rb") as stream:
@@ -37,19 +37,19 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, wanted: Wanted) -> RawFile:
-    """The time series of an NWB file.
+    """Read the time series of an NWB file.
 
     Parameters
     ----------
     path : Path
     wanted : callable
-        Whether a column, such as "acquisition/force[0]", is wanted.
+        True for a wanted column, such as "acquisition/force[0]".
 
     Returns
     -------
     RawFile
-        One run a trial, its facts what the table of trials says; one run where there is no such
-        table. Series of the same times, to the last bit, are one table.
+        One run per trial with the facts in the table of trials; one run if there is no such
+        table. Series with exactly the same times are one table.
 
     Raises
     ------
@@ -69,8 +69,10 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     if trials:
         outside = _outside(found, trials)
         found.left["outside of the trials"] = [f"{outside} samples"] if outside else []
-    told = tuple(s for why, names in found.left.items() for s in not_taken(some_names(names), why))
-    return RawFile(runs=runs, not_taken=told)
+    sentences = tuple(
+        s for why, names in found.left.items() for s in not_taken(some_names(names), why)
+    )
+    return RawFile(runs=runs, not_taken=sentences)
 
 
 def _run(path: Path, found: Found, facts: dict[str, float | str]) -> RawRun:
@@ -95,7 +97,7 @@ def _trial_runs(
 
 
 def _outside(found: Found, trials: list[Trial]) -> int:
-    """How many rows of the longest series are in no trial."""
+    """The number of rows of the longest series that are in no trial."""
     if not found.series:
         return 0
     longest = max(found.series, key=lambda series: len(series.clock.time_s))
@@ -104,18 +106,18 @@ def _outside(found: Found, trials: list[Trial]) -> int:
 
 
 def _subject(file: Any) -> dict[str, float | str]:
-    """What is known of the subject's body."""
+    """Facts about the subject's body."""
     group = member(file, "general/subject")
     if group is None or is_dataset(group):
         return {}
-    found: dict[str, float | str] = {}
+    facts: dict[str, float | str] = {}
     for name in _OF_SUBJECT:
-        thing = member(group, name)
-        if thing is not None and is_dataset(thing) and thing.shape == ():
-            text = plain_text(thing[()])
+        content = member(group, name)
+        if content is not None and is_dataset(content) and content.shape == ():
+            text = plain_text(content[()])
             if text and text.isprintable() and len(text) <= 64:
-                found[f"subject.{name}"] = text
-    return found
+                facts[f"subject.{name}"] = text
+    return facts
 
 
 def _names(file: Any, place: str) -> list[str]:
