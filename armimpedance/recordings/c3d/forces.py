@@ -107,7 +107,11 @@ def plate_forces(
     return PlateForces(
         wrenches=np.stack(wrenches, axis=1),
         origins_m=np.array([rotation @ plate.centre_m for plate in plates]),
-        remarks=(_told(plates, directions, signs, force_by), *filter(None, remarks), *_slowed(n)),
+        remarks=(
+            _force_remark(plates, directions, signs, force_by),
+            *filter(None, remarks),
+            *_slowed(n),
+        ),
     )
 
 
@@ -187,7 +191,7 @@ def _at_frames(wrench: FloatArray, samples_per_frame: int) -> FloatArray:
     return np.asarray(slow, dtype=np.float64)
 
 
-def _told(
+def _force_remark(
     plates: Sequence[Plate], shown: list[float], signs: list[float], force_by: str | None
 ) -> str:
     """Sentence on whose force the file holds."""

@@ -105,7 +105,7 @@ def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
             raise InputError(problem, file=file, column=name, expected="a column with its time")
         values, covered = _brought(table.columns[name], clock, time, kind, (file, name))
         columns[name], inside = values, inside & covered
-        notes.append(_told(kind, clock, time))
+        notes.append(_clock_remark(kind, clock, time))
     return _cut_to(inside, run, (base, time, columns, homes), file, tuple(dict.fromkeys(notes)))
 
 
@@ -244,7 +244,7 @@ def _brought(
     return values, covered
 
 
-def _told(kind: str, own: FloatArray, time: FloatArray) -> str:
+def _clock_remark(kind: str, own: FloatArray, time: FloatArray) -> str:
     rates = [1.0 / float(np.median(np.diff(t))) for t in (own, time)]
     how = "held" if kind in ("held", "value") else "interpolated"
     what = {"held": "trial marks", "value": "trial values", "keep": "further columns"}
