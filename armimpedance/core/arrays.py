@@ -140,7 +140,7 @@ def _is_frozen(array: np.ndarray) -> bool:
 class FrozenRecord:
     """Base of records, which are frozen dataclasses: fields are checked by their annotations.
 
-    An array field says its shape in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
+    The shape of an array field is in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
     stands for one size throughout the record, a number for itself, ``m+1`` for one more than m,
     ``_`` for any size. ``nan`` at the end allows numbers that are not finite; ``covariance``
     there applies `require_covariance` to the last two axes. Sizes of tuples are checked too:

@@ -70,7 +70,7 @@ class InputError(ArmImpedanceError):
     column : str, optional
         The column or field.
     expected : str, optional
-        What would have been right.
+        The correct form.
 
     Examples
     --------
@@ -121,7 +121,7 @@ class NotIdentifiableError(ArmImpedanceError):
     message : str
         One line for a user.
     parameters : tuple of str
-        The names of the parameters that cannot be told apart or estimated at all.
+        The names of the parameters that cannot be distinguished or estimated at all.
 
     Examples
     --------

@@ -48,7 +48,7 @@ def sweep(folder: Path) -> None:
     """Remove temporaries of this machine's ended processes from a folder.
 
     An old folder that was moved aside by a killed process is moved back if its name is still free.
-    What cannot be removed, and a folder that cannot be listed, is skipped.
+    Entries that cannot be removed and folders that cannot be listed are skipped.
     """
     try:
         entries = [Path(entry.path) for entry in os.scandir(folder)]

@@ -109,7 +109,7 @@ def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Tell if the file or folder at a path can be opened without further options.
+    """True if the file or folder at a path can be opened without further options.
 
     A table of any layout counts if it has a mapping, beside it or in its folder.
 

@@ -171,7 +171,7 @@ def myoarm7() -> MuscularArm:
     """Build MyoSuite's right arm in space with a free wrist: 32 muscles over seven angles.
 
     Moment arms are of order 2, fitted to the model's over `MYOARM_RANGE_RAD` with the humerus
-    turned inwards by -1 to 1 rad, with an error of 1.5 mm (rms; the arms themselves 19 mm). The
+    rotated inwards by -1 to 1 rad, with an error of 1.5 mm (rms; the arms themselves 19 mm). The
     worst is TRIlong at the shoulder, 7 mm of 23, where its path comes off the bone. The girdle
     moves with the upper arm as in the model; muscles of the fingers are left out, so that a grip
     does not stiffen the wrist. Stiffness per tension is not part of the model; it is taken from

@@ -194,7 +194,7 @@ def _at_frames(wrench: FloatArray, samples_per_frame: int) -> FloatArray:
 def _force_remark(
     plates: Sequence[Plate], shown: list[float], signs: list[float], force_by: str | None
 ) -> str:
-    """Sentence on whose force the file holds."""
+    """Sentence on who exerts the force in the file."""
     types = ", ".join(str(plate.kind) for plate in plates)
     start = f"Force plates of type {types}: "
     if force_by is not None:

@@ -1,4 +1,4 @@
-"""Text of an overview of a Kinarm exam: lines, tables of text, and what to type next."""
+"""Text of an overview of a Kinarm exam: lines, tables of text, and the next command."""
 
 from __future__ import annotations
 

@@ -210,7 +210,7 @@ def _names(layout: MessageLayout, message: bytes) -> Iterator[str]:
 
 Rows = NDArray[np.intp]
 
-#: A longer text is no label; a column of texts is as wide as its longest.
+#: A longer text is not a label; a column of texts is as wide as its longest.
 LONGEST_TEXT: Final = 64
 
 _MOST_TRIES: Final = 32

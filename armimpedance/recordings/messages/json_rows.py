@@ -26,7 +26,7 @@ def decode_json(messages: Sequence[bytes], wanted: Wanted) -> Block:
     """Decode these messages into columns.
 
     `wanted`: whether a path, such as "wrench.force.x", is wanted.
-    Raises DefinitionError: a message is no JSON object.
+    Raises DefinitionError: a message is not a JSON object.
     """
     block = Block(len(messages), np.zeros(len(messages), np.int64))
     numbers: dict[str, tuple[list[int], list[float]]] = {}

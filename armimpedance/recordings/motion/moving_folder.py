@@ -43,7 +43,7 @@ from armimpedance.recordings.tables.trial_table import (
     trials_text,
 )
 
-# EMG beside a recording of a moving body: a table of its own, at its own rate.
+# EMG of a recording of a moving body: a separate table with its own rate.
 
 EMG_FILES: Final = ("emg.parquet", "emg.csv")
 TableForm = Literal["parquet", "csv"]

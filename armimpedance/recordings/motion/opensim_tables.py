@@ -168,7 +168,7 @@ def _parts(kind: str, text: TextFile) -> int:
 def _in_degrees(
     keys: Mapping[str, str], lines: list[str], text: TextFile
 ) -> tuple[bool | None, tuple[str, ...]]:
-    """Tell from the key or a sentence if angles are in degrees; None if they disagree."""
+    """True if the key or a sentence states degrees, False for radians; None if they disagree."""
     plain = {_plain(line).rstrip(".").lower() for line in lines}
     statements = {degrees for sentence, degrees in _SENTENCES.items() if sentence in plain}
     key = keys.get("indegrees")

@@ -212,8 +212,8 @@ def with_ground_forces(
 
     The table holds for each plate the force on the body (``ground_force_vx``, N), the point where
     it acts (``ground_force_px``, m) and the torque about that point (``ground_torque_x``, N m);
-    ``1_``, ``R_`` or ``_1_`` and the like tell several plates apart. Its times are the markers'
-    times; another rate is resampled to theirs without delay.
+    ``1_``, ``R_``, ``_1_`` and similar parts of names distinguish several plates. Its times are
+    the markers' times; another rate is resampled to theirs without delay.
 
     `markers`: one trial.
     `axes`: the table's axes that point forward, left and up.
