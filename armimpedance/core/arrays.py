@@ -52,14 +52,14 @@ def frozen_array(
 
     An array that is read-only already (see `frozen`) is not copied.
     """
-    taken = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
-    array = np.asarray(values) if taken else np.array(values, dtype=dtype)
+    reusable = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
+    array = np.asarray(values) if reusable else np.array(values, dtype=dtype)
     if array.shape != shape and not _fits(array.shape, shape):
         wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
     if finite and array.dtype.kind == "f" and not _all_numbers(array):
-        what = "too large to be measured" if np.isfinite(array).all() else "not finite"
-        raise RecordError(f"{name} holds a value that is {what}", expected="finite numbers")
+        problem = "too large to be measured" if np.isfinite(array).all() else "not finite"
+        raise RecordError(f"{name} holds a value that is {problem}", expected="finite numbers")
     array.flags.writeable = False
     return array
 
@@ -115,13 +115,13 @@ def require_covariance(covariance: FloatArray, name: str) -> None:
     # an element without variance is exact and has no correlation
     scale = np.sqrt(np.where(variance > 0, variance, 1.0))
     correlation = covariance / scale[..., :, None] / scale[..., None, :]
-    turned = np.swapaxes(correlation, -1, -2)
+    transposed = np.swapaxes(correlation, -1, -2)
     if (variance < 0).any():
         raise RecordError(f"{name} holds a negative variance", expected="variances of at least 0")
-    if (np.abs(correlation - turned) > ROUNDED).any():
+    if (np.abs(correlation - transposed) > ROUNDED).any():
         raise RecordError(f"{name} is not symmetric", expected="a covariance")
     every = np.eye(variance.shape[-1], dtype=bool)
-    correlation = np.where(every, variance[..., None] > 0, (correlation + turned) / 2)
+    correlation = np.where(every, variance[..., None] > 0, (correlation + transposed) / 2)
     if correlation.size and np.linalg.eigvalsh(correlation).min() < -ROUNDED:
         problem = f"{name} gives a combination of the elements a negative variance"
         raise RecordError(problem, expected="correlations that can be together")
@@ -191,11 +191,11 @@ def _rule(hint: Any) -> _Rule | None:
 
 
 def _frozen_tuple(value: Any, name: str, sizes: dict[str, int], *, dim: _Dim) -> Any:
-    taken = tuple(value)
-    wanted = dim.size(sizes, len(taken))
-    if wanted is not None and wanted != len(taken):
-        raise RecordError(f"{len(taken)} {name}", expected=f"{wanted}")
-    return taken
+    entries = tuple(value)
+    wanted = dim.size(sizes, len(entries))
+    if wanted is not None and wanted != len(entries):
+        raise RecordError(f"{len(entries)} {name}", expected=f"{wanted}")
+    return entries
 
 
 def _frozen_mapping(value: Any, _name: str, _sizes: dict[str, int]) -> Any:
@@ -322,45 +322,45 @@ def from_plain(kind: type[Record], plain: Any, where: str = "") -> Record:
         raise InputError(problem, column=where or None) from error
 
 
-def _inside(where: str, name: str) -> str:
-    return f"{where}.{name}" if where else name
+def _inside(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
 
 
-def _read(hint: Any, value: Any, where: str) -> Any:
+def _read(hint: Any, value: Any, path: str) -> Any:
     if get_origin(hint) in (Union, UnionType):
         kinds = [kind for kind in get_args(hint) if kind is not NoneType]
         return (
             None
             if value is None and len(kinds) < len(get_args(hint))
-            else _read(kinds[0], value, where)
+            else _read(kinds[0], value, path)
         )
     if get_origin(hint) is tuple:
-        return _tuple(get_args(hint), value, where)
+        return _tuple(get_args(hint), value, path)
     if hint in (FloatArray, IntArray):
-        return _array(hint, value, where)
+        return _array(hint, value, path)
     if get_origin(hint) is Literal:
         if value not in get_args(hint):
             allowed = ", ".join(map(str, get_args(hint)))
-            raise InputError(f"{value!r:.40}", column=where, expected=allowed)
+            raise InputError(f"{value!r:.40}", column=path, expected=allowed)
         return value
     if is_dataclass(hint):
-        return from_plain(hint, value, where)  # type: ignore[arg-type]
-    return _single(hint, value, where)
+        return from_plain(hint, value, path)  # type: ignore[arg-type]
+    return _single(hint, value, path)
 
 
-def _tuple(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
+def _tuple(kinds: tuple[Any, ...], value: Any, path: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise InputError("not a list", column=where, expected="a list")
+        raise InputError("not a list", column=path, expected="a list")
     if kinds[-1] is not Ellipsis and len(kinds) != len(value):
-        raise InputError(f"{len(value)} values", column=where, expected=f"{len(kinds)}")
+        raise InputError(f"{len(value)} values", column=path, expected=f"{len(kinds)}")
     types = kinds[:1] * len(value) if kinds[-1] is Ellipsis else kinds
     return tuple(
-        _read(kind, part, f"{where}[{i}]")
+        _read(kind, part, f"{path}[{i}]")
         for i, (kind, part) in enumerate(zip(types, value, strict=True))
     )
 
 
-def _array(hint: Any, value: Any, where: str) -> np.ndarray:
+def _array(hint: Any, value: Any, path: str) -> np.ndarray:
     whole = hint == IntArray
     try:
         array = np.array(value, dtype=float)
@@ -371,11 +371,11 @@ def _array(hint: Any, value: Any, where: str) -> np.ndarray:
         whole and not ((np.abs(array) < 2.0**53) & (array == np.floor(array))).all()
     ):
         expected = "lists of whole numbers" if whole else "lists of numbers"
-        raise InputError("not an array", column=where, expected=expected)
+        raise InputError("not an array", column=path, expected=expected)
     return array.astype(np.int64) if whole else array
 
 
-def _single(hint: Any, value: Any, where: str) -> Any:
+def _single(hint: Any, value: Any, path: str) -> Any:
     truth = isinstance(value, bool)
     number = isinstance(value, int | float) and not truth
     number = number and not LARGEST <= abs(value) < math.inf
@@ -386,4 +386,4 @@ def _single(hint: Any, value: Any, where: str) -> Any:
     if (hint is bool and truth) or (hint is str and isinstance(value, str)):
         return value
     names = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
-    raise InputError(f"{value!r:.40}", column=where, expected=names.get(hint, str(hint)))
+    raise InputError(f"{value!r:.40}", column=path, expected=names.get(hint, str(hint)))

@@ -176,8 +176,8 @@ class ImpedanceEstimate(FrozenRecord):
         """
         if self.bound is None:
             return None
-        own = np.diag(self.covariance)
-        ratio = np.diag(self.bound) / np.where(own > 0, own, np.inf)
+        variances = np.diag(self.covariance)
+        ratio = np.diag(self.bound) / np.where(variances > 0, variances, np.inf)
         return np.asarray(ratio.reshape(3, self.k, self.k))
 
     def shared_through(self, T: FloatArray) -> dict[str, FloatArray]:

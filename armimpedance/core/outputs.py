@@ -200,7 +200,7 @@ def is_full(error: BaseException) -> bool:
 
 
 @contextmanager
-def kept_so_far(place: Path) -> Iterator[None]:
+def kept_so_far(folder: Path) -> Iterator[None]:
     """Say, when the disk is full, that the parts written so far are kept; no other part would fit.
 
     `place`: where the parts are kept, for an error that names no file.
@@ -211,7 +211,7 @@ def kept_so_far(place: Path) -> Iterator[None]:
         if not is_full(error):
             raise
         problem = f"{error.strerror}; what was done is kept, and the same call goes on from there"
-        raise OSError(error.errno, problem, error.filename or os.fspath(place)) from None
+        raise OSError(error.errno, problem, error.filename or os.fspath(folder)) from None
 
 
 def _like_the_old(temporary: Path, final: Path) -> None:

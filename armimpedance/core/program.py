@@ -31,9 +31,9 @@ def of_program(*packages: str) -> str:
     """
     from importlib import metadata  # slow: imported only when needed
 
-    own = [(name, *file) for name in packages or ("armimpedance",) for file in _files(name)]
+    own_files = [(name, *file) for name in packages or ("armimpedance",) for file in _files(name)]
     versions = [(name, metadata.version(name)) for name in _COUNTING]
-    return of_words(own, versions, list(sys.version_info[:3]))
+    return of_words(own_files, versions, list(sys.version_info[:3]))
 
 
 def _files(package: str) -> list[tuple[str, str]]:

@@ -68,12 +68,12 @@ class InTrials(FrozenRecord):
         seconds = len(self.time_s) / self.sample_rate_hz
         conditions = list(dict.fromkeys(map(str, self.trials["condition"])))
         shown = ", ".join(conditions[:MOST_SHOWN])
-        left = len(conditions) - MOST_SHOWN
+        hidden = len(conditions) - MOST_SHOWN
         trials = "1 trial" if self.n_trials == 1 else f"{self.n_trials} trials"
         return (
             f"{type(self).__name__} of {trials}, {seconds:.1f} s at "
             f"{self.sample_rate_hz:g} Hz\nconditions: {shown}"
-            + (f", ... and {left} more" if left > 0 else "")
+            + (f", ... and {hidden} more" if hidden > 0 else "")
         )
 
     def _repr_html_(self) -> str:

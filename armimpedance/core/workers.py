@@ -202,7 +202,7 @@ class _Place:
         except (EOFError, OSError):
             self._pipe.close()
             self._pipe = None
-            raise WorkerError(_how_it_ended(self._process)) from None
+            raise WorkerError(_cause_of_end(self._process)) from None
         finally:
             self._works = False
 
@@ -236,18 +236,18 @@ def _unheard() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _how_it_ended(process: SpawnProcess | None) -> str:
+def _cause_of_end(process: SpawnProcess | None) -> str:
     code = None
     if process is not None:
         process.join(_PATIENCE_S)
         code = process.exitcode
     if code == -getattr(signal, "SIGKILL", 0):
-        how = "killed, or out of memory"
+        cause = "killed, or out of memory"
     elif code is not None and code < 0:
-        how = f"by {signal.Signals(-code).name}"
+        cause = f"by {signal.Signals(-code).name}"
     else:
-        how = f"with status {code}"
-    problem = f"a worker process ended before its work was done ({how})"
+        cause = f"with status {code}"
+    problem = f"a worker process ended before its work was done ({cause})"
     return f"{problem}; try fewer workers, or more memory"
 
 
@@ -301,8 +301,8 @@ def _packed(answer: tuple[bool, Any]) -> bytes:
     try:
         return pickle.dumps(answer)
     except Exception as error:
-        what = answer[1] if isinstance(answer[1], Exception) else error
-        return pickle.dumps((False, WorkerError(f"{type(what).__name__}: {what}")))
+        reported = answer[1] if isinstance(answer[1], Exception) else error
+        return pickle.dumps((False, WorkerError(f"{type(reported).__name__}: {reported}")))
 
 
 def _end_with_parent() -> None:

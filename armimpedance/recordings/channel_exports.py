@@ -42,11 +42,11 @@ def exported_channels(tree: Mapping[str, Node], wanted: Wanted) -> RawFile | Non
         return None
     names = dict.fromkeys(name for run in runs for table in run.tables for name in table.columns)
     unused = [name for name in names if not wanted(name)]
-    taken = tuple(
+    used = tuple(
         RawRun(run.name, tuple(_wanted_of(table, wanted) for table in run.tables)) for run in runs
     )
     notes = not_taken(unused, "the mapping gives them no meaning")
-    return RawFile(taken, (*notes, *not_taken(others, "no waveforms")))
+    return RawFile(used, (*notes, *not_taken(others, "no waveforms")))
 
 
 def _wanted_of(table: RawTable, wanted: Wanted) -> RawTable:

@@ -71,9 +71,9 @@ def check_heaps(path: Path, expected: str) -> None:
         return
     # not mapped into memory: a file that is truncated meanwhile would end the process
     with path.open("rb") as stream, path.open("rb") as walked:
-        for place in _heaps(stream):
-            if _has_empty_part(walked, place, size):
-                problem = f"is damaged: a heap at byte {place} has a part of no length"
+        for offset in _heaps(stream):
+            if _has_empty_part(walked, offset, size):
+                problem = f"is damaged: a heap at byte {offset} has a part of no length"
                 raise InputError(problem, file=path, expected=expected)
 
 
@@ -82,30 +82,30 @@ def _heaps(stream: BinaryIO) -> Iterator[int]:
     start, tail = 0, b""
     while block := stream.read(_BLOCK):
         data = tail + block
-        place = data.find(_HEAP)
-        while place >= 0:
-            yield start + place
-            place = data.find(_HEAP, place + len(_HEAP))
+        offset = data.find(_HEAP)
+        while offset >= 0:
+            yield start + offset
+            offset = data.find(_HEAP, offset + len(_HEAP))
         # the next block may hold the rest of a heap's beginning
         tail = data[len(data) - len(_HEAP) + 1 :]
         start += len(data) - len(tail)
 
 
-def _has_empty_part(stream: BinaryIO, place: int, size: int) -> bool:
+def _has_empty_part(stream: BinaryIO, offset: int, size: int) -> bool:
     """True if a heap has a part of length 0; parts have a header of 16 bytes, lengths of 8 n."""
-    if place + 16 > size:
+    if offset + 16 > size:
         return False
-    stream.seek(place + 8)
+    stream.seek(offset + 8)
     (length,) = unpack("<Q", stream.read(8).ljust(8, b"\0"))
-    end = min(place + length, size)
-    place += 16
-    while place + 16 <= end:
-        stream.seek(place)
+    end = min(offset + length, size)
+    offset += 16
+    while offset + 16 <= end:
+        stream.seek(offset)
         number, _, part = unpack("<HHxxxxQ", stream.read(16).ljust(16, b"\xff"))
         step = 16 + (part + 7) // 8 * 8 if number else part
         if not step:
             return True
-        place += step
+        offset += step
     return False
 
 
@@ -122,26 +122,26 @@ def inner(group: Any) -> Iterator[tuple[str, Any]]:
 def member(group: Any, path: str) -> Any:
     """Return the member of a group under a path; None if there is nothing in this file."""
     h5py = needed("h5py", "nwb", path)
-    home, thing = h5py.h5f.get_name(group.id), group
+    home, content = h5py.h5f.get_name(group.id), group
     for part in path.split("/"):
-        if is_dataset(thing):
+        if is_dataset(content):
             return None
-        link = thing.get(part, getlink=True)
+        link = content.get(part, getlink=True)
         if link is None or isinstance(link, h5py.ExternalLink):
             return None
         try:
-            thing = thing[part]
+            content = content[part]
         except (KeyError, OSError, RuntimeError):
             return None
         # a soft link may lead through another link into another file
-        if h5py.h5f.get_name(thing.id) != home:
+        if h5py.h5f.get_name(content.id) != home:
             return None
-    return thing
+    return content
 
 
-def is_dataset(thing: Any) -> bool:
+def is_dataset(content: Any) -> bool:
     """Return True for a dataset, False for a group."""
-    return hasattr(thing, "shape")
+    return hasattr(content, "shape")
 
 
 def numbers(dataset: Any) -> FloatArray:
@@ -198,34 +198,34 @@ def plain_text(value: Any) -> str:
     return value[:_LONGEST_TEXT].replace("\x00", "")
 
 
-def attribute(thing: Any, name: str) -> Any:
+def attribute(content: Any, name: str) -> Any:
     """Return an attribute as stored; None if there is none.
 
     Raises ValueError: it claims to be larger than any attribute.
     """
-    if name not in thing.attrs:
+    if name not in content.attrs:
         return None
-    stored = thing.attrs.get_id(name)
+    stored = content.attrs.get_id(name)
     if stored.dtype.itemsize * math.prod(stored.shape or ()) > _LARGEST_ATTRIBUTE:
         raise ValueError(f"{name} claims more than {_LARGEST_ATTRIBUTE} bytes")
-    return thing.attrs[name]
+    return content.attrs[name]
 
 
-def attribute_text(thing: Any, name: str) -> str:
+def attribute_text(content: Any, name: str) -> str:
     """Return the text of an attribute; "" if there is none."""
     try:
-        return plain_text(attribute(thing, name))
+        return plain_text(attribute(content, name))
     except (OSError, ValueError, TypeError, RuntimeError, KeyError, MemoryError):
         return ""
 
 
-def attribute_number(thing: Any, name: str, default: float) -> float:
+def attribute_number(content: Any, name: str, default: float) -> float:
     """Return the number in an attribute, or the default if there is no such attribute.
 
     Raises Hdf5Error: it is not a finite number.
     """
     try:
-        value = attribute(thing, name)
+        value = attribute(content, name)
         number = default if value is None else float(np.asarray(value).reshape(-1)[0])
     except (OSError, ValueError, TypeError, RuntimeError, KeyError, IndexError, MemoryError):
         raise Hdf5Error(f"its {name} is no number") from None
@@ -293,19 +293,19 @@ class Mat73:
     def _member(self, group: Any, name: str, depth: int) -> Node:
         return self._node(group[name], depth, name)
 
-    def _node(self, thing: Any, depth: int, name: str) -> Node:
+    def _node(self, content: Any, depth: int, name: str) -> Node:
         self.parts += 1
         if depth > _DEEPEST or self.parts > _MOST_PARTS:
             problem = f"more than {_DEEPEST} levels or {_MOST_PARTS} parts"
             raise InputError(problem, file=self.file, column=name, expected="plain structs")
-        kind = _text(attribute(thing, "MATLAB_class"))
-        if "MATLAB_object_decode" in thing.attrs or kind == "function_handle":
+        kind = _text(attribute(content, "MATLAB_class"))
+        if "MATLAB_object_decode" in content.attrs or kind == "function_handle":
             return Refused(f"an object of MATLAB class {kind or 'unknown'}")
-        if isinstance(thing, self.h5py.Group):
-            return self._struct(thing, depth)
-        if not isinstance(thing, self.h5py.Dataset):
+        if isinstance(content, self.h5py.Group):
+            return self._struct(content, depth)
+        if not isinstance(content, self.h5py.Dataset):
             return Refused("no data")
-        return self._dataset(thing, kind, depth, name)
+        return self._dataset(content, kind, depth, name)
 
     def _struct(self, group: Any, depth: int) -> Node:
         names = self._names(group)

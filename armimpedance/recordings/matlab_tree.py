@@ -67,7 +67,7 @@ def runs_of_tree(tree: dict[str, Node], wanted: Wanted) -> RawFile:
     left_out: dict[str, list[str]] = {}
     runs = tuple(_runs(tree, "", {}, wanted, left_out, 0))
     sentences = [
-        s for why, names in left_out.items() for s in not_taken([*dict.fromkeys(names)], why)
+        s for reason, names in left_out.items() for s in not_taken([*dict.fromkeys(names)], reason)
     ]
     return RawFile(runs, tuple(sentences))
 
@@ -81,16 +81,16 @@ def _runs(
     depth: int,
 ) -> Iterator[RawRun]:
     content = _flat(tree)
-    for path, what in content.refused.items():
-        left_out.setdefault(_why(what), []).append(path)
+    for path, refusal in content.refused.items():
+        left_out.setdefault(_why(refusal), []).append(path)
     lists = {path: parts for path, parts in content.lists.items() if parts}
     if not lists or depth > 10:
         yield _run(content, name, facts, wanted, left_out)
         return
     length = _number_of_runs(lists)
     for path in [p for p, parts in lists.items() if len(parts) != length]:
-        why = f"their number of parts is not that of the {length} runs"
-        left_out.setdefault(why, []).append(path)
+        reason = f"their number of parts is not that of the {length} runs"
+        left_out.setdefault(reason, []).append(path)
     together = {p: parts for p, parts in lists.items() if len(parts) == length}
     common, per_run = _shared(content, length)
     own_facts = {**facts, **content.texts, **_scalars(content)}

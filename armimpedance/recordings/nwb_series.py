@@ -276,8 +276,8 @@ def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
         raise Hdf5Error(f"{TRIALS} has no start_time and stop_time")
     if len(starts) > _MOST_TRIALS or not _are_times(starts, stops):
         raise Hdf5Error(f"{TRIALS} has times that are none")
-    odd = [name for name, values in columns.items() if len(values) != len(starts)]
-    for name in odd:
+    wrong_length = [name for name, values in columns.items() if len(values) != len(starts)]
+    for name in wrong_length:
         del columns[name]
         left.setdefault("not one value a trial", []).append(f"{TRIALS}/{name}")
     order = np.argsort(np.array(starts, np.float64), kind="stable")

@@ -133,8 +133,8 @@ def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
     folder = Path(path)
     if not folder.is_dir():
         raise InputError("no such folder", file=path, expected="a recording's folder")
-    given = recording_fields(folder / METADATA_FILE)
-    return cast(AnyKind, given.choice("kind", KINDS, required=True))
+    content = recording_fields(folder / METADATA_FILE)
+    return cast(AnyKind, content.choice("kind", KINDS, required=True))
 
 
 # Names that look alike but differ, such as two conditions that differ by a blank.
@@ -168,12 +168,12 @@ def with_one_name_each(recording: AnyRecording) -> AnyRecording:
 
 def _one_name(names: set[str]) -> dict[str, str]:
     """Map each name to be changed to the common form of names that look alike."""
-    alike: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name in names:
-        alike.setdefault(" ".join(unicodedata.normalize("NFC", name).split()), []).append(name)
+        groups.setdefault(" ".join(unicodedata.normalize("NFC", name).split()), []).append(name)
     return {
         name: clean
-        for clean, variants in alike.items()
+        for clean, variants in groups.items()
         if len(variants) > 1
         for name in variants
         if name != clean

@@ -305,9 +305,9 @@ class _Table:
         if name in self.trials:
             return name
         known = {plain_name(str(c)).casefold(): c for c in self.trials.columns}
-        for other, column in OTHER_NAMES.items():
+        for alias, column in OTHER_NAMES.items():
             if column in self.trials:
-                known.setdefault(other.casefold(), column)
+                known.setdefault(alias.casefold(), column)
         if name.casefold() in known:
             return known[name.casefold()]
         names = list(self._names())

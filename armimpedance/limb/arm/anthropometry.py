@@ -136,7 +136,9 @@ def two_link_arm(
     wrist, hand_length = unit * forearm.length, unit * hand.length
     masses = mass_kg * np.array([forearm.mass, hand.mass])
     centres = np.array([forearm.com * wrist, wrist + hand.com * hand_length])
-    own = masses * np.array([forearm.gyration * wrist, hand.gyration * hand_length]) ** 2
+    segment_inertias = (
+        masses * np.array([forearm.gyration * wrist, hand.gyration * hand_length]) ** 2
+    )
     com = float(masses @ centres / masses.sum())
     return TwoLinkArm(
         upper_arm_m=upper_arm_m,
@@ -147,7 +149,7 @@ def two_link_arm(
         forearm_hand_com_m=com,
         upper_arm_inertia_kgm2=mass_kg * upper.mass * (upper.gyration * upper_arm_m) ** 2,
         # parallel axis: I = sum I_i + m_i (c_i - c)^2
-        forearm_hand_inertia_kgm2=float(own.sum() + masses @ (centres - com) ** 2),
+        forearm_hand_inertia_kgm2=float(segment_inertias.sum() + masses @ (centres - com) ** 2),
     )
 
 

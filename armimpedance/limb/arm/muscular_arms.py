@@ -74,9 +74,9 @@ def with_joints_locked(paths: PolynomialPaths, free: int) -> PolynomialPaths:
     middle, half = paths.box.mean(axis=1), np.diff(paths.box, axis=1)[:, 0] / 2
     # the locked factors of a term are constant: u^e at the scaled angle u of zero
     at_zero = np.prod((-middle[free:] / half[free:]) ** paths.exponents[:, free:], axis=1)
-    exponents, where = np.unique(paths.exponents[:, :free], axis=0, return_inverse=True)
+    exponents, inverse = np.unique(paths.exponents[:, :free], axis=0, return_inverse=True)
     summed = np.zeros((len(paths.muscles), len(exponents)))
-    np.add.at(summed.T, where.ravel(), (paths.coefficients * at_zero).T)
+    np.add.at(summed.T, inverse.ravel(), (paths.coefficients * at_zero).T)
     moving = exponents.any(axis=1)
     spans = (summed[:, moving] != 0).any(axis=1)
     names = tuple(np.array(paths.muscles)[spans].tolist())
@@ -195,11 +195,11 @@ def myoarm7() -> MuscularArm:
 
 def myoarm4() -> MuscularArm:
     """Build `myoarm7` with its wrist locked at zero angles: 30 muscles, four angles."""
-    whole = myoarm7()
-    paths = with_joints_locked(cast(PolynomialPaths, whole.paths), LOCKED_WRIST)
-    stays = np.isin(whole.paths.muscles, paths.muscles)
-    tension, box = whole.max_tension[stays], whole.angle_range[:LOCKED_WRIST]
-    return replace(whole, name="myoarm4", paths=paths, max_tension=tension, angle_range=box)
+    full_arm = myoarm7()
+    paths = with_joints_locked(cast(PolynomialPaths, full_arm.paths), LOCKED_WRIST)
+    stays = np.isin(full_arm.paths.muscles, paths.muscles)
+    tension, box = full_arm.max_tension[stays], full_arm.angle_range[:LOCKED_WRIST]
+    return replace(full_arm, name="myoarm4", paths=paths, max_tension=tension, angle_range=box)
 
 
 #: The arms that come with the package.

@@ -308,8 +308,8 @@ def paths_of_table(
     the gradient of a smooth length.
     Raises NotIdentifiableError: the postures do not determine even constant arms.
     """
-    for name, own in zip(muscles, q, strict=True):
-        if own.shape != q[0].shape or (own != q[0]).any():
+    for name, of_muscle in zip(muscles, q, strict=True):
+        if of_muscle.shape != q[0].shape or (of_muscle != q[0]).any():
             raise InputError(
                 f"muscle {name} at other postures than {muscles[0]}",
                 expected="all muscles at the same postures, in the same order",
@@ -317,12 +317,12 @@ def paths_of_table(
     arms = np.stack(G, axis=1)
     fitted = _highest(muscles, q[0], arms)
     size = np.sqrt((arms**2).sum(axis=2).mean(axis=0))
-    apart = np.sqrt((fitted.rms**2).sum(axis=1))
-    for name, missed, own in zip(muscles, apart, size, strict=True):
-        if missed > LARGEST_MISFIT * own:
+    misfit = np.sqrt((fitted.rms**2).sum(axis=1))
+    for name, missed, of_muscle in zip(muscles, misfit, size, strict=True):
+        if missed > LARGEST_MISFIT * of_muscle:
             raise InputError(
                 f"muscle {name}: no smooth length has these moment arms (they miss by "
-                f"{1e3 * missed:.2g} mm rms of {1e3 * own:.2g} mm)",
+                f"{1e3 * missed:.2g} mm rms of {1e3 * of_muscle:.2g} mm)",
                 expected=f"at most {100 * LARGEST_MISFIT:g} %: dG_i/dq_j and dG_j/dq_i are one",
             )
     return fitted.paths

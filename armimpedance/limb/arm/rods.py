@@ -57,8 +57,8 @@ def parted(whole: Rod, hand: Rod) -> tuple[Rod, Rod]:
     at = length + hand.com_m
     com = (whole.kg * whole.com_m - hand.kg * at) / kg
     # parallel axis: I = sum I_i + m_i (c_i - c)^2
-    apart = kg * (com - whole.com_m) ** 2 + hand.kg * (at - whole.com_m) ** 2
-    across = whole.across_kgm2 - hand.across_kgm2 - apart
+    steiner = kg * (com - whole.com_m) ** 2 + hand.kg * (at - whole.com_m) ** 2
+    across = whole.across_kgm2 - hand.across_kgm2 - steiner
     return Rod(length, kg, com, across, whole.along_kgm2 - hand.along_kgm2), hand
 
 

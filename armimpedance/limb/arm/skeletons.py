@@ -263,17 +263,20 @@ def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
             parent = root
             for name, joint in limb:
                 hinges = _hinges(f"{side}_{joint}", _JOINTS[joint], -sign)
-                place = height_m * _joint_place(name) * np.array([1.0, sign, 1.0])
+                position = height_m * _joint_place(name) * np.array([1.0, sign, 1.0])
                 body = _limb_body(name, mass_kg, height_m)
-                segments.append(Segment(f"{side}_{name}", parent, place, hinges, *body))
+                segments.append(Segment(f"{side}_{name}", parent, position, hinges, *body))
                 parent = f"{side}_{name}"
     return Skeleton(tuple(segments), body_sites(height_m))
 
 
 def _check_person(mass_kg: float, height_m: float) -> None:
-    for what, value, most in (("body mass in kg", mass_kg, 400.0), ("height in m", height_m, 3.0)):
+    for quantity, value, most in (
+        ("body mass in kg", mass_kg, 400.0),
+        ("height in m", height_m, 3.0),
+    ):
         if not (np.isfinite(value) and 0 < value <= most):
-            raise InputError(f"{what} is {value}", expected=f"more than 0 and at most {most:g}")
+            raise InputError(f"{quantity} is {value}", expected=f"more than 0 and at most {most:g}")
 
 
 _Body = tuple[float, FloatArray, FloatArray]
@@ -340,10 +343,10 @@ def _merged(lower: _Body, upper: _Body) -> _Body:
     mass = lower[0] + upper[0]
     centre = (lower[0] * lower[1] + upper[0] * upper[1]) / mass
     inertia = np.zeros((3, 3))
-    for m, c, own in (lower, upper):
+    for m, c, inertia_part in (lower, upper):
         d = c - centre
         # parallel axes: I = I_own + m (d.d 1 - d d^T)
-        inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
+        inertia += inertia_part + m * (d @ d * np.eye(3) - np.outer(d, d))
     return mass, centre, inertia
 
 

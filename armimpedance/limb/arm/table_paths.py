@@ -70,17 +70,21 @@ class TablePaths(FrozenRecord):
             for arm in self.arms
         )
         put(self, "_splines", splines)
-        apart = [_inconsistency(self.shoulder, self.elbow, pair) for pair in splines]
-        put(self, "inconsistency", frozen_array(apart, "inconsistency", (len(self.muscles),)))
+        inconsistency = [_inconsistency(self.shoulder, self.elbow, pair) for pair in splines]
+        put(
+            self,
+            "inconsistency",
+            frozen_array(inconsistency, "inconsistency", (len(self.muscles),)),
+        )
         self._check_consistent()
 
     def _check_consistent(self) -> None:
         sizes = np.sqrt(np.mean(np.sum(self.arms**2, axis=-1), axis=(1, 2)))
-        for name, apart, size in zip(self.muscles, self.inconsistency, sizes, strict=True):
-            if apart > LARGEST_INCONSISTENCY * size:
+        for name, error, size in zip(self.muscles, self.inconsistency, sizes, strict=True):
+            if error > LARGEST_INCONSISTENCY * size:
                 raise InputError(
                     f"muscle {name}: no length has these moment arms (they miss by "
-                    f"{1e3 * apart:.2g} mm rms of {1e3 * size:.2g} mm: dG_shoulder/dq_elbow and "
+                    f"{1e3 * error:.2g} mm rms of {1e3 * size:.2g} mm: dG_shoulder/dq_elbow and "
                     "dG_elbow/dq_shoulder differ)",
                     expected=f"at most {100 * LARGEST_INCONSISTENCY:g} %",
                 )
@@ -339,8 +343,8 @@ def _number(file: Path, line: int, column: str, text: str, limit: float) -> floa
 def _grid_angles(table: _Table, column: str) -> FloatArray:
     """Distinct angles of a column, increasing."""
     angles = np.unique([row.numbers[column] for row in table.rows])
-    apart = np.concatenate([[True], np.diff(angles) > _SAME_RAD])
-    return np.asarray(angles[apart])
+    is_distinct = np.concatenate([[True], np.diff(angles) > _SAME_RAD])
+    return np.asarray(angles[is_distinct])
 
 
 def _on_grid(

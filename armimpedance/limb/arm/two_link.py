@@ -133,16 +133,16 @@ class TwoLinkArm:
 
     def gravity(self, q: ArrayLike) -> FloatArray:
         """Gravity torque g(q) of the in-plane `gravity_m_s2`, N m, (..., 2)."""
-        whole, lower = self._mass_moments(q)
+        total, lower = self._mass_moments(q)
         # g = -d/dq sum_i m_i gravity . p_i, and dp/dq is a quarter turn of the mass moment
-        moments = np.stack([_quarter_turn(whole), _quarter_turn(lower)], axis=-2)
+        moments = np.stack([_quarter_turn(total), _quarter_turn(lower)], axis=-2)
         return -moments @ np.asarray(self.gravity_m_s2, dtype=float)
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
         """Gradient of the gravity torque, ``[i, j] = dg_i / dq_j``, N m/rad, (..., 2, 2)."""
-        whole, lower = self._mass_moments(q)
+        total, lower = self._mass_moments(q)
         # two quarter turns reverse a mass moment; by the elbow only the forearm's counts
-        rows = [np.stack([whole, lower], axis=-2), np.stack([lower, lower], axis=-2)]
+        rows = [np.stack([total, lower], axis=-2), np.stack([lower, lower], axis=-2)]
         return np.stack(rows, axis=-3) @ np.asarray(self.gravity_m_s2, dtype=float)
 
     def joint_angles(self, position: ArrayLike) -> FloatArray:

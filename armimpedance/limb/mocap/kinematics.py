@@ -80,7 +80,7 @@ def _turns(skeleton: Skeleton) -> tuple[tuple[Turn, ...], ...]:
     if skeleton.floating:
         axes[0] = [np.array(axis) for axis in _ROOT_AXES]
         number = count(3)
-    return tuple(tuple(_turn(next(number), axis) for axis in own) for own in axes)
+    return tuple(tuple(_turn(next(number), axis) for axis in hinge_axes) for hinge_axes in axes)
 
 
 def _movers(
@@ -89,10 +89,10 @@ def _movers(
     """True where a coordinate moves a segment, (n, S)."""
     moves = np.zeros((len(skeleton.coordinates), len(turns)), bool)
     moves[: 3 if skeleton.floating else 0] = True
-    for i, (parent, own) in enumerate(zip(parents, turns, strict=True)):
+    for i, (parent, own_turns) in enumerate(zip(parents, turns, strict=True)):
         if parent >= 0:
             moves[:, i] = moves[:, parent]
-        moves[[turn.coordinate for turn in own], i] = True
+        moves[[turn.coordinate for turn in own_turns], i] = True
     return moves
 
 

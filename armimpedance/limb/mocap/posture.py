@@ -327,10 +327,10 @@ def _refuse_long(
         lost = np.isnan(targets[start:end, :, 0]).mean(axis=0)
         missing = [names[m] for m in np.argsort(-lost, kind="stable") if lost[m] > 0.5][:3]
         time = markers.time_s[markers.samples_of(trial)]
-        where = " at the trial's end" if at_end else ""
+        suffix = " at the trial's end" if at_end else ""
         raise InputError(
             f"trial {markers.trials['trial'].iloc[trial]}: {', '.join(missing) or 'markers'} lost "
-            f"from {time[start]:.3f} to {time[end - 1]:.3f} s ({length:.3f} s{where}), and the "
+            f"from {time[start]:.3f} to {time[end - 1]:.3f} s ({length:.3f} s{suffix}), and the "
             "others do not determine the posture",
             expected=f"at most {allowed:g} s",
         )

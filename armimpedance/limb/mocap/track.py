@@ -40,11 +40,11 @@ def rigid_motion(sites: FloatArray, places: FloatArray) -> tuple[FloatArray, Flo
     return R, middle_place - R @ middle_site
 
 
-def root_coordinates(R: FloatArray, place: FloatArray) -> FloatArray:
+def root_coordinates(R: FloatArray, position: FloatArray) -> FloatArray:
     """Six coordinates of a floating root: place, then turns about z, y, x of ``R = Rz Ry Rx``."""
     ry = np.arcsin(np.clip(-R[2, 0], -1.0, 1.0))
     rz, rx = np.arctan2(R[1, 0], R[0, 0]), np.arctan2(R[2, 1], R[2, 2])
-    return np.array([*place, rz, ry, rx])
+    return np.array([*position, rz, ry, rx])
 
 
 #: Time between two postures of the chain, s; a fast arm turns by less than 1.5 rad in it.
@@ -151,10 +151,10 @@ def _first_postures(tree: MarkerTree, targets: FloatArray, natural: FloatArray) 
         q, cost = _wrapped(tree, fitted.q[rows]), fitted.cost[rows]
         slack = _SAME_FIT_M**2 * max(1, len(target))
         good = np.flatnonzero(cost <= cost.min() * 1.01 + slack)
-        turned = q[good] - natural
+        deviation = q[good] - natural
         if tree.skeleton.floating:
-            turned[:, :4] = 0.0
-        best.append(q[good[np.argmin((turned**2).sum(axis=1))]])
+            deviation[:, :4] = 0.0
+        best.append(q[good[np.argmin((deviation**2).sum(axis=1))]])
     return np.array(best)
 
 
@@ -182,13 +182,13 @@ def _root_starts(tree: MarkerTree, target: FloatArray, natural: FloatArray) -> F
     zero[:6] = 0.0
     sites = marker_places(tree, zero[None])[0]
     middle = sites[seen].mean(axis=0) if seen.any() else np.zeros(3)
-    place = target[seen].mean(axis=0) if seen.any() else np.zeros(3)
+    position = target[seen].mean(axis=0) if seen.any() else np.zeros(3)
     roots = np.zeros((_STARTS, 6))
     for i in range(_STARTS):
         heading = 2.0 * np.pi * (i % _HEADINGS) / _HEADINGS
         c, s = np.cos(heading), np.sin(heading)
         R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        roots[i] = root_coordinates(R, place - R @ middle)
+        roots[i] = root_coordinates(R, position - R @ middle)
     return roots
 
 

@@ -102,15 +102,15 @@ def _partners(
 ) -> tuple[float, IntArray, BoolArray]:
     """Largest correlation of two trials' noise, partner of each trial, and the copies (T,)."""
     shared = [noise_of @ noise_of.T for noise_of in noise]
-    alike = reduce(np.minimum, shared)
-    np.fill_diagonal(alike, -1.0)
-    best = alike.max(axis=1)
-    partner = alike.argmax(axis=1)
+    similarity = reduce(np.minimum, shared)
+    np.fill_diagonal(similarity, -1.0)
+    best = similarity.max(axis=1)
+    partner = similarity.argmax(axis=1)
     copied = best > ALIKE
-    usual = np.median(alike[copied], axis=1)
+    usual = np.median(similarity[copied], axis=1)
     copied[copied] = APART * (1 - best[copied]) < 1 - usual
     if copied.any():
-        pairs = len(alike) * (len(alike) - 1) / 2
+        pairs = len(similarity) * (len(similarity) - 1) / 2
         likely = np.max([_chance(noise_of, partner, repeats) for noise_of in shared], axis=0)
         copied &= likely < np.log(CHANCE / pairs)
     return float(best.max()), partner, copied

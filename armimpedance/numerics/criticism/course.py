@@ -57,8 +57,11 @@ class TrialsChange:
     @property
     def alike(self) -> bool:
         """True if the other parameters change by the same share, within errors or nearly."""
-        apart, allowed = np.abs(self.others - self.size), 3 * np.hypot(self.others_sd, self.error)
-        return bool((apart < np.maximum(allowed, NEARLY * abs(self.size))).all())
+        distance, allowed = (
+            np.abs(self.others - self.size),
+            3 * np.hypot(self.others_sd, self.error),
+        )
+        return bool((distance < np.maximum(allowed, NEARLY * abs(self.size))).all())
 
 
 def change_over_trials(values: FloatArray, sd: FloatArray) -> TrialsChange | None:
@@ -106,9 +109,9 @@ def _along(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Changes (p,), their standard errors (enlarged by scatter), and initial values y (p,)."""
     weight = sd**-2
-    whole = weight.sum(axis=0)
+    total = weight.sum(axis=0)
     # w and values (n, p) about their weighted means: sum u w~ y~ = change sum u w~^2, u the weights
-    middle, mean = (weight * w[:, None]).sum(axis=0) / whole, (weight * values).sum(axis=0) / whole
+    middle, mean = (weight * w[:, None]).sum(axis=0) / total, (weight * values).sum(axis=0) / total
     course, deviation = w[:, None] - middle, values - mean
     information = (weight * course**2).sum(axis=0)
     change = (weight * course * deviation).sum(axis=0) / information
@@ -219,29 +222,29 @@ def clearest_finding(
     tuple of Finding
         One.
     """
-    axis = _whose(found)
+    axis = _changed_axis(found)
     change = found[axis]
     over = f"from the first {words.part} to the last"
     smallest = f"{100 * found[''].least:.2g} % of {words.symbol}"
     if not change.seen:
         text = f"inertia is the same {over}"
         return (Finding("session", "ok", text, smallest),)
-    where = over if change.first is None else f"from {labels[change.first]} on"
+    extent = over if change.first is None else f"from {labels[change.first]} on"
     along = f" along {axis}" if axis else ""
     if change.size < TURNED:
-        text = f"the sign of {words.symbol}{along} turns {where}: that of a channel was turned"
+        text = f"the sign of {words.symbol}{along} turns {extent}: that of a channel was turned"
         return (Finding("session", "warning", text, smallest),)
     cause = words.limb
     if change.alike:
         cause = "B and K alike: " + ("one channel's gain" if axis else words.gain)
     text = (
         f"{words.symbol}{along} changes by {100 * change.size:+.0f} % (sd "
-        f"{100 * change.error:.0f}) {where}, {cause}; fit the {words.part}s apart"
+        f"{100 * change.error:.0f}) {extent}, {cause}; fit the {words.part}s apart"
     )
     return (Finding("session", "warning", text, smallest),)
 
 
-def _whose(found: Mapping[str, TrialsChange]) -> str:
+def _changed_axis(found: Mapping[str, TrialsChange]) -> str:
     """Axis whose change is reported: "" if all axes share it, else the most significant."""
     whole = found[""]
     shared = all(

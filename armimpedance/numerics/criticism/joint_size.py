@@ -150,12 +150,12 @@ def refuse_size(one: ImpedanceEstimate, mass_kg: float | None) -> None:
     >>> hand = ai.estimate(simulate("cocontraction", seed=1, conditions=["cocontraction_20"])[0])
     >>> refuse_size(hand.estimates[0], 65.0)
     """
-    own, sd = np.diag(one.inertia), np.diag(one.sd[0])
+    inertias, sd = np.diag(one.inertia), np.diag(one.sd[0])
     if one.level == "hand":
         largest = float(np.sqrt(np.diag(one.covariance)[: one.k**2].max()))
-        _refuse(check_hand_size(float(own.mean()), largest, mass_kg))
+        _refuse(check_hand_size(float(inertias.mean()), largest, mass_kg))
         return
-    for inertia, error in zip(own, sd, strict=True):
+    for inertia, error in zip(inertias, sd, strict=True):
         refuse_joint_size(float(inertia), float(error))
 
 

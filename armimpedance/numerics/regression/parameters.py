@@ -312,14 +312,14 @@ def with_derived(parameters: Parameters, derived: Mapping[str, Derived]) -> Para
     """
     if not derived:
         return parameters
-    own = parameters.names
+    direct_names = parameters.names
 
     def function(x: FloatArray) -> ArrayLike:
-        named = dict(zip(own, x.tolist(), strict=True))
+        named = dict(zip(direct_names, x.tolist(), strict=True))
         return [*x, *(number.function(named) for number in derived.values())]
 
     units = (*parameters.units, *(number.means.unit for number in derived.values()))
-    names, plain = (*own, *derived), parameters.plain_covariance
+    names, plain = (*direct_names, *derived), parameters.plain_covariance
     extended = replace(parameters.transform(function, names, units), notes=parameters.notes)
     if plain is None:
         return extended

@@ -241,8 +241,8 @@ class Fit(FrozenRecord):
 
     def __repr__(self) -> str:
         shown = [repr(self.named[i]) for i in range(min(len(self.names), _MOST_SHOWN))]
-        left = len(self.names) - len(shown)
-        more = [f"... and {left} more"] if left else []
+        hidden = len(self.names) - len(shown)
+        more = [f"... and {hidden} more"] if hidden else []
         return "\n".join([f"R^2 {self.r2:.3f}, {self.n_rows} rows", *shown, *more])
 
     def _repr_html_(self) -> str:
@@ -258,8 +258,8 @@ class Fit(FrozenRecord):
         return replace(self, warnings=(*self.warnings, *sentences))
 
 
-def _ratio(part: float, whole: float) -> float:
-    return float(part / whole) if whole > 0 else float("nan")
+def _ratio(part: float, total: float) -> float:
+    return float(part / total) if total > 0 else float("nan")
 
 
 # Summary of a fit in files (FIT.json, MODEL.json).
@@ -323,8 +323,8 @@ class FitSummary:
 
     def __repr__(self) -> str:
         shown = list(map(repr, self.parameters[:MOST_SHOWN]))
-        left = len(self.parameters) - len(shown)
-        more = [f"... and {left} more"] if left else []
+        hidden = len(self.parameters) - len(shown)
+        more = [f"... and {hidden} more"] if hidden else []
         warned = [f"warning: {sentence}" for sentence in self.warnings]
         return "\n".join([f"{self.method}, R^2 {self.r2:.3f}", *shown, *more, *warned])
 

@@ -73,9 +73,9 @@ def delayed(signal: FloatArray, samples: float) -> FloatArray:
     array of the same shape
         The delayed signal, in the signal's unit.
     """
-    whole = int(np.floor(samples))
-    part = samples - whole
-    rest = np.repeat(signal[..., :1], whole + 1, axis=-1)
+    whole_samples = int(np.floor(samples))
+    part = samples - whole_samples
+    rest = np.repeat(signal[..., :1], whole_samples + 1, axis=-1)
     padded, count = np.concatenate([rest, signal], axis=-1), signal.shape[-1]
     return np.asarray((1 - part) * padded[..., 1 : count + 1] + part * padded[..., :count])
 

@@ -55,7 +55,7 @@ def check_held(recording: Recording) -> Finding:
 
 def _held(values: FloatArray, offsets: IntArray, length: int) -> tuple[IntArray, IntArray]:
     """First sample and number of samples of every run of equal values that ends in a jump."""
-    steps = _ways(values)
+    steps = _path_lengths(values)
     if not steps.any():
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     # no step leads from one trial to the next
@@ -86,7 +86,7 @@ def _moves_around(steps: FloatArray, first: IntArray, after: IntArray) -> BoolAr
     return np.asarray(earlier + later > long)
 
 
-def _ways(values: FloatArray) -> FloatArray:
+def _path_lengths(values: FloatArray) -> FloatArray:
     """Distance from sample to sample, (N - 1,).
 
     Distances over all axes are used: when the encoder of one axis steps, kinematics in single

@@ -109,17 +109,17 @@ def _reaches(recording: Recording, timing: Timing, unit: str) -> str:
     rate, clock = recording.sample_rate_hz, recording.time_s[start]
     onset = start + np.round((timing.onset_s - clock) * rate).astype(np.int64)
     end = start + np.round((timing.end_s - clock) * rate).astype(np.int64)
-    place = recording.position[np.clip([onset, end], start, stop)]
-    distance = np.linalg.norm(place[1] - place[0], axis=1)
+    position = recording.position[np.clip([onset, end], start, stop)]
+    distance = np.linalg.norm(position[1] - position[0], axis=1)
     judged = ~flawed(recording)
     far = judged & (distance > LONG_WAY[recording.kind])
     if far.sum() <= FEW_TRIALS * judged.sum():
         return ""
-    what = "the hand" if recording.kind == "hand" else "the joint"
+    moving = "the hand" if recording.kind == "hand" else "the joint"
     numbers = recording.trials["trial"].to_numpy()[far]
     first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
     return (
-        f"{what} moves {_milli(float(np.median(distance[far])), unit)} and does not return in "
+        f"{moving} moves {_milli(float(np.median(distance[far])), unit)} and does not return in "
         f"{len(numbers)} of {judged.sum()} trials ({first}): a movement, not a disturbance; leave "
         "these trials out, or mark them in the column is_error"
     )

@@ -309,8 +309,8 @@ def _extent(
     notes = _left_out(long_enough | errors | lasting, short)
     notes += _left_out(~errors, "marked as an error when recorded")
     if lasting.any():
-        why = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
-        notes += (_exclusion_note(table, rows, lasting, why),)
+        reason = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
+        notes += (_exclusion_note(table, rows, lasting, reason),)
     return before, after, usable, notes
 
 
@@ -386,11 +386,11 @@ def _long_movement(
     )
 
 
-def _exclusion_note(table: _Table, rows: np.ndarray, out: np.ndarray, why: str) -> str:
+def _exclusion_note(table: _Table, rows: np.ndarray, out: np.ndarray, reason: str) -> str:
     """Sentence on the trials that are left out, with their numbers and the reason."""
     numbers = table.trial[rows][out]
     first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
-    return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {why}"
+    return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {reason}"
 
 
 def _left_out(kept: np.ndarray, reason: str) -> tuple[str, ...]:

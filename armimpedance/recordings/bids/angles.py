@@ -105,8 +105,8 @@ def _trials(
             values[:, channels.index(column)], system.channels[column], system.file.path, in_degrees
         )
         q[:, coordinate] = sign * angle
-    taken = {system.channels[column].name for column in (*channels, *clock)}
-    unused_names = [channel.name for channel in system.channels if channel.name not in taken]
+    used = {system.channels[column].name for column in (*channels, *clock)}
+    unused_names = [channel.name for channel in system.channels if channel.name not in used]
     others = [s for i, s in enumerate(run.systems) if i != index]
     notes = not_taken(unused_names, f"{system.name}: no coordinate of the skeleton")
     for unused in others:
@@ -152,6 +152,6 @@ def _in_si(values: FloatArray, channel: Channel, file: Path, in_degrees: bool | 
         raise InputError(problem, file=file, column=channel.name, expected=expected)
     lost = np.flatnonzero(np.isnan(values))
     if len(lost):
-        place = {"file": file, "column": channel.name, "expected": "a number"}
-        raise InputError("is missing", row=int(lost[0]) + 1, **place)  # type: ignore[arg-type]
+        location = {"file": file, "column": channel.name, "expected": "a number"}
+        raise InputError("is missing", row=int(lost[0]) + 1, **location)  # type: ignore[arg-type]
     return unit.to_si(values)

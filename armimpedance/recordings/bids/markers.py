@@ -187,17 +187,17 @@ def _world(
                 name = system.channels[index].name
                 raise InputError(problem, file=file, column=name, expected="m, cm or mm")
             metres[:, p, axis] = unit.to_si(places[:, p, axis])
-    turned = np.empty_like(metres)
+    rotated = np.empty_like(metres)
     for axis in range(3):
         # each axis is one of the file's with a sign, so that nothing is rounded
         from_axis = int(np.argmax(np.abs(rotation[axis])))
-        turned[..., axis] = rotation[axis, from_axis] * metres[..., from_axis]
-    turned[lost] = np.nan
-    farthest = np.nanmax(np.abs(turned), initial=0.0)
+        rotated[..., axis] = rotation[axis, from_axis] * metres[..., from_axis]
+    rotated[lost] = np.nan
+    farthest = np.nanmax(np.abs(rotated), initial=0.0)
     if farthest > LARGEST_PLACE_M:
         expected = "another unit in its _channels.tsv"
         raise InputError(f"a point {farthest:.4g} m away", file=file, expected=expected)
-    return turned
+    return rotated
 
 
 def _is_zero(text: str) -> bool:

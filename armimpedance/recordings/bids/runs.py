@@ -97,7 +97,7 @@ def _run(person: Person, files: Sequence[BidsName], all_needed: bool) -> Run:
     emg = [f for f in files if f.suffix == "emg"]
     others: list[System] = []
     broken: tuple[str, ...] = ()
-    for file in (*emg, *_beside(person, first, "physio")):
+    for file in (*emg, *_matching_files(person, first, "physio")):
         try:
             added = emg_systems(file, person) if file in emg else [physio_system(file, person)]
             others += added
@@ -118,11 +118,13 @@ def _run(person: Person, files: Sequence[BidsName], all_needed: bool) -> Run:
     return Run(name, systems, starts, stretches, {**person.facts, **facts}, notes)
 
 
-def _beside(person: Person, data: BidsName, suffix: str) -> list[BidsName]:
+def _matching_files(person: Person, data: BidsName, suffix: str) -> list[BidsName]:
     """Files of one kind that belong to the run of this data file."""
     candidates = [f for f in person.files if f.suffix == suffix and f.ending in (".tsv", ".tsv.gz")]
-    own = [f for f in candidates if "sub" in f.entities and f.describes(data, but=OF_THE_SYSTEM)]
-    return [f for f in own if f.entities.get("task") == data.entities.get("task")]
+    of_subject = [
+        f for f in candidates if "sub" in f.entities and f.describes(data, but=OF_THE_SYSTEM)
+    ]
+    return [f for f in of_subject if f.entities.get("task") == data.entities.get("task")]
 
 
 def _starts(person: Person, systems: Sequence[System]) -> tuple[tuple[float, ...], str]:
@@ -160,13 +162,13 @@ def _stamp(text: str, file: BidsName, row: int) -> datetime:
         return stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
     except (ValueError, OverflowError):
         expected = "YYYY-MM-DDThh:mm:ss"
-        place = {"file": file.path, "row": row, "column": "acq_time"}
-        raise InputError(f"{text!r:.40}", expected=expected, **place) from None  # type: ignore[arg-type]
+        location = {"file": file.path, "row": row, "column": "acq_time"}
+        raise InputError(f"{text!r:.40}", expected=expected, **location) from None  # type: ignore[arg-type]
 
 
 def _events(person: Person, data: BidsName) -> list[tuple[BidsName, dict[str, str]]]:
     """Events of a run, preferably from a file in the folder of its data."""
-    files = [f for f in _beside(person, data, "events") if f.ending == ".tsv"]
+    files = [f for f in _matching_files(person, data, "events") if f.ending == ".tsv"]
     near = [f for f in files if f.path.parent == data.path.parent]
     chosen = (near or files)[:1]
     return [(f, row) for f in chosen for row in headed_rows(f.path, ("onset", "duration"))]
@@ -317,11 +319,11 @@ def _check_steps(time: FloatArray, system: System) -> None:
 def trial_table(trials: Sequence[Clocked]) -> pd.DataFrame:
     """Build the trial table: number, condition, and further cells of the trials' events."""
     numbers = [trial.facts.get("trial") for trial in trials]
-    whole = [int(n) for n in numbers if isinstance(n, float) and n.is_integer() and abs(n) < 1e9]
-    usable = len(whole) == len(trials) and len(set(whole)) == len(whole)
+    integers = [int(n) for n in numbers if isinstance(n, float) and n.is_integer() and abs(n) < 1e9]
+    usable = len(integers) == len(trials) and len(set(integers)) == len(integers)
     table = pd.DataFrame(
         {
-            "trial": whole if usable else np.arange(1, len(trials) + 1),
+            "trial": integers if usable else np.arange(1, len(trials) + 1),
             "condition": [trial.condition for trial in trials],
         }
     )

@@ -74,8 +74,8 @@ def _described(signal: Any, records: int) -> tuple[str, str, float, int]:
     if not (np.isfinite(rate) and rate > 0):
         raise ValueError(f"a rate of {rate} Hz")
     # 700 samples in the file's 1.4 s are exactly 500 Hz, not the nearest double
-    whole = round(rate)
-    rate = float(whole) if abs(rate - whole) <= _ROUNDING * rate else rate
+    integer = round(rate)
+    rate = float(integer) if abs(rate - integer) <= _ROUNDING * rate else rate
     length = int(signal.samples_per_data_record) * int(records)
     return str(signal.label), str(signal.physical_dimension).strip(), rate, length
 
@@ -125,11 +125,11 @@ def _check_sizes(file: Path) -> None:
         raise InputError(problem, file=file, expected="a whole file")
 
 
-def _count(text: bytes, what: str, file: Path) -> int:
+def _count(text: bytes, quantity: str, file: Path) -> int:
     try:
         return int(text.decode("ascii").strip())
     except ValueError:
-        raise InputError(f"{what} is {text!r}", file=file, expected="a whole number") from None
+        raise InputError(f"{quantity} is {text!r}", file=file, expected="a whole number") from None
 
 
 def same_rates(rates: Sequence[float], lengths: Sequence[int]) -> list[list[int]]:
@@ -256,9 +256,9 @@ def _rate(sidecar: Mapping[str, Any], file: BidsName) -> float:
     rate = effective if is_number(effective) and effective else nominal
     if not is_number(rate) or not _LOWEST_RATE_HZ < float(rate) < _LARGEST_RATE_HZ:  # type: ignore[arg-type]
         problem = "is missing" if rate is None else f"is {rate!r:.40}"
-        place = file.path.with_suffix("").with_suffix(".json")
+        json_file = file.path.with_suffix("").with_suffix(".json")
         expected = "samples a second, in this file or in one above it"
-        raise InputError(problem, file=place, column="SamplingFrequency", expected=expected)
+        raise InputError(problem, file=json_file, column="SamplingFrequency", expected=expected)
     return float(rate)  # type: ignore[arg-type]
 
 
@@ -316,14 +316,14 @@ def emg_systems(file: BidsName, person: Person) -> list[System]:
 def physio_system(file: BidsName, person: Person) -> System:
     """Open a further record: `_physio.tsv.gz` with the names of its columns in a JSON file."""
     sidecar = person.sidecar(file)
-    place = file.path.name
+    file_name = file.path.name
     names = sidecar.get("Columns")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         expected = "a JSON file beside it with the names of its columns"
         raise InputError("Columns is missing", file=file.path, expected=expected)
     start = sidecar.get("StartTime", 0.0)
     if not is_number(start):
-        raise InputError(f"StartTime {start!r:.40}", file=place, expected="a number, s")
+        raise InputError(f"StartTime {start!r:.40}", file=file_name, expected="a number, s")
     label = file.entities.get("recording")
     channels = tuple(Channel(name, unit=_physio_unit(sidecar.get(name))) for name in names)
     _check_names(channels, file.path)

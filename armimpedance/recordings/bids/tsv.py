@@ -121,8 +121,8 @@ def _bad_cell(
                 if not (_is_number(cells[index]) or is_missing(cells[index])):
                     problem = f"not a finite number: {cells[index][:40]!r}"
                     expected = "a number, or n/a"
-                    place = {"file": file, "row": number, "column": str(index + 1)}
-                    return InputError(problem, expected=expected, **place)  # type: ignore[arg-type]
+                    location = {"file": file, "row": number, "column": str(index + 1)}
+                    return InputError(problem, expected=expected, **location)  # type: ignore[arg-type]
     return InputError(reason, file=file, expected="a table of numbers")
 
 

@@ -127,9 +127,9 @@ def beside(capture: C3dFile, channels: Iterable[str]) -> dict[str, tuple[str, ..
 
     `channels`: analog channels that were read.
     """
-    taken = set(channels)
-    free = tuple(c or "without a name" for c in capture.analog_labels if c not in taken)
-    turned = capture.parameters.texts("ROTATION", "LABELS")
+    used = set(channels)
+    free = tuple(c or "without a name" for c in capture.analog_labels if c not in used)
+    rotations = capture.parameters.texts("ROTATION", "LABELS")
     groups = tuple(
         name or "without a name"
         for name, entries in capture.parameters.groups.items()
@@ -140,7 +140,7 @@ def beside(capture: C3dFile, channels: Iterable[str]) -> dict[str, tuple[str, ..
     cameras = capture.residuals(index).max(initial=0.0) > 0 if len(index) else False
     return {
         "analog channels that no muscle was given to": free,
-        "rotations of segments have no place in a recording of markers": turned,
+        "rotations of segments have no place in a recording of markers": rotations,
         "groups of parameters that are not read": groups,
         "only whether a marker was seen is kept": ("residuals and cameras",) if cameras else (),
     }
@@ -165,11 +165,11 @@ def sentences(trials: Iterable[LeftOut]) -> tuple[str, ...]:
     """Sentences of the provenance on everything left out of any trial, each once."""
     merged: dict[str, dict[str, None]] = {}
     for trial in trials:
-        for why, what in trial.items():
-            merged.setdefault(why, {}).update(dict.fromkeys(what))
+        for reason, left_names in trial.items():
+            merged.setdefault(reason, {}).update(dict.fromkeys(left_names))
     messages: list[str] = []
-    for why, names in merged.items():
+    for reason, names in merged.items():
         listed = [*names][:_MOST]
         more = len(names) - len(listed)
-        messages += not_taken([*listed, f"{more} more"] if more else listed, why)
+        messages += not_taken([*listed, f"{more} more"] if more else listed, reason)
     return tuple(messages)

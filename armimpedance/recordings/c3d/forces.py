@@ -63,9 +63,9 @@ def check_level(
     problem = f"the force plates lie level if the file's {'xyz'[axis]} axis is vertical"
     if level:
         problem = f"the markers lie below the force plates if the file's {_name(up)} points up"
-    ways = {0: "y,z,x", 1: "x,-z,y", 2: "x,y,z"}
+    suggestions = {0: "y,z,x", 1: "x,-z,y", 2: "x,y,z"}
     against = {0: "y,-z,-x", 1: "x,z,-y", 2: "x,-y,-z"}
-    hint = against[axis] if level else ways[axis]
+    hint = against[axis] if level else suggestions[axis]
     raise InputError(problem, file=file, expected=f"axes such as {hint}: forward, left and up")
 
 
@@ -98,8 +98,8 @@ def plate_forces(
     n, remarks = capture.layout.samples_per_frame, [remark for _, remark in read]
     wrenches = []
     for plate, wrench, sign in zip(plates, local, signs, strict=True):
-        offset, why = baseline(capture, wrench)
-        remarks.append(_taken_off(plate, offset, why))
+        offset, reason = baseline(capture, wrench)
+        remarks.append(_offset_remark(plate, offset, reason))
         world = rotation @ plate.turn
         pair = sign * _at_frames(wrench - offset, n).reshape(-1, 2, 3)
         # each of f, m (3,) in the plate's axes -> the world's: R f
@@ -129,9 +129,9 @@ def _of_plate(
         return wrench, ""
     if plate.kind in (2, 4) and plate.origin_m[2] == 0 and plate.origin_m.any():
         # without a depth the sign of ORIGIN follows from the centre of pressure
-        turned = local_wrench(capture, replace(plate, origin_m=-plate.origin_m), metres, up)
-        if _pressed_inside(plate, turned)[0] >= _INSIDE:
-            return turned, f"Force plate {plate.number}: ORIGIN taken with the other sign."
+        rotated = local_wrench(capture, replace(plate, origin_m=-plate.origin_m), metres, up)
+        if _pressed_inside(plate, rotated)[0] >= _INSIDE:
+            return rotated, f"Force plate {plate.number}: ORIGIN taken with the other sign."
     beside = f"{100 * (1 - inside):.0f} % of its load presses beside it"
     problem = f"force plate {plate.number}: {beside}"
     expected = f"moments, ORIGIN and CORNERS that fit (median {far:.2g} m from its middle)"
@@ -206,21 +206,21 @@ def _force_remark(
         return start + "none bears a load; taken as the force on the plate, as the manual has it."
     words = {1.0: "by the plate on the body", -1.0: "on the plate, which was turned"}
     if len(set(signs)) == 1:
-        way = "up" if signs[0] > 0 else "down"
-        return f"{start}the load points {way}: the file holds the force {words[signs[0]]}."
+        direction = "up" if signs[0] > 0 else "down"
+        return f"{start}the load points {direction}: the file holds the force {words[signs[0]]}."
     parts = [f"{p.number} {words[s]}" for p, s in zip(plates, signs, strict=True)]
     return f"{start}by their loads the file holds the force of plate {'; '.join(parts)}."
 
 
-def _taken_off(plate: Plate, offset: FloatArray, why: str) -> str:
+def _offset_remark(plate: Plate, offset: FloatArray, reason: str) -> str:
     """Sentence on the plate's zero that was subtracted, or why not; "" if the file states none."""
     if offset.any():
         size = float(np.linalg.norm(offset[:3]))
         return (
             f"Force plate {plate.number}: {size:.2g} N taken off, its zero in FORCE_PLATFORM:ZERO."
         )
-    if "frames" in why and "names" not in why:
-        return f"Force plate {plate.number}: no zero taken off, for {why}."
+    if "frames" in reason and "names" not in reason:
+        return f"Force plate {plate.number}: no zero taken off, for {reason}."
     return ""
 
 

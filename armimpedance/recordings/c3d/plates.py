@@ -105,8 +105,8 @@ def _plate(capture: C3dFile, i: int, metres: float) -> Plate:
         raise _wrong(capture, i, "no TYPE", "one for each plate")
     kind = int(types[i])
     if kind not in CHANNELS:
-        what = f" ({_OTHERS[kind]})" if kind in _OTHERS else ""
-        raise _wrong(capture, i, f"type {kind}{what}", "types 1 to 4, which are read")
+        description = f" ({_OTHERS[kind]})" if kind in _OTHERS else ""
+        raise _wrong(capture, i, f"type {kind}{description}", "types 1 to 4, which are read")
     corners = _numbers(capture, i, "CORNERS", 12).reshape(4, 3) * metres
     turn, half = _frame(capture, i, corners)
     return Plate(
@@ -124,10 +124,10 @@ def _plate(capture: C3dFile, i: int, metres: float) -> Plate:
 def _numbers(capture: C3dFile, i: int, name: str, count: int) -> FloatArray:
     """Numbers of plate `i` in a parameter with `count` numbers per plate."""
     stored = capture.parameters.numbers("FORCE_PLATFORM", name)
-    own = stored[count * i : count * (i + 1)]
-    if len(own) < count or not np.isfinite(own).all():
+    plate_numbers = stored[count * i : count * (i + 1)]
+    if len(plate_numbers) < count or not np.isfinite(plate_numbers).all():
         raise _wrong(capture, i, f"{name} is not complete", f"{count} numbers a plate")
-    return own
+    return plate_numbers
 
 
 def _channels(capture: C3dFile, i: int, kind: int) -> tuple[int, ...]:
@@ -137,13 +137,15 @@ def _channels(capture: C3dFile, i: int, kind: int) -> tuple[int, ...]:
     rows = entry.sizes[0] if entry is not None and entry.sizes else 0
     if entry is None or rows < count:
         raise _wrong(capture, i, "CHANNEL is not complete", f"{count} channels of type {kind}")
-    own = entry.numbers[rows * i : rows * i + count]
-    if len(own) < count or not np.isfinite(own).all():
+    plate_channels = entry.numbers[rows * i : rows * i + count]
+    if len(plate_channels) < count or not np.isfinite(plate_channels).all():
         raise _wrong(capture, i, "CHANNEL is not complete", f"{count} channels of type {kind}")
-    if own.min() < 1 or own.max() > available:
-        worst = int(own.max() if own.max() > available else own.min())
+    if plate_channels.min() < 1 or plate_channels.max() > available:
+        worst = int(
+            plate_channels.max() if plate_channels.max() > available else plate_channels.min()
+        )
         raise _wrong(capture, i, f"channel {worst}", f"one of the {available} analog channels")
-    return tuple(int(c) - 1 for c in own)
+    return tuple(int(c) - 1 for c in plate_channels)
 
 
 def _frame(capture: C3dFile, i: int, corners: FloatArray) -> tuple[FloatArray, FloatArray]:

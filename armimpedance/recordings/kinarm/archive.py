@@ -289,12 +289,12 @@ class Archive:
 
     def _member(self, folder: str, name: str, size: int | None = None) -> tuple[bytes, str]:
         """Read the bytes of a member; return them and its name for messages."""
-        place = f"{self.root}{folder}/{name}"
-        full_name = f"{self.path}:{place}"
-        if place not in self.files:
+        member_path = f"{self.root}{folder}/{name}"
+        full_name = f"{self.path}:{member_path}"
+        if member_path not in self.files:
             raise InputError("no such member", file=full_name, expected="a whole archive")
         is_bin = name.endswith(".bin")
-        data = self.files[place](_LARGEST_BIN + 1 if is_bin else size)
+        data = self.files[member_path](_LARGEST_BIN + 1 if is_bin else size)
         if is_bin and len(data) > _LARGEST_BIN:
             problem = f"is larger than {_LARGEST_BIN / 1024**2:g} MiB"
             raise InputError(problem, file=full_name, expected="a header, parameters or events")

@@ -70,7 +70,9 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     `robot`: supplies the length of the first link; an exoskeleton's is adjusted to the subject.
     """
     group = f"{robot.side.upper()}_KINARM"
-    names = [f"L{i}_{what}" for i in (1, 2, 3, 4) for what in ("I", "M", "C_AXIAL", "C_ANTERIOR")]
+    names = [
+        f"L{i}_{quantity}" for i in (1, 2, 3, 4) for quantity in ("I", "M", "C_AXIAL", "C_ANTERIOR")
+    ]
     stated_values = {
         n: common.parameters.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")
     }
@@ -80,8 +82,8 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     # "Anterior" is counter-clockwise on the right and clockwise on the left.
     turn = -1.0 if robot.side == "left" else 1.0
     mass, axial, anterior = (
-        [parameters[f"L{i}_{what}"] for i in (1, 2, 3, 4)]
-        for what in ("M", "C_AXIAL", "C_ANTERIOR")
+        [parameters[f"L{i}_{quantity}"] for i in (1, 2, 3, 4)]
+        for quantity in ("M", "C_AXIAL", "C_ANTERIOR")
     )
     aside = [turn * distance for distance in anterior]
     about = [
@@ -180,7 +182,12 @@ class LinkTorques(FrozenRecord):
         def projected(torque: FloatArray) -> FloatArray:
             # each axis (N,) less its projection onto that axis' basis (N, 3)
             axes = zip(torque.T, bases, strict=True)
-            return np.column_stack([each - basis @ (basis.T @ each) for each, basis in axes])
+            return np.column_stack(
+                [
+                    torque_of_axis - basis @ (basis.T @ torque_of_axis)
+                    for torque_of_axis, basis in axes
+                ]
+            )
 
         return replace(
             self,

@@ -235,10 +235,10 @@ def _subject(personal: Mapping[str, str]) -> Subject:
     return Subject(id=named[0]) if named else Subject()
 
 
-def _force_sentence(whose: ForceBy, how: str) -> str:
+def _force_sentence(whose: ForceBy, reason: str) -> str:
     if whose == "limb":
-        return f"Force: sensor by the limb on the device, as {how}."
-    return f"Force: sensor by the device on the limb, as {how}; its sign was turned."
+        return f"Force: sensor by the limb on the device, as {reason}."
+    return f"Force: sensor by the device on the limb, as {reason}; its sign was turned."
 
 
 def _provenance(
@@ -253,4 +253,7 @@ def _provenance(
         sentences.append(
             "No joint angles and no shoulder: the links are the robot's, not along the arm."
         )
-    return [*sentences, *(f"{each.name.capitalize()}: {each.message}." for each in findings)]
+    return [
+        *sentences,
+        *(f"{finding.name.capitalize()}: {finding.message}." for finding in findings),
+    ]

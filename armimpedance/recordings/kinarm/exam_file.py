@@ -92,12 +92,12 @@ def joined(frames: Sequence[int], parts: Iterable[Samples], width: int = 0) -> F
     `width`: columns of the parts; 0: they are (F,).
     Returns: (N,) or (N, width).
     """
-    whole = np.empty((sum(frames), width) if width else sum(frames))
+    array = np.empty((sum(frames), width) if width else sum(frames))
     at = 0
     for part in parts:
-        whole[at : at + len(part)] = part
+        array[at : at + len(part)] = part
         at += len(part)
-    return whole
+    return array
 
 
 def anything(values: Samples) -> bool:
@@ -291,9 +291,9 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
 
 def _claimed_members(path: Path) -> int:
     """Number of members that the directory of a zip claims or has room for, before it is read."""
-    whole = path.stat().st_size
+    file_size = path.stat().st_size
     with path.open("rb") as file:
-        file.seek(max(whole - 65_557, 0))
+        file.seek(max(file_size - 65_557, 0))
         tail = file.read()
     at = tail.rfind(b"PK\x05\x06")
     if at < 0 or at + 22 > len(tail):
@@ -304,7 +304,7 @@ def _claimed_members(path: Path) -> int:
         # the record for more than 65,535 members
         count, size = struct.unpack_from("<QQ", tail, further + 32)
     # the library uses the size, whatever the count is; names have about forty letters
-    return max(int(count), min(int(size), whole) // 100)
+    return max(int(count), min(int(size), file_size) // 100)
 
 
 def _zip_files(path: Path, archive: zipfile.ZipFile) -> Files:

@@ -194,7 +194,7 @@ def _beside(files: Files, trials: Sequence[ExamTrial]) -> tuple[str, ...]:
         "the exam's own label": any(PurePosixPath(n).name == "description.txt" for n in files),
         "times at which frames were shown": any(t.file.acknowledgements for t in trials),
     }
-    return tuple(what for what, is_present in present.items() if is_present)
+    return tuple(content for content, is_present in present.items() if is_present)
 
 
 @dataclass(frozen=True)

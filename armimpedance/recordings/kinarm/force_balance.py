@@ -143,9 +143,9 @@ def _residual(torques: LinkTorques, weights: FloatArray) -> FloatArray:
 def _unbalanced(torques: LinkTorques, weights: FloatArray) -> float:
     """Mean square of the residuals as a share of the torques', mean of both axes."""
     parts = (torques.motor, torques.hand @ weights, torques.inertial)
-    whole = sum((part**2).mean(axis=0) for part in parts)
+    total = sum((part**2).mean(axis=0) for part in parts)
     residual = (_residual(torques, weights) ** 2).mean(axis=0)
-    return float((residual / np.where(whole > 0, whole, 1.0)).mean())
+    return float((residual / np.where(total > 0, total, 1.0)).mean())
 
 
 def _agreeing(torques: LinkTorques, scale: float) -> int:

@@ -117,8 +117,8 @@ def _with_handle(files: Sequence[ExamFile], robot: Robot, hand: str) -> Robot:
     # squares; u is the direction of link 2, n across it, counter-clockwise. For each trial only the
     # triangular factor of both sides is needed.
     probes = [
-        replace(robot, links_m=np.append(robot.lengths_m[:1], place))
-        for place in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+        replace(robot, links_m=np.append(robot.lengths_m[:1], offset))
+        for offset in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
     ]
     factors = []
     for file in files:
@@ -126,8 +126,8 @@ def _with_handle(files: Sequence[ExamFile], robot: Robot, hand: str) -> Robot:
         sides = (along - elbow, aside - elbow, file.place(hand) - elbow)
         factors.append(np.linalg.qr(np.column_stack([s.ravel() for s in sides]), mode="r"))
     both = np.concatenate(factors)
-    place = np.linalg.lstsq(both[:, :2], both[:, 2], rcond=None)[0]
-    return replace(robot, links_m=np.append(robot.lengths_m[:1], place))
+    offset = np.linalg.lstsq(both[:, :2], both[:, 2], rcond=None)[0]
+    return replace(robot, links_m=np.append(robot.lengths_m[:1], offset))
 
 
 def _handle_sentence(robot: Robot, fitted: Robot, residual_m: float) -> str:

@@ -198,16 +198,16 @@ def _rows(exam: Exam, side: Side, *, judged: bool) -> tuple[list[dict[str, objec
     Trials are checked as by `convert`, if there is any force.
     """
     sound, broken = sound_trials(exam.trials, side, {}) if judged else (list(exam.trials), [])
-    why = {trial_out.name: _reason(trial_out) for trial_out in broken}
+    reasons = {trial_out.name: _reason(trial_out) for trial_out in broken}
     # two trials with the same name would be two files of the same name: both get the first's state
-    unusable = [trial for trial in exam.trials if trial.name in why]
+    unusable = [trial for trial in exam.trials if trial.name in reasons]
     rows, remarks = [], []
     for trials in filter(None, (sound, unusable)):
         table, notes = trial_table(trials, exam.common, side, keep_personal=False)
         remarks += notes if trials is sound else []
         for row in table.drop(columns="direction_from", errors="ignore").to_dict("records"):
             trial = trials[int(row.pop("file_index"))]
-            rows.append(_row(trial, {str(k): v for k, v in row.items()}, why.get(trial.name)))
+            rows.append(_row(trial, {str(k): v for k, v in row.items()}, reasons.get(trial.name)))
     for trial_out in sorted(exam.left_out, key=lambda missing: missing.name):
         rows.append(_empty_row(trial_out))
     return rows, remarks
@@ -240,20 +240,20 @@ def _plain_value(value: object) -> object:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _empty_row(left: LeftOut) -> dict[str, object]:
+def _empty_row(left_out: LeftOut) -> dict[str, object]:
     """Row of a trial of which only the file's name is known."""
-    row: dict[str, object] = {"trial": None, "file": left.name, "state": _reason(left)}
-    if left.error is None:
+    row: dict[str, object] = {"trial": None, "file": left_out.name, "state": _reason(left_out)}
+    if left_out.error is None:
         row["samples"] = 0
-    numbers = re.match(r"(\d{1,9})_(\d{1,9})_(\d{1,9})(\D|$)", left.name)
+    numbers = re.match(r"(\d{1,9})_(\d{1,9})_(\d{1,9})(\D|$)", left_out.name)
     if numbers is not None:
         row["set"], row["protocol"], row["repetition"] = (int(n) for n in numbers.groups()[:3])
     return row
 
 
-def _reason(left: LeftOut) -> str:
+def _reason(left_out: LeftOut) -> str:
     """Fault of a trial, without a row, since only the range of its samples was kept."""
-    error = left.error
+    error = left_out.error
     if error is None:
         return EMPTY
     return f"{error.column}: {error.problem}" if error.column else error.problem

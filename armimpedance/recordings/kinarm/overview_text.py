@@ -175,9 +175,9 @@ def _conditions(seen: ExamOverview) -> Table:
 
 
 def _directions(rows: Iterable[Row]) -> str:
-    known = sorted({v for row in rows if isinstance(v := row.get("direction_deg"), float)})
-    shown = ", ".join(f"{v:g}" for v in known[:8])
-    return f"{shown}, … ({len(known)})" if len(known) > 8 else shown
+    directions = sorted({v for row in rows if isinstance(v := row.get("direction_deg"), float)})
+    shown = ", ".join(f"{v:g}" for v in directions[:8])
+    return f"{shown}, … ({len(directions)})" if len(directions) > 8 else shown
 
 
 def _ranges(values: Iterable[object]) -> str:
@@ -226,7 +226,7 @@ def _broken(seen: ExamOverview) -> Table:
     broken = [row for row in seen.trials if row["state"] not in (SOUND, EMPTY)]
     reasons = Counter(str(row["state"]) for row in broken)
     first = {str(row["state"]): str(row["file"]) for row in reversed(broken)}
-    rows = [[_short(why, 70), str(n), first[why]] for why, n in reasons.most_common(12)]
+    rows = [[_short(reason, 70), str(n), first[reason]] for reason, n in reasons.most_common(12)]
     return "Broken trials", ["what is wrong", "trials", "first"], rows
 
 
@@ -236,8 +236,8 @@ def _next(seen: ExamOverview, requested: Side | None) -> Iterator[str]:
     if not any(seen.force_trials.values()) or not _sound(seen):
         yield f"It cannot be converted: {seen.refusal or 'no trial is sound'}."
         return
-    place = f"./{seen.path}" if seen.path.startswith("-") else seen.path
-    words = ["armimpedance", "convert", place, "session"]
+    shown_path = f"./{seen.path}" if seen.path.startswith("-") else seen.path
+    words = ["armimpedance", "convert", shown_path, "session"]
     side: str = seen.side or next(s for s, n in seen.force_trials.items() if n)
     if both or requested is not None:
         words += ["--side", side]

@@ -202,16 +202,16 @@ def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
     row = protocol_row(trial)
     settings = _row(trial.file, common, "TP_TABLE", row)
     targets = dict(_targets(settings, trial.file, common, side))
-    ways = targets
+    direction_targets = targets
     if None in targets.values() and side == "right":
         # the origin of older tables is the task's; a left arm's may be mirrored or not
-        ways = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
+        direction_targets = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
     loads = dict(_loads(settings, trial.file, common))
-    direction = direction_of(settings, loads, ways, side)
+    direction = direction_of(settings, loads, direction_targets, side)
     stated = trial.file.parameters.text("TRIAL", "TP")
     if not stated or stated.isdigit():
         stated = next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
-    return Protocol(row, stated, settings, targets, ways, loads, side, direction)
+    return Protocol(row, stated, settings, targets, direction_targets, loads, side, direction)
 
 
 def as_written(value: object) -> float:
@@ -225,9 +225,9 @@ def protocol_row(trial: ExamTrial) -> int:
     return trial.protocol if row is None else int(row)
 
 
-def _row(own: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
+def _row(trial_file: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
     """Read one row of a table, counted from 1, by the names of its columns, in capitals."""
-    file = next((f for f in (own, common) if f.parameters.groups.get(group)), common)
+    file = next((f for f in (trial_file, common) if f.parameters.groups.get(group)), common)
     used = file.parameters.number(group, "USED")
     if row < 1 or (used is not None and row > used):
         return {}

@@ -55,27 +55,27 @@ def condition_names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]
     return names, remarks
 
 
-def _differences(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
+def _differences(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
     """Features in which protocols differ, and their values for each protocol, in words."""
-    features = [dict(_features(protocol)) for protocol in alike]
+    features = [dict(_features(protocol)) for protocol in protocols]
     labels = list(dict.fromkeys(label for values in features for label in values))
     varying = [n for n in labels if len({values.get(n) for values in features}) > 1]
     return varying, [" ".join(values[n] for n in varying if n in values) for values in features]
 
 
-def _names(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
+def _names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
     """Names of protocols with the same stated name, or of one of the two unnamed kinds."""
-    stated = alike[0].name
-    varying, words = _differences(alike)
-    rows = sorted({protocol.row for protocol in alike})
+    stated = protocols[0].name
+    varying, words = _differences(protocols)
+    rows = sorted({protocol.row for protocol in protocols})
     if stated:
         if not varying:
-            return [stated] * len(alike), []
+            return [stated] * len(protocols), []
         note = f"Conditions: trial protocols named {stated} differ in {', '.join(varying)}."
         return [f"{stated} {differences}".strip() for differences in words], [note]
-    pooled = len(set(words)) < len(rows) and any(p.direction is not None for p in alike)
+    pooled = len(set(words)) < len(rows) and any(p.direction is not None for p in protocols)
     if not pooled:
-        return [" ".join([f"TP_{p.row}", *_description(p)]) for p in alike], []
+        return [" ".join([f"TP_{p.row}", *_description(p)]) for p in protocols], []
     remark = "Conditions: trial protocols that differ in direction only are together."
     together = f"TP_{rows[0]} to TP_{rows[-1]}"
     return [differences or together for differences in words], [remark]
@@ -138,10 +138,10 @@ def _description(protocol: Protocol) -> Iterator[str]:
 
 
 def _place(protocol: Protocol, name: str) -> str:
-    place = protocol.targets[name]
-    if place is None:
+    position = protocol.targets[name]
+    if position is None:
         return _number(protocol.settings[name])
-    return " ".join(_cm(coordinate) for coordinate in place) + " cm"
+    return " ".join(_cm(coordinate) for coordinate in position) + " cm"
 
 
 def _degrees(x: float, y: float) -> str:
@@ -262,10 +262,10 @@ def chosen_trials(
     usable = pd.Series(True, index=trials.index)
     remarks: list[str] = []
 
-    def leave_out(wanted: pd.Series, why: str) -> None:
+    def leave_out(wanted: pd.Series, reason: str) -> None:
         numbers = trials["trial"][usable & ~wanted].tolist()
         if numbers:
-            remarks.append(f"Left out, {why}: trials {', '.join(map(str, numbers))}.")
+            remarks.append(f"Left out, {reason}: trials {', '.join(map(str, numbers))}.")
         usable[~wanted] = False
 
     if choice.protocols:

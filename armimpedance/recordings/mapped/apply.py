@@ -92,9 +92,9 @@ def mapped_recording(
         cut, numbers, sentence = _chosen(cut, mapping, rate, path, where)
         notes.append(sentence)
     if not strict:
-        even = [with_even_time(run, pieces, mapping, rate) for run, pieces in cut]
-        cut = [(evened.run, pieces) for evened, (_, pieces) in zip(even, cut, strict=True)]
-        notes += [note for evened in even for note in evened.notes]
+        even_runs = [with_even_time(run, pieces, mapping, rate) for run, pieces in cut]
+        cut = [(evened.run, pieces) for evened, (_, pieces) in zip(even_runs, cut, strict=True)]
+        notes += [note for evened in even_runs for note in evened.notes]
     metadata = replace(
         mapping.metadata, sample_rate_hz=rate, muscles=mapping.metadata.muscles or None
     )
@@ -196,8 +196,8 @@ def _rate(
             raise clocked_run.error(
                 f"{run_rate:.6g} Hz where other runs have {rate:.6g} Hz", expected
             )
-    whole = round(rate)
-    rate = float(whole) if whole and abs(rate / whole - 1.0) < WHOLE_RATE else rate
+    integer = round(rate)
+    rate = float(integer) if integer and abs(rate / integer - 1.0) < WHOLE_RATE else rate
     return rate, (f"Sample rate from the times: {rate:.9g} Hz.",)
 
 
@@ -226,7 +226,7 @@ def _samples(
     rows = np.concatenate([np.arange(p.start, p.stop) for p in pieces])
     lengths = [p.stop - p.start for p in pieces]
     whole = len(rows) == run.rows and np.array_equal(rows, np.arange(run.rows))
-    where = slice(None) if whole else rows
+    selection = slice(None) if whole else rows
     columns = {
         "trial": np.repeat(np.arange(len(pieces), dtype=np.float64), lengths),
         "time_s": _finite(
@@ -234,26 +234,26 @@ def _samples(
         ),
     }
     for name, (source, quantity, axis) in _named(mapping).items():
-        values = _finite(run, run.numbers(source)[where], rows, source)
+        values = _finite(run, run.numbers(source)[selection], rows, source)
         if quantity is not None:
             values = quantity.unit.to_si(values)
             values = -values if quantity.signs[axis] < 0 else values
         columns[name] = values
     kind = mapping.metadata.kind
-    meant = sample_columns(tuple(columns), kind, mapping.metadata.muscles or None)
+    recognised = sample_columns(tuple(columns), kind, mapping.metadata.muscles or None)
     optional = {
-        *command_columns(kind, len(meant.position)),
-        *perturbation_columns(len(meant.position)),
+        *command_columns(kind, len(recognised.position)),
+        *perturbation_columns(len(recognised.position)),
     }
     named = {"trial", "time_s", *_named(mapping)} - set(mapping.keep) - optional
-    if clash := sorted(set(meant.named) ^ named):
+    if clash := sorted(set(recognised.named) ^ named):
         expected = "the name of one that means nothing else; it cannot be kept under this one"
         raise InputError(
             "a column to be kept", file=mapping.file, column=clash[0], expected=expected
         )
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
     table = _RunTable(run.file, columns, (), rows + run.first_row)
-    return Samples(table, meant, np.arange(len(pieces), dtype=np.int64), offsets)
+    return Samples(table, recognised, np.arange(len(pieces), dtype=np.int64), offsets)
 
 
 def _named(mapping: ColumnMapping) -> dict[str, tuple[str, ColumnQuantity | None, int]]:
@@ -326,21 +326,21 @@ def _together(parts: Sequence[Samples], path: Path, numbers: np.ndarray) -> Samp
 
 def _sources(files: Sequence[ReadFile], mapping: ColumnMapping) -> list[str]:
     names = [file.path.name for file in files]
-    what = names[0] if len(names) == 1 else f"{len(names)} files, {names[0]} to {names[-1]}"
+    files_shown = names[0] if len(names) == 1 else f"{len(names)} files, {names[0]} to {names[-1]}"
     changed = [
         f"{name.replace('_', ' ')}: from {quantity.unit.symbol}"
         for name, quantity in mapping.quantities.items()
         if not quantity.unit.is_si
     ]
-    turned = [
+    reversed_names = [
         c
         for q in mapping.quantities.values()
         for c, s in zip(q.columns, q.signs, strict=True)
         if s < 0
     ]
-    sentences = [f"Read from {what} by the mapping {mapping.file.name}."]
+    sentences = [f"Read from {files_shown} by the mapping {mapping.file.name}."]
     sentences += [f"Brought to SI: {', '.join(changed)}."] if changed else []
-    return sentences + ([f"Sign turned: {', '.join(turned)}."] if turned else [])
+    return sentences + ([f"Sign turned: {', '.join(reversed_names)}."] if reversed_names else [])
 
 
 def _left(files: Sequence[ReadFile], mapping: ColumnMapping) -> list[str]:

@@ -54,9 +54,9 @@ class OneClock:
     ) -> InputError:
         """Return an error for this run; `row` counts its samples from 0."""
         line = None if row is None else row + self.first_row
-        where = "" if self.name == str(self.file) or not self.name else f" in {self.name}"
+        in_run = "" if self.name == str(self.file) or not self.name else f" in {self.name}"
         return InputError(
-            problem + where, file=self.file, row=line, column=column, expected=expected
+            problem + in_run, file=self.file, row=line, column=column, expected=expected
         )
 
     def numbers(self, column: str) -> FloatArray:
@@ -116,17 +116,17 @@ def _refuse_missing(
         for name in needed.columns:
             if name not in homes:
                 available = f"one of {_some(homes)}" if homes else "columns"
-                where = f" in {run.name}" if run.name not in ("", str(file)) else ""
+                in_run = f" in {run.name}" if run.name not in ("", str(file)) else ""
                 raise InputError(
-                    "no such column" + where, file=file, column=name, expected=available
+                    "no such column" + in_run, file=file, column=name, expected=available
                 )
 
 
 def _cut_to(
-    inside: BoolArray, run: RawRun, found: tuple[Any, ...], file: Path, notes: tuple[str, ...]
+    inside: BoolArray, run: RawRun, parts: tuple[Any, ...], file: Path, notes: tuple[str, ...]
 ) -> OneClock:
     """Cut a run to the samples that all clocks cover."""
-    base, time, columns, homes = found
+    base, time, columns, homes = parts
     rows = np.flatnonzero(inside)
     if base.rows and not len(rows):
         raise InputError(
@@ -215,10 +215,10 @@ def run_on(ticks: FloatArray) -> FloatArray:
 
 
 def _brought(
-    column: RawColumn, own_time: FloatArray, time: FloatArray, kind: str, where: tuple[Path, str]
+    column: RawColumn, own_time: FloatArray, time: FloatArray, kind: str, location: tuple[Path, str]
 ) -> tuple[NDArray[Any], BoolArray]:
     """Interpolate values to other times, NaN within gaps; and True for times that are covered."""
-    file, name = where
+    file, name = location
     if len(own_time) < 2 or len(time) < 2:
         raise InputError("a clock of a single sample", file=file, column=name, expected="more")
     steps = np.diff(own_time)
@@ -244,11 +244,11 @@ def _brought(
     return values, covered
 
 
-def _clock_remark(kind: str, own: FloatArray, time: FloatArray) -> str:
-    rates = [1.0 / float(np.median(np.diff(t))) for t in (own, time)]
+def _clock_remark(kind: str, own_time: FloatArray, time: FloatArray) -> str:
+    rates = [1.0 / float(np.median(np.diff(t))) for t in (own_time, time)]
     how = "held" if kind in ("held", "value") else "interpolated"
-    what = {"held": "trial marks", "value": "trial values", "keep": "further columns"}
-    name = what.get(kind, kind.replace("_", " "))
+    names = {"held": "trial marks", "value": "trial values", "keep": "further columns"}
+    name = names.get(kind, kind.replace("_", " "))
     return (
         f"{name}: {how} from a clock of {rates[0]:.6g} Hz to the position's of {rates[1]:.6g} Hz."
     )

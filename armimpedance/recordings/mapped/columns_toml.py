@@ -134,7 +134,7 @@ class _Reader:
         kind = values.get("kind")
         if kind not in ("hand", "joint"):
             raise self.wrong("", "kind", '"hand" or "joint"', kind)
-        place: Dimension = "length" if kind == "hand" else "angle"
+        dimension: Dimension = "length" if kind == "hand" else "angle"
         push: Dimension = "force" if kind == "hand" else "torque"
         emg, muscles, emg_unit = self.emg(values)
         metadata = self.metadata(values, muscles, emg_unit)
@@ -143,13 +143,13 @@ class _Reader:
                 file=self.file,
                 metadata=metadata,
                 rate_stated="sample_rate_hz" in values,
-                position=self.quantity(values, "position", place),
+                position=self.quantity(values, "position", dimension),
                 force=self.quantity(values, "force", push, {"by"}),
                 files=self.text("", "files", values),
                 time=self.time(values),
                 joint_angles=self.optional(values, "joint_angles", "angle"),
                 emg=emg,
-                commanded=self.optional(values, "commanded", place),
+                commanded=self.optional(values, "commanded", dimension),
                 added_torque=self.optional(values, "added_torque", "torque"),
                 tables=self.tables(values.get("tables", []), values.get("trials", {})),
                 trials=self.trials(values.get("trials", {})),
@@ -261,11 +261,13 @@ class _Reader:
     def tables(self, sections: Any, trials: dict[str, Any]) -> tuple[JoinedTable, ...]:
         """Read the tables with one row per trial: file, and the columns that join them."""
         expected = '[[tables]] with file = "trials.csv" and key = "trial"'
-        if not isinstance(sections, list) or not all(isinstance(each, dict) for each in sections):
+        if not isinstance(sections, list) or not all(
+            isinstance(section, dict) for section in sections
+        ):
             raise self.wrong("", "tables", expected, sections)
         between = trials.get("between", [])
         between = between if isinstance(between, list) else [between]
-        return tuple(self.table(each, tuple(map(plain, between))) for each in sections)
+        return tuple(self.table(section, tuple(map(plain, between))) for section in sections)
 
     def table(self, section: dict[str, Any], between: tuple[str, ...]) -> JoinedTable:
         """Read one table to join."""
@@ -311,12 +313,12 @@ class _Reader:
 
     def trial_value(self, name: str, entry: Any) -> TrialValue:
         """Read one column of the trial table: a column's name, or a table with column or value."""
-        place = f"trials.columns.{name}"
+        key = f"trials.columns.{name}"
         inner = {"column": entry} if isinstance(entry, str) else entry
         expected = 'a column\'s name, { column = "dir", unit = "deg" } or { value = "relaxed" }'
         if not isinstance(inner, dict) or ("column" in inner) == ("value" in inner):
             raise self.wrong("trials.columns", name, expected, entry)
-        self.refuse_unknown(inner, {"column", "value", "unit"}, place)
+        self.refuse_unknown(inner, {"column", "value", "unit"}, key)
         value, column, unit = inner.get("value"), inner.get("column"), inner.get("unit")
         is_name = isinstance(column, str) and column != ""
         is_valid = is_name if value is None else isinstance(value, str) or is_number(value)

@@ -178,8 +178,8 @@ def _as(values: NDArray[Any], between: tuple[float | str, ...]) -> NDArray[Any]:
 
 
 def _plain(value: object) -> str:
-    whole = isinstance(value, float) and value.is_integer()
-    return str(int(value)) if whole and isinstance(value, float) else str(value)
+    is_integer = isinstance(value, float) and value.is_integer()
+    return str(int(value)) if is_integer and isinstance(value, float) else str(value)
 
 
 def piece_time(run: OneClock, piece: Piece, rate_hz: float | None) -> FloatArray:
@@ -333,8 +333,8 @@ def _number(cells: list[dict[str, str]], trials: Sequence[MappedTrial]) -> None:
             text = _cell("trial", file_number, TrialValue(), np.empty(0), trial)
             row["trial"] = text
     numbers = [row.get("trial") for row in cells]
-    whole = all(n is not None and re.fullmatch(r"[+-]?\d{1,15}", n) for n in numbers)
-    if whole and len({int(n) for n in numbers if n is not None}) == len(numbers):
+    are_integers = all(n is not None and re.fullmatch(r"[+-]?\d{1,15}", n) for n in numbers)
+    if are_integers and len({int(n) for n in numbers if n is not None}) == len(numbers):
         return
     for number, row in enumerate(cells, start=1):
         file_number = row.get("trial")

@@ -135,7 +135,7 @@ def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
 # The text of a proposed `columns.toml`, with a reason beside each line.
 
 
-def mapping_text(found: Proposal, name: str) -> str:
+def mapping_text(proposal: Proposal, name: str) -> str:
     """Return the text of a proposed mapping; a "?" marks each word that the user must decide.
 
     `name`: name of the file.
@@ -143,35 +143,35 @@ def mapping_text(found: Proposal, name: str) -> str:
     lines = [
         f"# Proposed from {_plain(name)}. Check each line; replace each ? by your word.",
         "# Reference: docs/reference/files/mapping.md",
-        *(f"# cannot tell: {_plain(question)}" for question in found.cannot_tell),
+        *(f"# cannot tell: {_plain(question)}" for question in proposal.cannot_tell),
         "",
-        f"kind = {_text(found.kind)}".ljust(30) + '# "hand" (m, N) or "joint" (rad, N m)',
+        f"kind = {_text(proposal.kind)}".ljust(30) + '# "hand" (m, N) or "joint" (rad, N m)',
     ]
-    if found.files is not None:
-        lines.append(f"files = {_text(found.files)}")
-    if found.rate_hz is not None:
-        lines.append(f"sample_rate_hz = {found.rate_hz!r}")
-    elif any("sample rate" in question for question in found.cannot_tell):
+    if proposal.files is not None:
+        lines.append(f"files = {_text(proposal.files)}")
+    if proposal.rate_hz is not None:
+        lines.append(f"sample_rate_hz = {proposal.rate_hz!r}")
+    elif any("sample rate" in question for question in proposal.cannot_tell):
         lines.append(f"sample_rate_hz = {_text(None)}")
     lines += ["# handle_mass_kg = 0.0           # mass between force sensor and hand", ""]
-    if found.time is not None:
-        lines += ["[time]", f"column = {_text(found.time.columns[0])}", _unit(found.time), ""]
-    lines += _columns("position", found.position)
-    lines += [*_columns("force", found.force)[:-1], *_whose(found), ""]
-    if found.joint_angles is not None:
-        lines += _columns("joint_angles", found.joint_angles)
-    if found.emg is not None:
-        pairs = zip(found.emg.axes, found.emg.columns, strict=True)
-        lines += ["[emg]", _unit(found.emg), "", "[emg.muscles]"]
+    if proposal.time is not None:
+        lines += ["[time]", f"column = {_text(proposal.time.columns[0])}", _unit(proposal.time), ""]
+    lines += _columns("position", proposal.position)
+    lines += [*_columns("force", proposal.force)[:-1], *_whose(proposal), ""]
+    if proposal.joint_angles is not None:
+        lines += _columns("joint_angles", proposal.joint_angles)
+    if proposal.emg is not None:
+        pairs = zip(proposal.emg.axes, proposal.emg.columns, strict=True)
+        lines += ["[emg]", _unit(proposal.emg), "", "[emg.muscles]"]
         lines += [f"{_key(muscle)} = {_text(column)}" for muscle, column in pairs] + [""]
-    for table in found.tables:
+    for table in proposal.tables:
         keys = f"{{ log = {_text(table.log_key)}, table = {_text(table.table_key)} }}"
         same = table.log_key == table.table_key
         key = _text(table.log_key) if same else keys
         lines += ["[[tables]]", f"file = {_text(table.file)}", f"key = {key}", ""]
-    lines += _trials(found)
-    if found.others:
-        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
+    lines += _trials(proposal)
+    if proposal.others:
+        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in proposal.others)]
     return "\n".join(lines) + "\n"
 
 
@@ -318,10 +318,10 @@ def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> P
     force: Fx (N), Fy (N) in N (stated by the file)
     trials: by run
     """
-    place = Path(path)
-    if not place.exists():
+    location = Path(path)
+    if not location.exists():
         raise InputError("no such file or folder", file=path, expected="a table")
-    chosen = files_of(place, files)
+    chosen = files_of(location, files)
     log = read_files(chosen[:1], lambda _name: True)[0]
     proposal = proposal_for(log.raw, len(chosen))
     pattern = name_pattern(chosen) if proposal.trials.get("by") == "run" else None
@@ -332,12 +332,12 @@ def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> P
         proposal.tables = (table,)
     if pattern is not None:
         proposal.named_by(pattern)
-    if place.is_dir() and chosen[0] != place:
+    if location.is_dir() and chosen[0] != location:
         proposal.files = files or f"*{chosen[0].suffix}"
     whose = "whose force on the other it is" + (": " + " ".join(proposal.evidence)).rstrip(": ")
     return ProposedMapping(
-        text=mapping_text(proposal, place.name),
-        place=(place if place.is_dir() else place.parent) / MAPPING_FILE,
+        text=mapping_text(proposal, location.name),
+        place=(location if location.is_dir() else location.parent) / MAPPING_FILE,
         found=proposal.lines(),
         cannot_tell=(*proposal.cannot_tell, whose),
     )

@@ -46,7 +46,7 @@ def without_padding(
         kept[i] = replace(piece, start=piece.start + first, stop=piece.start + last)
         if last - first < len(values):
             removed.append((_name(piece, i), len(values) - (last - first)))
-    return [piece for piece in kept if piece.stop > piece.start], _said(run, removed)
+    return [piece for piece in kept if piece.stop > piece.start], _padding_remark(run, removed)
 
 
 def _name(piece: Piece, position: int) -> str:
@@ -64,21 +64,21 @@ def _doubtful(signals: Sequence[FloatArray], axes: int, pieces: Sequence[Piece])
     for edge, inward in ((starts[long], 1), (stops[long] - 1, -1)):
         rows = [[s[edge], s[edge + inward], s[edge + 2 * inward]] for s in signals]
         empty = np.logical_and.reduce([np.isnan(at) for at, _, _ in rows])
-        alike = np.logical_and.reduce([at == near for at, near, _ in rows])
+        equal = np.logical_and.reduce([at == near for at, near, _ in rows])
         leaps = [np.abs(at - near) > _JUMP * np.abs(near - far) for at, near, far in rows[:axes]]
-        doubtful[long] |= empty | alike | np.logical_or.reduce(leaps)
+        doubtful[long] |= empty | equal | np.logical_or.reduce(leaps)
     return doubtful
 
 
-def _said(run: OneClock, lost: Sequence[tuple[str, int]]) -> list[str]:
+def _padding_remark(run: OneClock, lost: Sequence[tuple[str, int]]) -> list[str]:
     if not lost:
         return []
     rows = sum(count for _, count in lost)
     trials = ", ".join(name for name, _ in lost[:8]) + (", …" if len(lost) > 8 else "")
-    where = f" of {run.name}" if run.name not in ("", str(run.file)) else ""
+    in_run = f" of {run.name}" if run.name not in ("", str(run.file)) else ""
     return [
         f"Padding: {rows} row{'s' * (rows > 1)} without a measurement at the ends of "
-        f"trial{'s' * (len(lost) > 1)} {trials}{where} left out."
+        f"trial{'s' * (len(lost) > 1)} {trials}{in_run} left out."
     ]
 
 
@@ -99,8 +99,8 @@ def _frozen(values: FloatArray) -> int:
     Rows with coarse digits may be equal by chance, and a sensor at rest repeats its values before
     the disturbance too.
     """
-    alike = (values[1:] == values[:-1]).all(axis=1)
-    runs = np.diff(np.flatnonzero(np.concatenate([[True], ~alike, [True]]))) - 1
+    equal = (values[1:] == values[:-1]).all(axis=1)
+    runs = np.diff(np.flatnonzero(np.concatenate([[True], ~equal, [True]]))) - 1
     count, longest = int(runs[-1]), int(runs[:-1].max(initial=0))
     if longest > _CHANCE_RUN or not _FROZEN * max(longest, 1) <= count <= _MOST * len(values):
         return 0

@@ -69,7 +69,7 @@ def with_even_time(
     scatter = float(np.concatenate([deviation[p.start : p.stop] for p in pieces]).std())
     note = (
         f"Time stamps scatter by {1e3 * scatter:.2g} ms about an even clock of {rate_hz:.6g} Hz. "
-        + _why(right, beta, sd, mapping.position.unit.symbol, speed * scatter)
+        + _reason(right, beta, sd, mapping.position.unit.symbol, speed * scatter)
     )
     return EvenTime(replace(run, time_s=time, columns=columns), (note,))
 
@@ -81,15 +81,15 @@ def _is_even(time: FloatArray, pieces: Sequence[Piece], rate_hz: float) -> bool:
     return not off.any()
 
 
-def _why(right: bool, beta: float, sd: float, unit: str, error: float) -> str:
+def _reason(right: bool, beta: float, sd: float, unit: str, error: float) -> str:
     share = f"{beta:.2f} ± {2 * sd:.2f} of the scatter is in the motion"
     if right:
         return f"The samples are uneven ({share}): they were interpolated onto it."
-    taken = f"if they were not, positions would be off by up to {error:.2g} {unit}"
+    doubt = f"if they were not, positions would be off by up to {error:.2g} {unit}"
     if beta + 2.0 * sd < 0.5:
-        return f"The samples are even ({share}) and stay; {taken}."
+        return f"The samples are even ({share}) and stay; {doubt}."
     return (
-        f"Whether the samples are even the motion does not say ({share}); they stay, and {taken}."
+        f"Whether the samples are even the motion does not say ({share}); they stay, and {doubt}."
     )
 
 
@@ -100,8 +100,8 @@ def _even(time: FloatArray, rate_hz: float) -> FloatArray | None:
         return None
     if (np.abs(steps * rate_hz - 1.0) <= STEP_TOLERANCE).all():
         return None
-    even = np.arange(len(time)) / rate_hz
-    return even + float(np.median(time - even))
+    even_time = np.arange(len(time)) / rate_hz
+    return even_time + float(np.median(time - even_time))
 
 
 def _all_jitter(

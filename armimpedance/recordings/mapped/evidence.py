@@ -67,8 +67,8 @@ def measured_rows(values: FloatArray) -> int:
     """Number of rows of (N,) or (N, d) without repeated rows at the end."""
     if len(values) < 2:
         return len(values)
-    alike = (np.diff(values, axis=0) == 0).reshape(len(values) - 1, -1).all(axis=1)
-    changes = np.flatnonzero(~alike)
+    equal = (np.diff(values, axis=0) == 0).reshape(len(values) - 1, -1).all(axis=1)
+    changes = np.flatnonzero(~equal)
     filled = len(values) - (int(changes[-1]) + 1 if len(changes) else 0)
     return len(values) - filled if 1 < filled < _PRESENT * len(values) else len(values)
 

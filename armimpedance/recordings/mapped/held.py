@@ -235,15 +235,15 @@ def split_name(name: str) -> tuple[str, str | None]:
     return (name, None) if unit is None else (before, unit.symbol)
 
 
-def _section(quantity: str, unit: str | None, given: Any, run: RawRun, name: str) -> dict[str, Any]:
+def _section(quantity: str, unit: str | None, data: Any, run: RawRun, name: str) -> dict[str, Any]:
     """Section of a quantity: columns and unit."""
     if unit is None:
         some = ", ".join(f"{quantity}_{u.replace(' ', '')}" for u in UNITS if _fits(quantity, u))
         raise InputError(f"{name} says no unit", expected=f"one of {some}")
     if quantity == "emg":
-        muscles = given if isinstance(given, Mapping) else {c: c for c in _named(given, run)}
+        muscles = data if isinstance(data, Mapping) else {c: c for c in _named(data, run)}
         return {"muscles": dict(muscles), "unit": unit}
-    names = _named(given, run)
+    names = _named(data, run)
     if quantity == "time":
         return {"column": names[0], "unit": unit}
     return {"columns": names, "unit": unit}
@@ -277,13 +277,13 @@ def _named(stated: Any, run: RawRun) -> list[str]:
     return columns
 
 
-def _of_trial(quantity: str, unit: str | None, name: str, given: Any) -> dict[str, Any]:
+def _of_trial(quantity: str, unit: str | None, name: str, data: Any) -> dict[str, Any]:
     """Column of the trial table, converted to the unit in its name there."""
     for column in NUMBER_COLUMNS:
         of_name, column_unit = split_name(column)
         if quantity == of_name and unit != column_unit:
-            return {column: {"column": given, "unit": unit}}
-    return {name: given}
+            return {column: {"column": data, "unit": unit}}
+    return {name: data}
 
 
 def _with_trials(

@@ -41,10 +41,10 @@ def with_tables(
     """
     joined = tuple(files)
     for table in tables:
-        where = joined[0].path.parent / table.file if table.file is not None else None
-        whole = None if where is None else read(where).runs[0]
+        path = joined[0].path.parent / table.file if table.file is not None else None
+        full_run = None if path is None else read(path).runs[0]
         joined = tuple(
-            replace(file, raw=replace(file.raw, runs=_joined(file, pattern, table, whole, where)))
+            replace(file, raw=replace(file.raw, runs=_joined(file, pattern, table, full_run, path)))
             for file in joined
         )
     return joined
@@ -54,35 +54,35 @@ def _joined(
     file: ReadFile,
     pattern: str | None,
     table: JoinedTable,
-    whole: RawRun | None,
-    where: Path | None,
+    full_run: RawRun | None,
+    path: Path | None,
 ) -> tuple[RawRun, ...]:
     facts = names_in(pattern or "", file.path) or {}
     runs = file.raw.runs
     if table.log_key in facts:
         runs = tuple(replace(run, facts={**facts, **run.facts}) for run in runs)
-    paths = (file.path, where or file.path)
-    return tuple(_join(run, table, run if whole is None else whole, *paths) for run in runs)
+    paths = (file.path, path or file.path)
+    return tuple(_join(run, table, run if full_run is None else full_run, *paths) for run in runs)
 
 
-def _join(run: RawRun, table: JoinedTable, source: RawRun, log: Path, where: Path) -> RawRun:
+def _join(run: RawRun, table: JoinedTable, source: RawRun, log: Path, path: Path) -> RawRun:
     """Join to a run the columns of the rows with its keys."""
-    rows = _rows(source, table, where)
-    keys = table_keys(rows.columns[table.table_key], where, table.table_key, rows.first_row)
+    rows = _rows(source, table, path)
+    keys = table_keys(rows.columns[table.table_key], path, table.table_key, rows.first_row)
     if source is run:
         # a table of the log itself: its columns move to the samples
         run = replace(run, tables=tuple(part for part in run.tables if part is not rows))
-    own = {name for part in run.tables for name in part.columns} | set(run.facts)
-    further = {n: c for n, c in rows.columns.items() if n not in own and n != table.table_key}
+    log_names = {name for part in run.tables for name in part.columns} | set(run.facts)
+    further = {n: c for n, c in rows.columns.items() if n not in log_names and n != table.table_key}
     if table.log_key in run.facts:
         at = keys.get(plain(run.facts[table.log_key]))
         if at is None:
-            raise _no_row(run.facts[table.log_key], table, log, None, where)
+            raise _no_row(run.facts[table.log_key], table, log, None, path)
         facts = {n: _plain_fact(c.values[at], c.is_text) for n, c in further.items()}
         return replace(run, facts={**run.facts, **facts})
-    extended = [_extended(part, table, keys, further, log, where) for part in run.tables]
+    extended = [_extended(part, table, keys, further, log, path) for part in run.tables]
     if all(new is old for new, old in zip(extended, run.tables, strict=True)):
-        expected = f"the key of [[tables]], one of {', '.join(sorted(own)[:12])}"
+        expected = f"the key of [[tables]], one of {', '.join(sorted(log_names)[:12])}"
         raise InputError("no such column", file=log, column=table.log_key, expected=expected)
     return replace(run, tables=tuple(extended))
 
@@ -93,7 +93,7 @@ def _extended(
     keys: Mapping[str, int],
     further: Mapping[str, RawColumn],
     log: Path,
-    where: Path,
+    path: Path,
 ) -> RawTable:
     """Add the further columns to the table of the log with the key; others are not changed."""
     column = log_table.columns.get(table.log_key)
@@ -107,7 +107,7 @@ def _extended(
         match = keys.get(plain(value))
         if match is None:
             row = log_table.first_row + int(np.argmax(which == i))
-            raise _no_row(value, table, log, row, where)
+            raise _no_row(value, table, log, row, path)
         row_of[i] = match
     rows = row_of[which]
     return replace(
@@ -123,7 +123,7 @@ def _repeated(column: RawColumn, rows: NDArray[Any]) -> RawColumn:
     return replace(column, values=np.where(rows >= 0, values, empty))
 
 
-def _rows(source: RawRun, table: JoinedTable, where: Path) -> RawTable:
+def _rows(source: RawRun, table: JoinedTable, path: Path) -> RawTable:
     """Table with the key."""
     for part in source.tables:
         if table.table_key in part.columns:
@@ -131,7 +131,7 @@ def _rows(source: RawRun, table: JoinedTable, where: Path) -> RawTable:
     available = [name for part in source.tables for name in part.columns]
     raise InputError(
         "no such column",
-        file=where,
+        file=path,
         column=table.table_key,
         expected=f"one of {', '.join(available[:12])}, as the key of [[tables]]",
     )
@@ -196,9 +196,9 @@ def table_keys(column: RawColumn, where: Path, name: str, first_row: int) -> dic
     return row_of
 
 
-def _no_row(value: Any, table: JoinedTable, log: Path, row: int | None, where: Path) -> InputError:
+def _no_row(value: Any, table: JoinedTable, log: Path, row: int | None, path: Path) -> InputError:
     return InputError(
-        f"trial {plain(value)} has no row in {where.name}",
+        f"trial {plain(value)} has no row in {path.name}",
         file=log,
         row=row,
         column=table.log_key,

@@ -186,7 +186,9 @@ def _sets(columns: ReadColumns, role: Role) -> list[list[ReadName]]:
     return sets
 
 
-def _axes(proposal: Proposal, columns: ReadColumns, role: Role, what: str) -> list[ReadName] | None:
+def _axes(
+    proposal: Proposal, columns: ReadColumns, role: Role, quantity: str
+) -> list[ReadName] | None:
     """A role's columns, one per axis, from the first group that moves; None if none moves."""
     sets = _sets(columns, role)
     moving = [s for s in sets if any(moves(columns.values[n.name]) for n in s)]
@@ -194,7 +196,9 @@ def _axes(proposal: Proposal, columns: ReadColumns, role: Role, what: str) -> li
         return None
     if len(moving) > 1:
         shown = "; ".join(", ".join(n.name for n in s) for s in moving[:4])
-        proposal.cannot_tell.append(f"which of these is the {what}: {shown} (the first is taken)")
+        proposal.cannot_tell.append(
+            f"which of these is the {quantity}: {shown} (the first is taken)"
+        )
     best = moving[0]
     if role in ("position", "force") and len(best) == 3 and not moves(columns.values[best[2].name]):
         best = best[:2]  # a planar robot's third axis

@@ -125,9 +125,9 @@ def text_layout(file: Path) -> TextLayout:
 
 def text_beginning(file: Path) -> tuple[str, list[str]]:
     """Read the beginning of a file; return encoding and lines."""
-    encoding, text, whole = _head(file)
+    encoding, text, is_complete = _head(file)
     lines = lines_of(text)
-    if len(lines) > 1 and not whole:
+    if len(lines) > 1 and not is_complete:
         lines = lines[:-1]
     while lines and not lines[-1].strip():
         lines.pop()
@@ -187,25 +187,32 @@ def _head(file: Path) -> tuple[str, str, bool]:
             data = stream.read(HEAD_BYTES + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-    whole, data = len(data) <= HEAD_BYTES, data[:HEAD_BYTES]
+    is_complete, data = len(data) <= HEAD_BYTES, data[:HEAD_BYTES]
     for mark, name in (
         (codecs.BOM_UTF8, "utf-8-sig"),
         (codecs.BOM_UTF16_LE, "utf-16"),
         (codecs.BOM_UTF16_BE, "utf-16"),
     ):
         if data.startswith(mark):
-            return name, _decoded(data, name, file), whole
+            return name, _decoded(data, name, file), is_complete
     if b"\0" in data[:4000]:
-        even, odd = data[:4000:2].count(0), data[1:4000:2].count(0)
-        if max(even, odd) < 0.3 * len(data[:4000]) / 2 or min(even, odd) > 2:
+        even_zeros, odd_zeros = data[:4000:2].count(0), data[1:4000:2].count(0)
+        if (
+            max(even_zeros, odd_zeros) < 0.3 * len(data[:4000]) / 2
+            or min(even_zeros, odd_zeros) > 2
+        ):
             raise InputError("is no text", file=file, expected="a table of text")
-        name = "utf-16-le" if odd > even else "utf-16-be"
-        return name, _decoded(data, name, file), whole
+        name = "utf-16-le" if odd_zeros > even_zeros else "utf-16-be"
+        return name, _decoded(data, name, file), is_complete
     try:
-        return "utf-8", codecs.getincrementaldecoder("utf-8")().decode(data, whole), whole
+        return (
+            "utf-8",
+            codecs.getincrementaldecoder("utf-8")().decode(data, is_complete),
+            is_complete,
+        )
     except UnicodeDecodeError:
         # a degree sign or a mu from an older Windows program
-        return "latin-1", data.decode("latin-1"), whole
+        return "latin-1", data.decode("latin-1"), is_complete
 
 
 def _decoded(data: bytes, encoding: str, file: Path) -> str:

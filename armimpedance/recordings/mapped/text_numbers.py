@@ -96,5 +96,5 @@ def _day(stamp: re.Match[str]) -> int:
 
 
 def _second(stamp: re.Match[str]) -> float:
-    hours, minutes, whole = (int(part) for part in stamp.group(4, 5, 6))
-    return 3600.0 * hours + 60.0 * minutes + whole + float(f"0.{stamp.group(7) or 0}")
+    hours, minutes, seconds = (int(part) for part in stamp.group(4, 5, 6))
+    return 3600.0 * hours + 60.0 * minutes + seconds + float(f"0.{stamp.group(7) or 0}")

@@ -67,7 +67,9 @@ def read_sections(
         section = _read_part(file, first, text, read)
         earlier = {name for table in tables for name in table.columns}
         tables += [
-            _apart(table, first, earlier) for table in section.runs[0].tables if table.columns
+            _renamed_table(table, first, earlier)
+            for table in section.runs[0].tables
+            if table.columns
         ]
         not_taken += section.not_taken
     return RawFile((RawRun(str(file), tuple(tables)),), tuple(dict.fromkeys(not_taken)))
@@ -129,9 +131,9 @@ def without_last_words(file: Path, layout: TextLayout, row: int) -> str | None:
     return "\n".join(text[: row - 1]) + "\n"
 
 
-def _apart(table: RawTable, first: int, taken: set[str]) -> RawTable:
+def _renamed_table(table: RawTable, first: int, used: set[str]) -> RawTable:
     """Remove columns that an earlier section has, such as frames, and add times from the rate."""
-    columns = {name: column for name, column in table.columns.items() if name not in taken}
+    columns = {name: column for name, column in table.columns.items() if name not in used}
     time = table.time_s
     if time is None and table.rate_hz is not None:
         time = np.arange(table.rows) / table.rate_hz

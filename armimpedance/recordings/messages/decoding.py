@@ -96,15 +96,15 @@ class _Walk:
         fields = self.known[name]
         if not fields and self.aligned:
             self.move("u1")
-        for each in fields:
-            self.field(f"{path}.{each.name}" if path else each.name, each, depth, taken)
+        for part in fields:
+            self.field(f"{path}.{part.name}" if path else part.name, part, depth, taken)
 
-    def field(self, path: str, each: MessageField, depth: int, taken: bool) -> None:
-        if each.length is None:
-            self.value(path, each.type, depth, taken)
+    def field(self, path: str, part: MessageField, depth: int, taken: bool) -> None:
+        if part.length is None:
+            self.value(path, part.type, depth, taken)
             return
-        count = self.count() if each.length == SEQUENCE else each.length
-        kind = PRIMITIVES.get(each.type)
+        count = self.count() if part.length == SEQUENCE else part.length
+        kind = PRIMITIVES.get(part.type)
         if count > LONGEST_ARRAY:
             self.layout.long.add(path)
             taken = False
@@ -112,9 +112,9 @@ class _Walk:
             self.move(kind, count)
         elif taken:
             for i in range(count):
-                self.value(f"{path}[{i}]", each.type, depth, taken)
+                self.value(f"{path}[{i}]", part.type, depth, taken)
         else:
-            self.pass_over(each.type, count, depth)
+            self.pass_over(part.type, count, depth)
 
     def value(self, path: str, name: str, depth: int, taken: bool) -> None:
         kind = PRIMITIVES.get(name)
@@ -196,7 +196,9 @@ def _by_names(layout: MessageLayout, message: bytes) -> MessageLayout:
     }
     if not renamed:
         return layout
-    layout.numbers = {renamed.get(path, path): where for path, where in layout.numbers.items()}
+    layout.numbers = {
+        renamed.get(path, path): location for path, location in layout.numbers.items()
+    }
     for path in [p for p in layout.texts if p.startswith("name[")]:
         layout.same.append(layout.texts.pop(path))
     return layout
@@ -260,30 +262,30 @@ def decode(
         rows = np.flatnonzero(lengths == length)
         joined = b"".join([messages[int(i)] for i in rows])
         table = np.frombuffer(joined, np.uint8).reshape(len(rows), length)
-        for layout, part in _alike(table, rows, name, known, encoding):
+        for layout, part in _layout_groups(table, rows, name, known, encoding):
             _take(block, layout, table[part], rows[part], wanted)
     return block
 
 
-def _alike(
+def _layout_groups(
     table: NDArray[np.uint8], rows: Rows, name: str, known: Definitions, encoding: Encoding
 ) -> Iterator[tuple[MessageLayout, Rows]]:
     """The layouts in a table of messages of one length, each with its rows."""
-    left = np.arange(len(rows))
+    remaining = np.arange(len(rows))
     # Where nearly every message has its own layout, searching for others like it is useless.
     for _ in range(_MOST_TRIES):
-        if not len(left):
+        if not len(remaining):
             return
-        first = table[left[0]]
+        first = table[remaining[0]]
         layout = layout_of(first.tobytes(), name, known, encoding)
         same = np.zeros(len(first), bool)
         for offset, count in layout.same:
             same[offset : offset + count] = True
-        alike = (table[left][:, same] == first[same]).all(axis=1)
-        yield layout, left[alike]
-        left = left[~alike]
-    for i in range(len(left)):
-        yield layout_of(table[left[i]].tobytes(), name, known, encoding), left[i : i + 1]
+        equal = (table[remaining][:, same] == first[same]).all(axis=1)
+        yield layout, remaining[equal]
+        remaining = remaining[~equal]
+    for i in range(len(remaining)):
+        yield layout_of(table[remaining[i]].tobytes(), name, known, encoding), remaining[i : i + 1]
 
 
 def _take(
@@ -318,9 +320,9 @@ def _texts(table: NDArray[np.uint8]) -> NDArray[np.str_]:
     if not table.shape[1]:
         return np.full(len(table), "", "U1")
     keys = np.ascontiguousarray(table).view(f"V{table.shape[1]}")[:, 0]
-    different, where = np.unique(keys, return_inverse=True)
+    different, inverse = np.unique(keys, return_inverse=True)
     texts = [key.tobytes().decode(errors="replace").replace("\x00", "") for key in different]
-    return np.array(texts, np.str_)[where]
+    return np.array(texts, np.str_)[inverse]
 
 
 def joined_numbers(

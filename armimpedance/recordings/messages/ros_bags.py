@@ -37,8 +37,8 @@ def add_ros2_database(log: Log, path: Path, unpack: Unpack | None = None) -> Non
     """
     waiting = path.with_name(path.name + "-wal")
     if waiting.exists() and waiting.stat().st_size:
-        why = "its recorder was stopped hard; opening the database with sqlite3 once takes it in"
-        log.notes += not_taken([waiting.name], why)
+        reason = "its recorder was stopped hard; opening the database with sqlite3 once takes it in"
+        log.notes += not_taken([waiting.name], reason)
     try:
         database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
         database.text_factory = lambda text: text.decode(errors="replace")
@@ -162,14 +162,14 @@ class _Reading:
         with self.path.open("rb") as stream:
             if stream.read(len(_VERSION)) != _VERSION:
                 raise self.error("is no bag of version 2.0")
-            place = stream.tell()
+            offset = stream.tell()
             try:
-                while place < self.size:
+                while offset < self.size:
                     header, data = self.next(stream)
-                    self.understood(header, data, place)
-                    place = stream.tell()
+                    self.understood(header, data, offset)
+                    offset = stream.tell()
             except _CutError:
-                self.cut(place)
+                self.cut(offset)
 
     def next(self, stream: BinaryIO) -> tuple[bytes, bytes]:
         """Header and data of the next record."""
@@ -184,14 +184,16 @@ class _Reading:
             parts.append(stream.read(size))
         return parts[0], parts[1]
 
-    def cut(self, place: int) -> None:
+    def cut(self, offset: int) -> None:
         """Handle a file cut by a crash of its recorder; earlier records are whole."""
         if not self.topics:
             raise self.error("ends before its first message")
-        why = f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
-        self.log.notes += not_taken([f"the last {self.size - place} bytes"], why)
+        reason = (
+            f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
+        )
+        self.log.notes += not_taken([f"the last {self.size - offset} bytes"], reason)
 
-    def understood(self, header: bytes, data: bytes, place: int) -> None:
+    def understood(self, header: bytes, data: bytes, offset: int) -> None:
         """Process one record of the file; errors state its position."""
         try:
             fields = _fields(header)
@@ -200,13 +202,13 @@ class _Reading:
                 size = min(struct.unpack("<I", fields[b"size"])[0], LARGEST_PART)
                 content = decompressed(data, method, self.path, size)
                 if len(content) != size:
-                    raise self.error(f"a chunk at byte {place} is not as long as it says")
+                    raise self.error(f"a chunk at byte {offset} is not as long as it says")
                 for inner, message in _records(content):
                     self.record(_fields(inner), message)
             else:
                 self.record(fields, data)
         except (struct.error, KeyError, UnicodeDecodeError):
-            raise self.error(f"a damaged record at byte {place}") from None
+            raise self.error(f"a damaged record at byte {offset}") from None
 
     def record(self, fields: Mapping[bytes, bytes], data: bytes) -> None:
         """Process a connection or a message; other records do not concern columns."""
@@ -243,27 +245,27 @@ class _Reading:
 
 def _records(content: bytes) -> Iterator[tuple[bytes, bytes]]:
     """Headers and data of the records in a chunk."""
-    place, end = 0, len(content)
-    while place < end:
+    offset, end = 0, len(content)
+    while offset < end:
         parts = []
         for _ in range(2):
-            (size,) = struct.unpack_from("<I", content, place)
-            place += 4 + size
-            if place > end:
+            (size,) = struct.unpack_from("<I", content, offset)
+            offset += 4 + size
+            if offset > end:
                 raise struct.error
-            parts.append(content[place - size : place])
+            parts.append(content[offset - size : offset])
         yield parts[0], parts[1]
 
 
 def _fields(header: bytes) -> dict[bytes, bytes]:
     """Parse the fields ``name=value`` of a header."""
-    place, end = 0, len(header)
+    offset, end = 0, len(header)
     fields = {}
-    while place < end:
-        (size,) = struct.unpack_from("<I", header, place)
-        place += 4 + size
-        if place > end:
+    while offset < end:
+        (size,) = struct.unpack_from("<I", header, offset)
+        offset += 4 + size
+        if offset > end:
             raise struct.error
-        name, _, value = header[place - size : place].partition(b"=")
+        name, _, value = header[offset - size : offset].partition(b"=")
         fields[name] = value
     return fields

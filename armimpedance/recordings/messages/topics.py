@@ -209,27 +209,29 @@ class Log:
         if sum(topic.numbers for topic in self.topics.values()) > _MOST_NUMBERS:
             problem = f"more than {_MOST_NUMBERS} numbers in one run"
             raise InputError(problem, file=self.file, expected="fewer topics or a shorter record")
-        found = {t.name: (t, t.columns(), t.times()) for t in self.topics.values() if t.log_ns}
-        kept = {name: parts for name, parts in found.items() if not parts[0].problem}
+        with_messages = {
+            t.name: (t, t.columns(), t.times()) for t in self.topics.values() if t.log_ns
+        }
+        kept = {name: parts for name, parts in with_messages.items() if not parts[0].problem}
         start = min((int(ns.min()) for _, _, (ns, _) in kept.values()), default=0)
-        odd: list[str] = []
+        unshowable: list[str] = []
         tables, facts = [], {}
         for name, (_, columns, (ns, clock)) in kept.items():
             facts[f"clock of {name}"] = clock
-            tables.append(_table(name, columns, ns, start, odd))
+            tables.append(_table(name, columns, ns, start, unshowable))
         if kept:
             facts["start"] = _moment(start)
         run = RawRun(name=str(self.file), tables=tuple(t for t in tables if t.columns), facts=facts)
-        return RawFile(runs=(run,), not_taken=(*self.notes, *self._left(odd)))
+        return RawFile(runs=(run,), not_taken=(*self.notes, *self._left(unshowable)))
 
-    def _left(self, odd: list[str]) -> tuple[str, ...]:
+    def _left(self, unshowable: list[str]) -> tuple[str, ...]:
         """Sentences on content of the file that is not in the tables."""
         reasons: dict[str, list[str]] = {}
         for topic in self.topics.values():
             if topic.problem:
-                why = shown_name(topic.problem)
+                reason = shown_name(topic.problem)
                 kind = f" ({shown_name(topic.type)})" if topic.type else ""
-                reasons.setdefault(why, []).append(topic.name + kind)
+                reasons.setdefault(reason, []).append(topic.name + kind)
         topics = list(self.topics.values())
         long = sorted(shown_name(name) for t in topics if not t.problem for name in t.long)
         rounded = sorted(shown_name(n) for t in topics if not t.problem for n in t.rounded)
@@ -237,12 +239,18 @@ class Log:
         reasons["the mapping gives them no meaning"] = unwanted
         reasons["arrays or texts too long for columns"] = long
         reasons["digits of whole numbers beyond 2^53"] = rounded
-        reasons["names that cannot be shown"] = odd
-        return tuple(s for why, names in reasons.items() for s in not_taken(some_names(names), why))
+        reasons["names that cannot be shown"] = unshowable
+        return tuple(
+            s for reason, names in reasons.items() for s in not_taken(some_names(names), reason)
+        )
 
 
 def _table(
-    name: str, columns: Mapping[str, RawColumn], ns: NDArray[np.int64], start: int, odd: list[str]
+    name: str,
+    columns: Mapping[str, RawColumn],
+    ns: NDArray[np.int64],
+    start: int,
+    unshowable: list[str],
 ) -> RawTable:
     """A topic's columns under their full names, sorted by time."""
     order = np.argsort(ns, kind="stable")
@@ -251,7 +259,7 @@ def _table(
     for path, column in columns.items():
         full = f"{name}.{path}"
         if not can_be_shown(full):
-            odd.append(shown_name(full))
+            unshowable.append(shown_name(full))
             continue
         values = column.values if in_order else column.values[order]
         named[full] = RawColumn(values, column.unit)
@@ -261,8 +269,8 @@ def _table(
 
 def _moment(ns: int) -> str:
     """A time since 1970 in ISO 8601."""
-    whole = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
-    return f"{whole:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
+    seconds = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
+    return f"{seconds:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
 
 
 @contextmanager

@@ -198,9 +198,9 @@ def _markers(
     unique = tuple(_numbered(unique))
     # The prefix is removed because it is a person's name.
     others = [labels[i].rpartition(":")[2] for i, n in zip(chosen, names, strict=True) if n is None]
-    left = {"markers of another subject": tuple(others)}
-    left |= _no_markers([labels[i] for i in named], outputs, len(labels) - len(named))
-    return unique, [i for i, _ in kept], left
+    left_out = {"markers of another subject": tuple(others)}
+    left_out |= _no_markers([labels[i] for i in named], outputs, len(labels) - len(named))
+    return unique, [i for i, _ in kept], left_out
 
 
 def _numbered(names: Sequence[str]) -> Iterator[str]:
@@ -323,19 +323,26 @@ def _emg(trials: list[_Trial], muscles: tuple[str, ...]) -> EmgSignals:
 
 def _check_same(trial: _Trial, first: _Trial, file: object) -> None:
     if trial.names != first.names:
-        odd = sorted(set(trial.names) ^ set(first.names)) or ["their order"]
+        differing = sorted(set(trial.names) ^ set(first.names)) or ["their order"]
         raise InputError(
-            f"other markers than in the first file ({', '.join(odd[:3])})",
+            f"other markers than in the first file ({', '.join(differing[:3])})",
             file=file,
             expected="the same markers in every trial",
         )
     if trial.rate_hz != first.rate_hz or trial.emg_rate_hz != first.emg_rate_hz:
         problem = f"{trial.rate_hz:g} frames/s"
         raise InputError(problem, file=file, expected=f"{first.rate_hz:g} as in the first file")
-    own, others = (t.plates.origins_m if t.plates else np.zeros((0, 3)) for t in (trial, first))
-    if own.shape != others.shape or np.abs(own - others).max(initial=0.0) > _SAME_PLACE_M:
-        problem = f"other force plates than in the first file ({len(own)}, not {len(others)})"
-        if len(own) == len(others):
+    origins, first_origins = (
+        t.plates.origins_m if t.plates else np.zeros((0, 3)) for t in (trial, first)
+    )
+    if (
+        origins.shape != first_origins.shape
+        or np.abs(origins - first_origins).max(initial=0.0) > _SAME_PLACE_M
+    ):
+        problem = (
+            f"other force plates than in the first file ({len(origins)}, not {len(first_origins)})"
+        )
+        if len(origins) == len(first_origins):
             problem = "force plates in other places than in the first file"
         raise InputError(problem, file=file, expected="the same plates in every trial")
 

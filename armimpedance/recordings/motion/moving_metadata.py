@@ -113,16 +113,16 @@ def _plates(fields: Fields) -> FloatArray | None:
         raise fields.wrong("plates", expected)
     origins = []
     for i, plate in enumerate(plates):
-        place = plate.get("origin_m") if isinstance(plate, dict) else None
-        if not isinstance(place, list) or len(place) != 3 or not all(map(is_number, place)):
+        origin = plate.get("origin_m") if isinstance(plate, dict) else None
+        if not isinstance(origin, list) or len(origin) != 3 or not all(map(is_number, origin)):
             raise InputError(
                 "is no plate", file=fields.file, column=f"plates[{i}]", expected=expected
             )
-        if max(abs(v) for v in place) > LARGEST_PLACE_M:
+        if max(abs(v) for v in origin) > LARGEST_PLACE_M:
             column = f"plates[{i}].origin_m"
             problem = "looks like millimetres"
             raise InputError(problem, file=fields.file, column=column, expected="metres")
-        origins.append([float(v) for v in place])
+        origins.append([float(v) for v in origin])
     return np.array(origins)
 
 

@@ -313,8 +313,8 @@ def opensim_motion(
         skeleton.coordinate(coordinate)
     hinges = [c for c in skeleton.coordinates if c not in skeleton.root_coordinates]
     plain = {name: name for name in (*table.columns, *table.twice)}
-    known = {**_by_path(table.columns), **plain, **renamed}
-    chosen = {c: known[c] for c in hinges if c in known}
+    column_of = {**_by_path(table.columns), **plain, **renamed}
+    chosen = {c: column_of[c] for c in hinges if c in column_of}
     if not chosen:
         expected = f"one of {', '.join(hinges)}, or names"
         raise InputError("none of the skeleton's angles", file=path, expected=expected)

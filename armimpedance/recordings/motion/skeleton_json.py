@@ -91,11 +91,11 @@ def skeleton_text(skeleton: Skeleton) -> str:
 
 
 def _check_metres(skeleton: Skeleton, file: Path) -> None:
-    places = [(f"origin_m of {s.name}", s.origin_m) for s in skeleton.segments]
-    places += [(f"com_m of {s.name}", s.com_m) for s in skeleton.segments]
-    places += [(f"position_m of {m.name}", m.position_m) for m in skeleton.markers]
-    for name, place in places:
-        far = float(abs(place).max())
+    positions = [(f"origin_m of {s.name}", s.origin_m) for s in skeleton.segments]
+    positions += [(f"com_m of {s.name}", s.com_m) for s in skeleton.segments]
+    positions += [(f"position_m of {m.name}", m.position_m) for m in skeleton.markers]
+    for name, position in positions:
+        far = float(abs(position).max())
         if far > LONGEST_BONE_M:
             raise InputError(
                 f"{far:g} looks like millimetres", file=file, column=name, expected="metres"

@@ -217,12 +217,12 @@ def stated_count(stated: str | None, have: int, what: str, text: TextFile) -> tu
     if stated is None or stated.strip() == str(have):
         return ()
     shown = stated.strip()[:20]
-    known = shown.isascii() and shown.isdigit()
-    if known and int(shown) > have and what == "rows" and not text.whole:
+    is_number = shown.isascii() and shown.isdigit()
+    if is_number and int(shown) > have and what == "rows" and not text.whole:
         problem = f"{have} of {shown} rows, the last without a line end: the file was cut"
         expected = f"the whole file, or {have} in its header and an end to the last line"
         raise InputError(problem, file=text.file, expected=expected)
-    missing = known and int(shown) > have
+    missing = is_number and int(shown) > have
     return (f"Its header states {shown} {what}, it holds {have}{': cut or edited' * missing}.",)
 
 
@@ -248,8 +248,8 @@ def times(rows: NumberRows, column: int, file: Path) -> tuple[FloatArray, Number
     if (step <= 0).any():
         i = int(np.flatnonzero(step <= 0)[0]) + 1
         at = int(rows.numbers[~twice][i])
-        how = "stands still at" if step[i - 1] == 0 else "goes back to"
-        problem = f"time does not rise: it {how} {time[~twice][i]:.9g} s"
+        change = "stands still at" if step[i - 1] == 0 else "goes back to"
+        problem = f"time does not rise: it {change} {time[~twice][i]:.9g} s"
         raise InputError(problem, file=file, row=at, expected="each time once, rising")
     kept = NumberRows(rows.values[~twice], rows.numbers[~twice], rows.further)
     return kept.values[:, column], kept, int(twice.sum())
@@ -310,15 +310,15 @@ def in_even_steps(
     step = np.diff(time_s)
     rate = 1.0 / float(np.median(step))
     rate = float(round(rate)) if rate > _WHOLE_HZ else rate
-    even = time_s[0] + np.arange(int((time_s[-1] - time_s[0]) * rate) + 1) / rate
-    interpolated = {name: np.interp(even, time_s, column) for name, column in columns.items()}
-    interpolated |= dict(zip(full, CubicSpline(time_s, values)(even).T, strict=True))
+    even_time = time_s[0] + np.arange(int((time_s[-1] - time_s[0]) * rate) + 1) / rate
+    interpolated = {name: np.interp(even_time, time_s, column) for name, column in columns.items()}
+    interpolated |= dict(zip(full, CubicSpline(time_s, values)(even_time).T, strict=True))
     remark = (
         f"Steps of {1e3 * step.min():.3g} to {1e3 * step.max():.3g} ms: interpolated by cubic "
         f"splines to {rate:g} Hz, off by some {100 * missed:.1g} % of a column's range at most; "
         "derivatives lose more."
     )
-    return even, {name: interpolated[name] for name in columns}, rate, (remark,)
+    return even_time, {name: interpolated[name] for name in columns}, rate, (remark,)
 
 
 def _is_uneven(time_s: FloatArray) -> bool:
@@ -327,9 +327,9 @@ def _is_uneven(time_s: FloatArray) -> bool:
         return False
     step = np.diff(time_s)
     usual = float(np.median(step))
-    alike = float(np.mean(np.abs(step - usual) < 0.01 * usual))
+    equal_share = float(np.mean(np.abs(step - usual) < 0.01 * usual))
     # a usual step far below the mean would create far more samples than there are
-    return alike < _ALIKE and step.max() < _LONGEST_STEP * usual and step.mean() < 4.0 * usual
+    return equal_share < _ALIKE and step.max() < _LONGEST_STEP * usual and step.mean() < 4.0 * usual
 
 
 def _missed(time_s: FloatArray, values: FloatArray) -> float:

@@ -93,10 +93,10 @@ def _header(text: TextFile) -> dict[str, str]:
         expected = "PathFileType in the first of five lines of header"
         raise InputError("is no .trc file", file=text.file, row=1, expected=expected)
     keys, values = cells(text.lines[1]), cells(text.lines[2])
-    full, apart = [k for k in keys if k], [v for v in values if v]
+    full, filled = [k for k in keys if k], [v for v in values if v]
     # tabs and blanks between values, as aligned by old programs
-    for lined_up in (apart, text.lines[2].split()):
-        if "" in values[: len(keys)] or len(apart) < len(full) == len(lined_up):
+    for lined_up in (filled, text.lines[2].split()):
+        if "" in values[: len(keys)] or len(filled) < len(full) == len(lined_up):
             keys, values = full, lined_up
             break
     # some programs leave the last values out
@@ -334,11 +334,11 @@ def _at_markers(wrenches: FloatArray, table: OpenSimTable, markers: MarkerRecord
     plate_times = time[0] + np.arange(-before, after) / rate
     plate_times = plate_times[plate_times <= max(table.time_s[-1], time[-1]) + 1e-9]
     flat = wrenches.reshape(len(wrenches), -1)
-    even = np.column_stack([np.interp(plate_times, table.time_s, column) for column in flat.T])
+    resampled = np.column_stack([np.interp(plate_times, table.time_s, column) for column in flat.T])
     if ratio != 1:
-        even = _resampled(even, up, down)
+        resampled = _resampled(resampled, up, down)
     skip = before // down * up
-    return even[skip : skip + len(time)].reshape(len(time), *wrenches.shape[1:])
+    return resampled[skip : skip + len(time)].reshape(len(time), *wrenches.shape[1:])
 
 
 def _resampled(values: FloatArray, up: int, down: int) -> FloatArray:

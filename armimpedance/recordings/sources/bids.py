@@ -28,8 +28,8 @@ def _read(path: Path, wanted: Wanted) -> RawFile:
     skipped: dict[str, None] = {}
     parts = [part for run in runs for part in _parts(run, wanted, skipped)]
     notes = dict.fromkeys(note for run in runs for note in run.notes)
-    why = "the mapping gives them no meaning"
-    return RawFile(tuple(parts), (*notes, *not_taken(list(skipped), why)))
+    reason = "the mapping gives them no meaning"
+    return RawFile(tuple(parts), (*notes, *not_taken(list(skipped), reason)))
 
 
 def _parts(run: Run, wanted: Wanted, skipped: dict[str, None]) -> list[RawRun]:

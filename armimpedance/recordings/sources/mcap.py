@@ -103,36 +103,38 @@ class _Reading:
                 raise self.error("does not begin as an MCAP file does")
             ended = False
             while not ended:
-                place = stream.tell()
+                offset = stream.tell()
                 head = stream.read(9)
                 size = struct.unpack_from("<Q", head, 1)[0] if len(head) == 9 else 0
-                if len(head) < 9 or size > self.size - place - 9:
-                    self.cut(place)
+                if len(head) < 9 or size > self.size - offset - 9:
+                    self.cut(offset)
                     break
                 if head[0] not in _KNOWN and head[0] < 128:
-                    raise self.error(f"a record of unknown kind {head[0]} at byte {place}")
+                    raise self.error(f"a record of unknown kind {head[0]} at byte {offset}")
                 if head[0] in (_END_OF_DATA, _FOOTER):
                     ended = True
                 elif head[0] in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
                     if size > LARGEST_PART:
-                        raise self.error(f"a record of {size} bytes at byte {place}")
-                    self.understood(head[0], stream.read(size), place)
+                        raise self.error(f"a record of {size} bytes at byte {offset}")
+                    self.understood(head[0], stream.read(size), offset)
                 elif head[0] in (_ATTACHMENT, _METADATA):
                     self.attached.append(self.title(head[0], stream.read(min(size, 4096))))
-                    stream.seek(place + 9 + size)
+                    stream.seek(offset + 9 + size)
                 else:
                     stream.seek(size, 1)
         self.log.notes += not_taken(list(dict.fromkeys(self.attached))[:20], "no messages")
 
-    def cut(self, place: int) -> None:
+    def cut(self, offset: int) -> None:
         """Handle a file cut by a crash of its recorder; earlier records are whole."""
         if not self.channels:
             raise self.error("ends before its first message")
-        rest = self.size - place
-        why = f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
-        self.log.notes += not_taken([f"the last {rest} bytes"], why)
+        rest = self.size - offset
+        reason = (
+            f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
+        )
+        self.log.notes += not_taken([f"the last {rest} bytes"], reason)
 
-    def understood(self, kind: int, record: bytes, place: int) -> None:
+    def understood(self, kind: int, record: bytes, offset: int) -> None:
         """Process one record; errors state its position."""
         try:
             if kind == _CHUNK:
@@ -140,7 +142,7 @@ class _Reading:
             else:
                 self.record(kind, record)
         except (struct.error, UnicodeDecodeError):
-            raise self.error(f"a damaged record at byte {place}") from None
+            raise self.error(f"a damaged record at byte {offset}") from None
 
     def record(self, kind: int, record: bytes) -> None:
         """Process a schema, a channel or a message; other records do not concern columns."""
@@ -154,20 +156,20 @@ class _Reading:
             self.channel(record)
         elif kind == _SCHEMA:
             number = struct.unpack_from("<H", record)[0]
-            name, place = _text(record, 2)
-            language, place = _text(record, place)
-            (length,) = struct.unpack_from("<I", record, place)
-            self.schemas[number] = _Schema(name, language, record[place + 4 : place + 4 + length])
+            name, offset = _text(record, 2)
+            language, offset = _text(record, offset)
+            (length,) = struct.unpack_from("<I", record, offset)
+            self.schemas[number] = _Schema(name, language, record[offset + 4 : offset + 4 + length])
 
     def channel(self, record: bytes) -> None:
         """Add a topic with its decoder."""
         number, schema_number = struct.unpack_from("<HH", record)
-        name, place = _text(record, 4)
-        encoding, place = _text(record, place)
+        name, offset = _text(record, 4)
+        encoding, offset = _text(record, offset)
         schema = self.schemas.get(schema_number, _Schema("", "", b""))
-        why = f"messages in {encoding[:20]!r} are not read"
+        reason = f"messages in {encoding[:20]!r} are not read"
         kind = schema.name or encoding
-        self.channels[number] = self.log.topic(name, kind, self._decoder(encoding, schema), why)
+        self.channels[number] = self.log.topic(name, kind, self._decoder(encoding, schema), reason)
 
     def _decoder(self, encoding: str, schema: _Schema) -> Callable[[], Decoder | None]:
         def decoder() -> Decoder | None:
@@ -179,17 +181,17 @@ class _Reading:
             if language is None:
                 return None
             text = schema.text.decode(errors="replace")
-            how: Encoding = "ros1" if encoding == "ros1" else "cdr"
-            return ros_decoder(schema.name, text, language, how, self.path)
+            message_encoding: Encoding = "ros1" if encoding == "ros1" else "cdr"
+            return ros_decoder(schema.name, text, language, message_encoding, self.path)
 
         return decoder
 
     def chunk(self, record: bytes) -> None:
         """Process the records of a chunk after a check of its checksum."""
         claimed, checksum = struct.unpack_from("<QI", record, 16)
-        method, place = _text(record, 28)
-        (size,) = struct.unpack_from("<Q", record, place)
-        content = record[place + 8 : place + 8 + size]
+        method, offset = _text(record, 28)
+        (size,) = struct.unpack_from("<Q", record, offset)
+        content = record[offset + 8 : offset + 8 + size]
         if claimed > LARGEST_PART or len(content) < size:
             raise self.error(f"a chunk that claims {max(claimed, size)} bytes")
         content = decompressed(content, method, self.path, claimed)
@@ -204,8 +206,8 @@ class _Reading:
             name, _ = _text(record, 16 if kind == _ATTACHMENT else 0)
         except (struct.error, UnicodeDecodeError):
             name = "?"
-        what = "attachment" if kind == _ATTACHMENT else "metadata"
-        return f"{what} {name[:60]!r}"
+        kind_name = "attachment" if kind == _ATTACHMENT else "metadata"
+        return f"{kind_name} {name[:60]!r}"
 
     def error(self, problem: str) -> InputError:
         return InputError(problem, file=self.path, expected=_EXPECTED)
@@ -213,24 +215,24 @@ class _Reading:
 
 def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
     """The consecutive records in the content of a chunk."""
-    place, end = 0, len(content)
+    offset, end = 0, len(content)
     head = struct.Struct("<BQ")
-    while place < end:
-        kind, size = head.unpack_from(content, place)
-        place += 9
-        if size > end - place:
+    while offset < end:
+        kind, size = head.unpack_from(content, offset)
+        offset += 9
+        if size > end - offset:
             raise struct.error
-        yield kind, content[place : place + size]
-        place += size
+        yield kind, content[offset : offset + size]
+        offset += size
 
 
-def _text(record: bytes, place: int) -> tuple[str, int]:
+def _text(record: bytes, offset: int) -> tuple[str, int]:
     """A text preceded by its length, and the position after it."""
-    (length,) = struct.unpack_from("<I", record, place)
-    end = place + 4 + length
+    (length,) = struct.unpack_from("<I", record, offset)
+    end = offset + 4 + length
     if end > len(record):
         raise struct.error
-    return record[place + 4 : end].decode(), end
+    return record[offset + 4 : end].decode(), end
 
 
 SOURCE = Source("an MCAP log (.mcap)", recognises, read)

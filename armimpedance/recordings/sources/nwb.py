@@ -57,26 +57,30 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     """
     with opened_hdf5(path, "nwb", _EXPECTED) as file:
         try:
-            found = series_of(file, wanted)
-            trials = trials_of(file, found.left)
+            content = series_of(file, wanted)
+            trials = trials_of(file, content.left)
             facts = _subject(file)
             others = [f"intervals/{name}" for name in _names(file, "intervals") if name != "trials"]
             others += [name for name in ("units",) if name in file]
         except Hdf5Error as error:
             raise InputError(str(error), file=path, expected=_EXPECTED) from None
-    runs = tuple(_trial_runs(path, found, trials, facts)) if trials else (_run(path, found, facts),)
-    found.left["they are no time series"] = others
+    runs = (
+        tuple(_trial_runs(path, content, trials, facts))
+        if trials
+        else (_run(path, content, facts),)
+    )
+    content.left["they are no time series"] = others
     if trials:
-        outside = _outside(found, trials)
-        found.left["outside of the trials"] = [f"{outside} samples"] if outside else []
+        outside = _outside(content, trials)
+        content.left["outside of the trials"] = [f"{outside} samples"] if outside else []
     sentences = tuple(
-        s for why, names in found.left.items() for s in not_taken(some_names(names), why)
+        s for reason, names in content.left.items() for s in not_taken(some_names(names), reason)
     )
     return RawFile(runs=runs, not_taken=sentences)
 
 
-def _run(path: Path, found: Found, facts: dict[str, float | str]) -> RawRun:
-    return RawRun(str(path), tuple(map(_whole, found.series)), facts)
+def _run(path: Path, content: Found, facts: dict[str, float | str]) -> RawRun:
+    return RawRun(str(path), tuple(map(_whole, content.series)), facts)
 
 
 def _whole(series: NwbSeries) -> RawTable:
@@ -84,23 +88,23 @@ def _whole(series: NwbSeries) -> RawTable:
 
 
 def _trial_runs(
-    path: Path, found: Found, trials: list[Trial], facts: dict[str, float | str]
+    path: Path, content: Found, trials: list[Trial], facts: dict[str, float | str]
 ) -> list[RawRun]:
     return [
         RawRun(
             name=f"{path.name} trial {number}",
-            tables=tuple(cut(series, trial) for series in found.series),
+            tables=tuple(cut(series, trial) for series in content.series),
             facts={**facts, **trial.facts, "start_time": trial.start_s, "stop_time": trial.stop_s},
         )
         for number, trial in enumerate(trials, start=1)
     ]
 
 
-def _outside(found: Found, trials: list[Trial]) -> int:
+def _outside(content: Found, trials: list[Trial]) -> int:
     """The number of rows of the longest series that are in no trial."""
-    if not found.series:
+    if not content.series:
         return 0
-    longest = max(found.series, key=lambda series: len(series.clock.time_s))
+    longest = max(content.series, key=lambda series: len(series.clock.time_s))
     inside = sum(cut(NwbSeries(longest.clock), trial).rows for trial in trials)
     return max(len(longest.clock.time_s) - inside, 0)
 
@@ -120,8 +124,8 @@ def _subject(file: Any) -> dict[str, float | str]:
     return facts
 
 
-def _names(file: Any, place: str) -> list[str]:
-    group = member(file, place)
+def _names(file: Any, group_path: str) -> list[str]:
+    group = member(file, group_path)
     return [] if group is None or is_dataset(group) else [str(name) for name in group]
 
 

@@ -93,8 +93,8 @@ def _seconds(column: Any) -> np.ndarray[Any, Any]:
     """Times of any unit in s."""
     kind = column.type
     per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
-    whole = column.cast(pa.int32() if kind.bit_width == 32 else pa.int64())
-    return np.asarray(whole.cast(pa.float64(), safe=False).to_numpy(False)) / per_second
+    integers = column.cast(pa.int32() if kind.bit_width == 32 else pa.int64())
+    return np.asarray(integers.cast(pa.float64(), safe=False).to_numpy(False)) / per_second
 
 
 def _values(column: Any) -> np.ndarray[Any, Any] | None:

@@ -60,16 +60,18 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     InputError
     """
     with _opened(path) as (file, warnings):
-        left: dict[str, list[str]] = {}
-        groups = [_Group(str(g.name), g, _channels(g, left)) for g in file.groups()]
+        left_out: dict[str, list[str]] = {}
+        groups = [_Group(str(g.name), g, _channels(g, left_out)) for g in file.groups()]
         groups = [group for group in groups if group.channels]
         _check_size(path, groups, wanted, _are_runs(groups))
         if _are_runs(groups):
             facts = _facts(file.properties)
-            runs = [_run(path, [group], wanted, left, facts) for group in groups]
+            runs = [_run(path, [group], wanted, left_out, facts) for group in groups]
         else:
-            runs = [_run(path, groups, wanted, left, _facts(file.properties))]
-    sentences = [s for why, names in left.items() for s in not_taken(some_names(names), why)]
+            runs = [_run(path, groups, wanted, left_out, _facts(file.properties))]
+    sentences = [
+        s for reason, names in left_out.items() for s in not_taken(some_names(names), reason)
+    ]
     sentences += [f"npTDMS says: {shown_name(warning)}." for warning in dict.fromkeys(warnings[:5])]
     return RawFile(tuple(runs), tuple(sentences))
 
@@ -121,18 +123,18 @@ class _Group:
     channels: dict[str, Any]
 
 
-def _channels(group: Any, left: dict[str, list[str]]) -> dict[str, Any]:
+def _channels(group: Any, left_out: dict[str, list[str]]) -> dict[str, Any]:
     """The channels of a group with numbers or texts."""
     channels = {}
     for channel in group.channels():
         name = str(channel.name)
         full = f"{group.name}/{name}"
         if not can_be_shown(full):
-            left.setdefault("names that cannot be shown", []).append(full)
+            left_out.setdefault("names that cannot be shown", []).append(full)
         elif len(channel) == 0:
-            left.setdefault("no samples", []).append(full)
+            left_out.setdefault("no samples", []).append(full)
         elif channel.dtype.kind not in "iufbMOU":
-            left.setdefault("no numbers or texts", []).append(full)
+            left_out.setdefault("no numbers or texts", []).append(full)
         else:
             channels[name] = channel
     return channels
@@ -186,7 +188,7 @@ def _run(
     path: Path,
     groups: Sequence[_Group],
     wanted: Wanted,
-    left: dict[str, list[str]],
+    left_out: dict[str, list[str]],
     facts: dict[str, float | str],
 ) -> RawRun:
     """One run made of these groups: one group if groups are trials, else all."""
@@ -198,11 +200,11 @@ def _run(
         for name, channel in group.channels.items():
             label = _label(group, name, alone)
             if not wanted(label):
-                left.setdefault("the mapping gives them no meaning", []).append(label)
+                left_out.setdefault("the mapping gives them no meaning", []).append(label)
                 continue
             column = _column(channel)
             if column is None:
-                left.setdefault("texts too long for columns", []).append(label)
+                left_out.setdefault("texts too long for columns", []).append(label)
                 continue
             tables.setdefault(_clock(group, channel, first), {})[label] = column
     all_facts = dict(facts)
@@ -240,8 +242,8 @@ def _clock(group: _Group, channel: Any, first: np.datetime64 | None) -> object:
 def _rate(step: float) -> float:
     """The rate of a step in s: 1000 Hz for the double nearest to a millisecond."""
     rate = 1.0 / step
-    whole = round(rate)
-    return float(whole) if whole and abs(rate - whole) <= 1e-12 * rate else rate
+    integer = round(rate)
+    return float(integer) if integer and abs(rate - integer) <= 1e-12 * rate else rate
 
 
 def _table(columns: dict[str, RawColumn], clock: Any) -> RawTable:

@@ -81,33 +81,34 @@ def read_metadata(file: Path) -> Metadata:
     return metadata_of(content)
 
 
-def metadata_of(given: Fields) -> Metadata:
+def metadata_of(content: Fields) -> Metadata:
     """The checked metadata of a recording of the hand or of joints."""
-    kind = given.choice("kind", ("hand", "joint"), required=True)
-    rate = given.number("sample_rate_hz", required=True)
+    kind = content.choice("kind", ("hand", "joint"), required=True)
+    rate = content.number("sample_rate_hz", required=True)
     if rate is None or not 1e-6 <= rate <= 1e9:
-        raise given.wrong("sample_rate_hz", "0.000001 to 1e9")
-    handle_mass = given.number("handle_mass_kg") or 0.0
+        raise content.wrong("sample_rate_hz", "0.000001 to 1e9")
+    handle_mass = content.number("handle_mass_kg") or 0.0
     if handle_mass < 0:
-        raise given.wrong("handle_mass_kg", "0 or a positive number")
+        raise content.wrong("handle_mass_kg", "0 or a positive number")
     return Metadata(
         kind=cast(Kind, kind),
         sample_rate_hz=rate,
-        force_by=cast(Any, given.choice("force_by", ("limb", "device")) or "limb"),
+        force_by=cast(Any, content.choice("force_by", ("limb", "device")) or "limb"),
         perturbation=cast(
-            Any, given.choice("perturbation", ("returning", "stochastic", "moving")) or "returning"
+            Any,
+            content.choice("perturbation", ("returning", "stochastic", "moving")) or "returning",
         ),
-        torque=cast(Any, given.choice("torque", ("interaction", "commanded"))),
-        imposed=cast(Any, given.choice("imposed", IMPOSED)),
+        torque=cast(Any, content.choice("torque", ("interaction", "commanded"))),
+        imposed=cast(Any, content.choice("imposed", IMPOSED)),
         handle_mass_kg=handle_mass,
-        **_lowpass(given, rate),
-        shoulder_m=_shoulder(given),
-        gravity_m_s2=_gravity(given),
-        subject=subject_of(given),
-        muscles=_muscles(given),
-        emg_unit=cast(Any, given.choice("emg_unit", ("V", "normalised")) or "V"),
-        provenance=given.texts("provenance") or (),
-        ignored=tuple(key for key in given.values if key not in KNOWN_KEYS),
+        **_lowpass(content, rate),
+        shoulder_m=_shoulder(content),
+        gravity_m_s2=_gravity(content),
+        subject=subject_of(content),
+        muscles=_muscles(content),
+        emg_unit=cast(Any, content.choice("emg_unit", ("V", "normalised")) or "V"),
+        provenance=content.texts("provenance") or (),
+        ignored=tuple(key for key in content.values if key not in KNOWN_KEYS),
     )
 
 

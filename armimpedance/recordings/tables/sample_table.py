@@ -94,8 +94,8 @@ def _rules(piece: _Piece, dt: float, rounding: float) -> Iterator[tuple[BoolArra
     """For each rule: the samples (S,) where the clock breaks it, and the message."""
     step, elapsed = piece.step, piece.elapsed
     yield (step < 0) | ((step == 0) & (rounding < dt)), "time does not run forward"
-    apart = np.abs(step - dt) > STEP_TOLERANCE * dt + rounding
-    yield apart, "a step of {step:.6g} s: a gap, or another rate"
+    gaps = np.abs(step - dt) > STEP_TOLERANCE * dt + rounding
+    yield gaps, "a step of {step:.6g} s: a gap, or another rate"
     slack = DRIFT_TOLERANCE_SAMPLES * dt + rounding + CLOCK_TOLERANCE * elapsed
     drifts = np.abs(elapsed - piece.index * dt) > slack
     yield drifts, "{elapsed:.6g} s after the trial's start, which disagrees with the rate"

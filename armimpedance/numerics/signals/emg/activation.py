@@ -208,9 +208,11 @@ def without_rest(
     -------
     own, own_sd : (..., m)
     """
-    own = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
-    # d own = level / own d level is infinite at own = 0, where own^2 has an error of level sd
-    return own, level * sd / np.maximum(np.maximum(own, np.sqrt(level * sd)), np.finfo(float).tiny)
+    active = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
+    # d active = level / active d level is infinite at 0, where active^2 has an error of level sd
+    return active, level * sd / np.maximum(
+        np.maximum(active, np.sqrt(level * sd)), np.finfo(float).tiny
+    )
 
 
 def _mvc(recording: Recording, rows: IntArray) -> FloatArray | None:

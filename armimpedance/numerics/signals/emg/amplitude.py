@@ -175,8 +175,8 @@ def emg_amplitude(
     if causal and align:
         smooth = [advanced(part, lag, rate) for part in smooth]
     rows = np.repeat(np.arange(recording.n_trials), np.diff(offsets))
-    own, rest_note = _own(recording, np.vstack(smooth), noise, rows)
-    _refuse_above(own.amplitude, recording)
+    muscle_part, rest_note = _own(recording, np.vstack(smooth), noise, rows)
+    _refuse_above(muscle_part.amplitude, recording)
     phase = _phase_note(lag, align) if causal else "zero phase"
     note = f"rectified, Butterworth low-pass of order {order} at {cutoff_hz:g} Hz, {phase}"
     return EmgAmplitude(
@@ -184,8 +184,8 @@ def emg_amplitude(
         trials=tuple(str(t) for t in recording.trials["trial"]),
         muscles=recording.muscles,
         offsets=offsets,
-        amplitude=own.amplitude,
-        sd=own.sd,
+        amplitude=muscle_part.amplitude,
+        sd=muscle_part.sd,
         relative_noise=noise,
         cutoff_hz=cutoff_hz,
         order=order,
@@ -235,22 +235,22 @@ def segment_amplitude(
         level = np.array(
             [recording.emg[a : a + n].mean(axis=0) for a, n in zip(first, length, strict=True)]
         )
-        own = _Own(level, np.zeros_like(level))
+        muscle_part = _Own(level, np.zeros_like(level))
     else:
         clean = clean_emg(recording, band_hz=band_hz)
         level = _levels(clean.emg, kind, first, length)
         noise = _segment_noise(recording, clean.emg, kind, length)
-        own, rest_note = _own(recording, level, noise, row)
+        muscle_part, rest_note = _own(recording, level, noise, row)
         notes, warnings = (*clean.notes, *rest_note), clean.warnings
-    _refuse_above(own.amplitude, recording)
+    _refuse_above(muscle_part.amplitude, recording)
     start = (first - recording.offsets[row]) / recording.sample_rate_hz
     return SegmentAmplitude(
         muscles=recording.muscles,
         row=row,
         start_s=start,
         end_s=start + length / recording.sample_rate_hz,
-        amplitude=own.amplitude,
-        sd=own.sd,
+        amplitude=muscle_part.amplitude,
+        sd=muscle_part.sd,
         kind=kind,
         notes=notes,
         warnings=warnings,

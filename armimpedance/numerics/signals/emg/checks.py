@@ -127,8 +127,8 @@ def _over_rest_db(rms: FloatArray, recording: Recording) -> FloatArray | None:
     rest = _levels(recording, rest_column)
     if rest is None:
         return None
-    own = np.maximum((rms / (rest * np.sqrt(np.pi / 2))) ** 2 - 1, 1e-3)
-    return np.asarray(10 * np.log10(own))
+    power_ratio = np.maximum((rms / (rest * np.sqrt(np.pi / 2))) ** 2 - 1, 1e-3)
+    return np.asarray(10 * np.log10(power_ratio))
 
 
 def _spectrum(emg: FloatArray, rate_hz: float) -> tuple[FloatArray, FloatArray]:
