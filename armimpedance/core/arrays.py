@@ -29,13 +29,13 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-#: No quantity of any unit comes near; squares and products of smaller numbers stay finite.
+#: Larger than any quantity in any unit; squares and products of smaller numbers stay finite.
 LARGEST: Final = 1e100
 
-#: Of a correlation, whose covariance may have been written with three digits.
+#: Tolerance for a correlation: its covariance may have been written with three digits.
 ROUNDED: Final = 1e-2
 
-#: Degrees of freedom that no fit falls below: of fewer, the factor of t overflows.
+#: Fewest degrees of freedom of a fit: with fewer, the factor of the t distribution overflows.
 LEAST_DOF: Final = 0.1
 
 
@@ -50,51 +50,51 @@ def frozen_array(
     """Copy into a read-only array and check its shape (None = any length) and, unless
     `finite` is off, that all values are finite.
 
-    An array that nobody can write to any more (see `frozen`) is taken as it is.
+    An array that is read-only already (see `frozen`) is not copied.
     """
-    taken = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
-    array = np.asarray(values) if taken else np.array(values, dtype=dtype)
+    reusable = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
+    array = np.asarray(values) if reusable else np.array(values, dtype=dtype)
     if array.shape != shape and not _fits(array.shape, shape):
         wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
     if finite and array.dtype.kind == "f" and not _all_numbers(array):
-        what = "too large to be measured" if np.isfinite(array).all() else "not finite"
-        raise RecordError(f"{name} holds a value that is {what}", expected="finite numbers")
+        problem = "too large to be measured" if np.isfinite(array).all() else "not finite"
+        raise RecordError(f"{name} holds a value that is {problem}", expected="finite numbers")
     array.flags.writeable = False
     return array
 
 
 def _fits(have: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
-    """Whether a shape is the wanted one."""
+    """True if a shape is the wanted one (None = any length)."""
     return len(have) == len(wanted) and all(
-        want is None or one == want for one, want in zip(have, wanted, strict=True)
+        needed is None or size == needed for size, needed in zip(have, wanted, strict=True)
     )
 
 
 def _all_numbers(array: np.ndarray) -> bool:
-    """Whether no value is NaN, infinite, or so large that its powers overflow."""
+    """True if no value is NaN, infinite, or so large that its powers overflow."""
     if array.size == 0:
         return True
-    # the order of the values does not matter, a view of them all is read fastest
+    # the order of the values does not matter; a flat view is the fastest to read
     values = array.ravel(order="K")
     return bool(np.minimum.reduce(values) > -LARGEST and np.maximum.reduce(values) < LARGEST)
 
 
 def frozen(array: FloatArray) -> FloatArray:
-    """Give up the right to write to a fresh array, so that a type can take it without a copy."""
+    """Make a fresh array read-only, so that a record can take it without a copy."""
     array.flags.writeable = False
     return array
 
 
 def by_axis(signal: FloatArray) -> FloatArray:
-    """Signals (T, S, d) as rows over time, (d T, S), all trials of the first axis first: a copy."""
+    """Copy signals (T, S, d) to rows over time, (d T, S): all trials of the first axis first."""
     return np.array(signal.transpose(2, 0, 1), order="C").reshape(-1, signal.shape[1])
 
 
 def lengths(vectors: FloatArray) -> FloatArray:
     """Length (...,) of vectors (..., d): `numpy.linalg.norm` to the last bit, axis by axis.
 
-    Of many short vectors this takes a fraction of its time and no room for their squares.
+    For many short vectors it is much faster and needs no memory for their squares.
     """
     if not 0 < vectors.shape[-1] < 8:
         # NumPy adds eight and more in another order
@@ -106,29 +106,29 @@ def lengths(vectors: FloatArray) -> FloatArray:
 
 
 def require_covariance(covariance: FloatArray, name: str) -> None:
-    """Refuse a matrix (..., p, p) that no errors have, beyond what rounding makes.
+    """Refuse a matrix (..., p, p) that is not a covariance, beyond rounding.
 
     Raises RecordError: it is not symmetric, or a combination of the elements has a negative
     variance.
     """
     variance = np.diagonal(covariance, axis1=-2, axis2=-1)
-    # an element without an error is known, and goes with no other
+    # an element without variance is exact and has no correlation
     scale = np.sqrt(np.where(variance > 0, variance, 1.0))
     correlation = covariance / scale[..., :, None] / scale[..., None, :]
-    turned = np.swapaxes(correlation, -1, -2)
+    transposed = np.swapaxes(correlation, -1, -2)
     if (variance < 0).any():
         raise RecordError(f"{name} holds a negative variance", expected="variances of at least 0")
-    if (np.abs(correlation - turned) > ROUNDED).any():
+    if (np.abs(correlation - transposed) > ROUNDED).any():
         raise RecordError(f"{name} is not symmetric", expected="a covariance")
     every = np.eye(variance.shape[-1], dtype=bool)
-    correlation = np.where(every, variance[..., None] > 0, (correlation + turned) / 2)
+    correlation = np.where(every, variance[..., None] > 0, (correlation + transposed) / 2)
     if correlation.size and np.linalg.eigvalsh(correlation).min() < -ROUNDED:
         problem = f"{name} gives a combination of the elements a negative variance"
         raise RecordError(problem, expected="correlations that can be together")
 
 
 def _is_frozen(array: np.ndarray) -> bool:
-    """Whether neither this array nor any that it is a view of can be written to."""
+    """True if neither this array nor any array that it is a view of can be written to."""
     seen: Any = array
     while isinstance(seen, np.ndarray):
         if seen.flags.writeable:
@@ -140,14 +140,14 @@ def _is_frozen(array: np.ndarray) -> bool:
 class FrozenRecord:
     """Base of records, which are frozen dataclasses: fields are checked by their annotations.
 
-    An array field says its shape in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
+    The shape of an array field is in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
     stands for one size throughout the record, a number for itself, ``m+1`` for one more than m,
-    ``_`` for any size. ``nan`` at the end lets numbers that are not finite pass; ``covariance``
-    there asks of the last two axes what `require_covariance` asks. An annotated tuple takes part:
-    ``Annotated[tuple[str, ...], "m"]`` has m entries. A list that stands where a tuple is declared
-    becomes one, and a mapping becomes read-only. None passes everywhere.
+    ``_`` for any size. ``nan`` at the end allows numbers that are not finite; ``covariance``
+    there applies `require_covariance` to the last two axes. Sizes of tuples are checked too:
+    ``Annotated[tuple[str, ...], "m"]`` has m entries. A list where a tuple is declared becomes a
+    tuple, and a mapping becomes read-only. None is always allowed.
 
-    A record that has to hold more than this extends ``__post_init__`` and calls it first.
+    A record with further rules extends ``__post_init__`` and calls this one first.
 
     Raises RecordError: an array has another shape, a value that is not finite, or sizes that
     disagree.
@@ -167,14 +167,14 @@ _Rule = Callable[[Any, str, dict[str, int]], Any]
 
 @cache
 def _rules(record: Any) -> tuple[tuple[str, _Rule], ...]:
-    """What is to be done to each field of a record; fields with nothing to do are left out."""
+    """Return the check of each field of a record; fields without one are left out."""
     hints = get_type_hints(record, include_extras=True)
     rules = ((f.name, _rule(hints[f.name])) for f in fields(record))
     return tuple((name, rule) for name, rule in rules if rule is not None)
 
 
 def _rule(hint: Any) -> _Rule | None:
-    """The rule of one annotation; of a union, that of its first kind."""
+    """Return the check of one annotation; of a union, that of its first type. None: no check."""
     if get_origin(hint) in (Union, UnionType):
         return _rule(next(kind for kind in get_args(hint) if kind is not NoneType))
     if get_origin(hint) is Annotated:
@@ -191,11 +191,11 @@ def _rule(hint: Any) -> _Rule | None:
 
 
 def _frozen_tuple(value: Any, name: str, sizes: dict[str, int], *, dim: _Dim) -> Any:
-    taken = tuple(value)
-    wanted = dim.size(sizes, len(taken))
-    if wanted is not None and wanted != len(taken):
-        raise RecordError(f"{len(taken)} {name}", expected=f"{wanted}")
-    return taken
+    entries = tuple(value)
+    wanted = dim.size(sizes, len(entries))
+    if wanted is not None and wanted != len(entries):
+        raise RecordError(f"{len(entries)} {name}", expected=f"{wanted}")
+    return entries
 
 
 def _frozen_mapping(value: Any, _name: str, _sizes: dict[str, int]) -> Any:
@@ -231,7 +231,7 @@ class _Dim:
         self._any = word == "_"
 
     def size(self, sizes: dict[str, int], have: int) -> int | None:
-        """The size that it must have; a letter met first takes the one that it has."""
+        """Return the required size (None: any); a new letter is bound to the present size."""
         if self._any or self._fixed is not None:
             return self._fixed
         return sizes.setdefault(self._letter, have - self._more) + self._more
@@ -240,19 +240,19 @@ class _Dim:
 #: Element types of the array annotations.
 _DTYPES: Final = {FloatArray: np.float64, BoolArray: np.bool_, IntArray: np.int64}
 
-# What is asked of one frozen record again and again is worked out once.
+# Results that are computed once for each frozen record.
 
 Kept = TypeVar("Kept")
 Answer = TypeVar("Answer")
 
 
 def once_per_record(function: Callable[[Kept], Answer]) -> Callable[[Kept], Answer]:
-    """The same function, which keeps its answer as long as the record lives.
+    """Return the same function with a cache: each record's result is kept while the record lives.
 
     Parameters
     ----------
     function : callable
-        Of one record that nobody can change; it always gives the same answer for it.
+        Takes one frozen record and always returns the same value for it.
 
     Returns
     -------
@@ -261,23 +261,23 @@ def once_per_record(function: Callable[[Kept], Answer]) -> Callable[[Kept], Answ
     kept: dict[int, tuple[weakref.ref[Any], Answer]] = {}
 
     @wraps(function)
-    def asked(record: Kept) -> Answer:
-        number = id(record)
-        known = kept.get(number)
-        if known is not None and known[0]() is record:
-            return known[1]
+    def cached(record: Kept) -> Answer:
+        key = id(record)
+        entry = kept.get(key)
+        if entry is not None and entry[0]() is record:
+            return entry[1]
         answer = function(record)
-        kept[number] = (weakref.ref(record, lambda _gone: kept.pop(number, None)), answer)
+        kept[key] = (weakref.ref(record, lambda _gone: kept.pop(key, None)), answer)
         return answer
 
-    return asked
+    return cached
 
 
 # Frozen records as lists, numbers and texts, and back: what a JSON file can hold.
 #
-# The record's own type hints say what each field must be; whatever the file holds instead is an
-# `InputError` that names the field. Numbers that are not finite stand as the texts "inf" and "nan",
-# for which JSON has no sign.
+# The record's own type hints say what each field must be; anything else in the file is an
+# `InputError` that names the field. Numbers that are not finite are written as the texts "inf" and
+# "nan", which JSON has no number for.
 
 Record = TypeVar("Record")
 
@@ -285,7 +285,7 @@ _NOT_FINITE = ("inf", "-inf", "nan")
 
 
 def to_plain(value: Any) -> Any:
-    """Records as mappings of their fields, arrays and tuples as lists, numbers as they are."""
+    """Return records as mappings of their fields, arrays and tuples as lists, numbers unchanged."""
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_plain(getattr(value, f.name)) for f in fields(value) if f.init}
     if isinstance(value, np.ndarray | np.generic):
@@ -298,11 +298,11 @@ def to_plain(value: Any) -> Any:
 
 
 def from_plain(kind: type[Record], plain: Any, where: str = "") -> Record:
-    """The record of this type whose `to_plain` this is.
+    """Return the record of type `kind` whose `to_plain` is `plain`.
 
-    `kind`: a frozen dataclass whose fields are float arrays, whole-number arrays, numbers, truths,
-    texts, such records, tuples of them, or None.
-    `where`: the field that it stands in, for messages.
+    `kind`: a frozen dataclass whose fields are float or integer arrays, numbers, booleans, texts,
+    such records, tuples of them, or None.
+    `where`: the field that contains this record, for messages.
     Raises InputError: a field is missing, unknown, or not what its type says, or the record refuses
     it.
     """
@@ -322,61 +322,60 @@ def from_plain(kind: type[Record], plain: Any, where: str = "") -> Record:
         raise InputError(problem, column=where or None) from error
 
 
-def _inside(where: str, name: str) -> str:
-    return f"{where}.{name}" if where else name
+def _inside(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
 
 
-def _read(hint: Any, value: Any, where: str) -> Any:
+def _read(hint: Any, value: Any, path: str) -> Any:
     if get_origin(hint) in (Union, UnionType):
         kinds = [kind for kind in get_args(hint) if kind is not NoneType]
         return (
             None
             if value is None and len(kinds) < len(get_args(hint))
-            else _read(kinds[0], value, where)
+            else _read(kinds[0], value, path)
         )
     if get_origin(hint) is tuple:
-        return _tuple(get_args(hint), value, where)
+        return _tuple(get_args(hint), value, path)
     if hint in (FloatArray, IntArray):
-        return _array(hint, value, where)
+        return _array(hint, value, path)
     if get_origin(hint) is Literal:
         if value not in get_args(hint):
             allowed = ", ".join(map(str, get_args(hint)))
-            raise InputError(f"{value!r:.40}", column=where, expected=allowed)
+            raise InputError(f"{value!r:.40}", column=path, expected=allowed)
         return value
     if is_dataclass(hint):
-        return from_plain(hint, value, where)  # type: ignore[arg-type]
-    return _single(hint, value, where)
+        return from_plain(hint, value, path)  # type: ignore[arg-type]
+    return _single(hint, value, path)
 
 
-def _tuple(kinds: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
+def _tuple(kinds: tuple[Any, ...], value: Any, path: str) -> tuple[Any, ...]:
     if not isinstance(value, list | tuple):
-        raise InputError("not a list", column=where, expected="a list")
+        raise InputError("not a list", column=path, expected="a list")
     if kinds[-1] is not Ellipsis and len(kinds) != len(value):
-        raise InputError(f"{len(value)} values", column=where, expected=f"{len(kinds)}")
-    each = kinds[:1] * len(value) if kinds[-1] is Ellipsis else kinds
+        raise InputError(f"{len(value)} values", column=path, expected=f"{len(kinds)}")
+    types = kinds[:1] * len(value) if kinds[-1] is Ellipsis else kinds
     return tuple(
-        _read(kind, part, f"{where}[{i}]")
-        for i, (kind, part) in enumerate(zip(each, value, strict=True))
+        _read(kind, part, f"{path}[{i}]")
+        for i, (kind, part) in enumerate(zip(types, value, strict=True))
     )
 
 
-def _array(hint: Any, value: Any, where: str) -> np.ndarray:
+def _array(hint: Any, value: Any, path: str) -> np.ndarray:
     whole = hint == IntArray
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
-    # an array of one number is a list too: [] has a shape, 3.0 has none
     # beyond 2^53 not every whole number is a float
     if array.ndim == 0 or (
         whole and not ((np.abs(array) < 2.0**53) & (array == np.floor(array))).all()
     ):
         expected = "lists of whole numbers" if whole else "lists of numbers"
-        raise InputError("not an array", column=where, expected=expected)
+        raise InputError("not an array", column=path, expected=expected)
     return array.astype(np.int64) if whole else array
 
 
-def _single(hint: Any, value: Any, where: str) -> Any:
+def _single(hint: Any, value: Any, path: str) -> Any:
     truth = isinstance(value, bool)
     number = isinstance(value, int | float) and not truth
     number = number and not LARGEST <= abs(value) < math.inf
@@ -387,4 +386,4 @@ def _single(hint: Any, value: Any, where: str) -> Any:
     if (hint is bool and truth) or (hint is str and isinstance(value, str)):
         return value
     names = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
-    raise InputError(f"{value!r:.40}", column=where, expected=names.get(hint, str(hint)))
+    raise InputError(f"{value!r:.40}", column=path, expected=names.get(hint, str(hint)))

@@ -22,7 +22,7 @@ from typing import Any, Final, Literal, get_args
 Level = Literal["hand", "joint", "muscle"]
 Kind = Literal["hand", "joint"]
 
-#: What a device imposes on the limb, whatever the limb does.
+#: The quantity that a device imposes on the limb, whatever the limb does.
 Imposed = Literal["position", "force", "torque", "both"]
 IMPOSED: Final[tuple[Imposed, ...]] = get_args(Imposed)
 
@@ -33,7 +33,7 @@ NUMBERED_JOINTS: Final = ("1", "2", "3", "4", "5", "6", "7")
 #: Nominal posture of Tsuji (1997), section 3.2: shoulder, elbow (rad).
 NOMINAL_POSTURE_RAD: Final = (1.04, 1.57)
 
-#: No joint of a person turns further than a turn from its zero; degrees given as radians do.
+#: No human joint turns further than this from its zero; degrees taken for radians do.
 LARGEST_ANGLE_RAD: Final = 2.0 * pi
 
 #: Mass of the cast between force sensor and hand in Tsuji (1997), section 3.2 (kg).
@@ -90,14 +90,14 @@ def force_columns(kind: str, axes: int) -> tuple[str, ...]:
 def command_columns(kind: str, axes: int) -> tuple[str, ...]:
     """Names of the commanded motion's columns: ``x_command_m, y_command_m``, ``q1_command_rad``.
 
-    Optional in a recording; what the robot was told to do, on the clock of the samples.
+    Optional in a recording: the commanded motion of the robot, on the clock of the samples.
     """
     places = [name.rpartition("_") for name in position_columns(kind, axes)]
     return tuple(f"{axis}_command_{unit}" for axis, _, unit in places)
 
 
 def perturbation_columns(axes: int) -> tuple[str, ...]:
-    """Names of the columns with the torque that a device was told to add: ``tau1_perturbation_Nm``.
+    """Names of the columns with the commanded perturbation torque: ``tau1_perturbation_Nm``.
 
     Optional in a recording of kind "joint"; on the clock of the samples, positive as the angle is.
     """
@@ -105,7 +105,7 @@ def perturbation_columns(axes: int) -> tuple[str, ...]:
 
 
 def group_name(keys: Mapping[str, Any]) -> str:
-    """The columns of a group in words: the condition alone, or all columns by name."""
+    """Return a group's columns in words: the condition alone, or all columns by name."""
     if set(keys) == {"condition"}:
         return str(keys["condition"])
     return ", ".join(f"{name} {value}" for name, value in keys.items()) or "all trials"
@@ -123,5 +123,5 @@ def parameter_names(k: int) -> tuple[str, ...]:
 
 
 def axis_name(kind: Kind, i: int) -> str:
-    """x, y, z of the hand; joint 1, joint 2."""
+    """Name of axis `i`: x, y, z of the hand, or joint 1, joint 2."""
     return AXES[i] if kind == "hand" else f"joint {i + 1}"

@@ -1,4 +1,4 @@
-"""Small tables in delimited text: one reader of their lines, with a described layout.
+"""Small tables in delimited text: one reader of their lines for all layouts.
 
 Tables of samples are read by Arrow (`recordings.tables.number_table`, `recordings.sources.csv`);
 where one fails, these lines name the cell.
@@ -19,12 +19,12 @@ from armimpedance.core.inputs import check_regular
 
 @dataclass(frozen=True)
 class Delimited:
-    """How the cells of a table stand in its lines.
+    """Layout of a table in text.
 
-    `delimiter`: what parts them.
-    `quoted`: whether a cell may stand between quotation marks.
-    `comment`: lines that begin so are passed over; "" where there are no such lines.
-    `blank`: whether rows of empty cells are passed over, as lines without any cell always are.
+    `delimiter`: the character between cells.
+    `quoted`: whether a cell may be in quotation marks.
+    `comment`: beginning of comment lines, which are skipped; "" if there are none.
+    `blank`: whether rows of empty cells are skipped; empty lines always are.
     """
 
     delimiter: str = ","
@@ -34,7 +34,7 @@ class Delimited:
 
     @property
     def words(self) -> str:
-        """What a message adds on the delimiter, where it is not the usual one."""
+        """Text on the delimiter for an error message; "" for commas."""
         return ", with tabs between them" if self.delimiter == "\t" else ""
 
 
@@ -52,13 +52,13 @@ class TextTable:
     rows: tuple[list[str], ...]
 
     def dicts(self) -> list[dict[str, str]]:
-        """The rows by the names of the columns."""
+        """Rows as dictionaries, keyed by the names of the columns."""
         return [dict(zip(self.header, cells, strict=True)) for cells in self.rows]
 
 
 @contextmanager
 def opened_text(file: Path, errors: str = "strict") -> Iterator[TextIO]:
-    """A file of UTF-8 text, with or without a mark at its beginning."""
+    """Open a file of UTF-8 text, with or without a byte-order mark."""
     check_regular(file)
     try:
         stream = file.open(encoding="utf-8-sig", errors=errors, newline="")
@@ -71,9 +71,9 @@ def opened_text(file: Path, errors: str = "strict") -> Iterator[TextIO]:
 def numbered_rows(
     stream: TextIO, file: Path, layout: Delimited = CSV
 ) -> Iterator[tuple[int, list[str]]]:
-    """The lines that are not passed over, each with its number and its cells.
+    """Yield the line number and the cells of every line that is not skipped.
 
-    Raises InputError: quotation marks that do not end, or bytes that are no UTF-8.
+    Raises InputError: quotation marks that are not closed, or bytes that are not UTF-8.
     """
     reader = (
         csv.reader(stream, delimiter=layout.delimiter)
@@ -93,16 +93,16 @@ def numbered_rows(
 
 
 def text_header(file: Path, layout: Delimited = CSV) -> tuple[str, ...]:
-    """The names of a table's columns, without reading on; none where it is empty."""
+    """Read the names of a table's columns only; empty if the table is empty."""
     with opened_text(file) as stream:
         _, names = next(numbered_rows(stream, file, layout), (0, []))
     return tuple(name.strip() for name in names)
 
 
 def read_text_table(file: Path, layout: Delimited = CSV, expected: str = "a table") -> TextTable:
-    """A small table of texts.
+    """Read a small table of texts.
 
-    `expected`: what a message wants in the place of an empty file.
+    `expected`: what was expected instead of an empty file, for the message.
     Raises InputError: it cannot be read or is empty, a name appears twice, or a row has another
     number of cells than the header.
     """
@@ -121,9 +121,9 @@ def read_text_table(file: Path, layout: Delimited = CSV, expected: str = "a tabl
 
 
 def check_header(file: Path, names: Sequence[str], layout: Delimited = CSV) -> None:
-    """Names of columns must be different, and fit on the line of a message.
+    """Refuse column names that are repeated or cannot be printed, and other delimiters.
 
-    Raises InputError: they are not, or the file has other delimiters.
+    Raises InputError: a name is wrong, or the file has other delimiters.
     """
     for name in names:
         if names.count(name) > 1 or not name.isprintable():
@@ -135,9 +135,9 @@ def check_header(file: Path, names: Sequence[str], layout: Delimited = CSV) -> N
 
 
 def number_of(cell: str) -> float | None:
-    """The number that a cell holds, NaN and infinity too; None where it holds none.
+    """Return the number in a cell, NaN and infinity included; None if it holds no number.
 
-    An underscore between digits is Python's way to write numbers and no table's.
+    Underscores between digits, which Python allows, are not accepted.
     """
     try:
         return None if "_" in cell else float(cell)

@@ -1,9 +1,9 @@
-"""A result is described once: every number of it with its name, its meaning and its unit.
+"""One description of each result: the name, meaning and unit of every number in it.
 
-A topic writes down the columns of its result beside the record: `Column("delay_ms", "delay of the
+A topic lists the columns of its result next to the record: `Column("delay_ms", "delay of the
 reflex", "ms", ...)`. Tables, long tables, JSON, MATLAB, workbooks, labelled arrays, notebooks and
-the tables of the docs are made of these columns; no form guesses a unit. Names of columns are
-contracts: a change of one changes the files. Standard library only.
+the tables of the docs are made from these columns; none of them guesses a unit. Names of columns
+are contracts: a change of a name changes the files. Standard library only.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a number is.
+    """Meaning of a number in words, and its unit.
 
-    `unit`: "1" for a pure number, "" of a text or where another column holds the unit.
-    `i`, `j`: row and column in its matrix, or number in its list, from 1.
-    `along`: what such a list counts, such as "muscle".
-    `whole`: what the matrix or the list is; "": a number by itself.
+    `unit`: "1" for a pure number, "" for a text or if another column holds the unit.
+    `i`, `j`: row and column in its matrix, or index in its list, from 1.
+    `along`: what the index of the list counts, such as "muscle".
+    `whole`: meaning of the matrix or list; "" for a single number.
     """
 
     words: str
@@ -37,10 +37,10 @@ class Meaning:
 
 @dataclass(frozen=True)
 class Beside:
-    """A column beside that of a number, such as its standard error.
+    """A column that belongs to a number's column, such as its standard error.
 
     `field`: its column in the long table.
-    `pure`: whether it is a pure number; else it has the number's unit.
+    `pure`: True for a pure number; otherwise it has the number's unit.
     """
 
     words: str
@@ -48,13 +48,13 @@ class Beside:
     pure: bool = False
 
     def of(self, means: Meaning) -> Meaning:
-        """What it is, of such a number."""
+        """Meaning of this column for a number of the stated meaning."""
         unit = "1" if self.pure else means.unit
         whole = means.whole and f"{self.words}: {means.whole}"
         return replace(means, words=f"{self.words}: {means.words}", unit=unit, whole=whole)
 
 
-#: Beginning of the name -> what such a column is of the number.
+#: Prefix of a column's name -> its relation to the number.
 BESIDE: Final = {
     "sd_": Beside("standard error", "sd"),
     "ci_low_": Beside("lower 95 % limit", "lower"),
@@ -66,7 +66,7 @@ BESIDE: Final = {
 
 
 def split_beside(name: str) -> tuple[str, Beside | None]:
-    """The column that a column stands beside, and as what; itself and None where it is its own."""
+    """Return the number's column and the relation to it; the name itself and None without."""
     for beginning, beside in BESIDE.items():
         if name.startswith(beginning):
             return name.removeprefix(beginning), beside
@@ -77,11 +77,11 @@ def split_beside(name: str) -> tuple[str, Beside | None]:
 class Column(Generic[R]):
     """One column of a result's table.
 
-    `name`: a contract; ``{}`` in it stands for a muscle, an axis or whatever else the column is of,
-    and stands in `words` for the same.
+    `name`: a contract; ``{}`` stands for the name of a muscle, an axis or another item, in `words`
+    too.
     `words`, `unit`: as in `Meaning`.
-    `value`: takes it from the record; without it the attribute of this name.
-    `optional`: left out of a row where it is None.
+    `value`: function that takes the value from the record; None: the attribute of this name.
+    `optional`: left out of a row if the value is None.
     """
 
     name: str
@@ -91,43 +91,43 @@ class Column(Generic[R]):
     optional: bool = False
 
     def of(self, record: R) -> Any:
-        """The value of a record."""
+        """Value of this column for a record."""
         return getattr(record, self.name) if self.value is None else self.value(record)
 
 
 def beside(
     before: str, column: Column[R], value: Callable[[R], Any], *, name: str = ""
 ) -> Column[R]:
-    """A column beside another: its standard error, a limit.
+    """Return a column that belongs to another one: its standard error, a limit.
 
-    `before`: a beginning of `BESIDE`.
-    `name`: without it that of the other column.
+    `before`: a prefix in `BESIDE`.
+    `name`: name after the prefix; "": that of the other column.
     """
     means = BESIDE[before].of(Meaning(column.words, column.unit))
     return Column(before + (name or column.name), means.words, means.unit, value)
 
 
 def cells(columns: Iterable[Column[R]], record: R) -> dict[str, Any]:
-    """The row of a record, its cells by the names of the columns."""
-    taken = ((column, column.of(record)) for column in columns)
+    """Return the row of a record: cells by the names of the columns."""
+    values = ((column, column.of(record)) for column in columns)
     return {
-        column.name: value for column, value in taken if not (column.optional and value is None)
+        column.name: value for column, value in values if not (column.optional and value is None)
     }
 
 
 def meanings(columns: Iterable[Column[Any]]) -> dict[str, Meaning]:
-    """What the columns are, by their names."""
+    """Meanings of the columns, by their names."""
     return {column.name: Meaning(column.words, column.unit) for column in columns}
 
 
 def meaning_in(described: Mapping[str, Meaning], name: str) -> Meaning | None:
-    """What a column is by its name, or by a name with ``{}`` that it fits; None: not described."""
+    """Return the meaning of a column, also by a name with ``{}`` that matches, or None."""
     if name in described:
         return described[name]
     for template, means in described.items():
         if "{}" in template and (fits := _pattern(template).fullmatch(name)):
-            what = (part.replace("_", " ") for part in fits.groups())
-            return Meaning(means.words.format(*what), means.unit)
+            parts = (part.replace("_", " ") for part in fits.groups())
+            return Meaning(means.words.format(*parts), means.unit)
     return None
 
 

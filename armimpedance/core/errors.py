@@ -1,4 +1,4 @@
-"""The errors that a user can meet: one root, a few children, one line each."""
+"""Errors that a user can meet: one base class, a few subclasses, one line of text each."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any, Final, TypeVar
 
 Entry = TypeVar("Entry")
 
-#: A message is one line of at most this many characters, on every terminal.
+#: A message is one line of at most this many characters.
 LONGEST_MESSAGE: Final = 400
 
 
 def shown(text: str) -> str:
-    """A text of a file as a message shows it: on one line, and no command to a terminal.
+    """Return a text from a file for a message: on one line and without control characters.
 
     Returns: printable; any other character as Python writes it, such as ``\\x1b``.
     """
@@ -24,7 +24,7 @@ def shown(text: str) -> str:
 
 
 def shortened(text: str, length: int) -> str:
-    """A text with its middle left out where it is longer than `length`.
+    """Return a text, with its middle left out if it is longer than `length`.
 
     `length`: at least 3.
     """
@@ -35,7 +35,7 @@ def shortened(text: str, length: int) -> str:
 
 
 def beginning(text: str, length: int) -> str:
-    """The beginning of a text, up to the end of a clause, where it is longer than `length`."""
+    """Return a text; if it is longer than `length`, its beginning up to the end of a clause."""
     if len(text) <= length:
         return text
     head = text[: length - 2]
@@ -44,7 +44,7 @@ def beginning(text: str, length: int) -> str:
 
 
 class ArmImpedanceError(Exception):
-    """Root of all errors that the toolkit raises on purpose; the command line exits 2 on it.
+    """Base class of all errors that the toolkit raises on purpose; the command line then exits 2.
 
     Examples
     --------
@@ -67,11 +67,11 @@ class InputError(ArmImpedanceError):
     file : str or path, optional
         The file in which it is wrong.
     row : int, optional
-        The line of the file, counted from 1 with its header (what an editor shows).
+        The line of the file, counted from 1 with its header, as an editor shows it.
     column : str, optional
         The column or field.
     expected : str, optional
-        What would have been right.
+        The correct form.
 
     Examples
     --------
@@ -104,14 +104,14 @@ class InputError(ArmImpedanceError):
             places.append(f"column {shortened(shown(column), 60)}")
         where = f"{', '.join(places)}: " if places else ""
         what = "" if expected is None else f" (expected {shown(expected)})"
-        # Where it is stands whole, what was expected gives way to what is wrong.
+        # The place is never shortened; the expectation is shortened before the problem.
         room = LONGEST_MESSAGE - len(where)
         problem = shortened(shown(problem), max(room * 2 // 3, room - len(what)))
         super().__init__(where + problem + shortened(what, room - len(problem)))
 
 
 class RecordError(InputError):
-    """A central type was built from arrays that cannot be what the type says."""
+    """A record was built from arrays that break the rules of its type."""
 
 
 def check_number(
@@ -164,14 +164,14 @@ def _in_words(
 
 
 class NotIdentifiableError(ArmImpedanceError):
-    """The data cannot say: the regressor loses rank, and these parameters are why.
+    """The data do not determine these parameters: the regressor loses rank.
 
     Parameters
     ----------
     message : str
         One line for a user.
     parameters : tuple of str
-        The names of the parameters that cannot be told apart or found at all.
+        The names of the parameters that cannot be distinguished or estimated at all.
 
     Examples
     --------
@@ -197,10 +197,10 @@ class EstimationError(ArmImpedanceError):
 
 
 class WorkerError(EstimationError):
-    """A process that did a part of the work ended before it was done."""
+    """A worker process ended before its work was done."""
 
 
-# Packages that only some formats need: imported when such a file is read, named if missing.
+# Packages that only some formats need: imported when such a file is read, reported if missing.
 
 
 def needed(module: str, extra: str, file: object) -> Any:

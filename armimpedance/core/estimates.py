@@ -1,4 +1,4 @@
-"""What an analysis of impedance gives: M, B and K at one level with their covariance.
+"""Result of an impedance analysis: M, B and K at one level with their covariance.
 
 Sizes: k axes of the level, n joints, m muscles.
 """
@@ -26,7 +26,7 @@ _MAPPINGS: Final = ("keys", "shared_errors")
 
 @dataclass(frozen=True)
 class Quality:
-    """How well the second-order model describes the data. None: does not apply.
+    """Quality of the fit of the second-order model. None: does not apply.
 
     multiple_correlation: between the corrected force and its prediction, over all axes, as the
     source defines it; it cannot see a reflex or a wrong model. vaf: variance accounted for, 0..1.
@@ -61,9 +61,9 @@ class ImpedanceEstimate(FrozenRecord):
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
     bound : (3 k^2, 3 k^2) or None
-        The least covariance that any unbiased estimator could have on this motion and noise
-        (Cramer-Rao), in the same order, what the trials do not exclude added to both; `efficiency`
-        compares.
+        The Cramer-Rao bound: the least covariance of any unbiased estimator on this motion and
+        noise, in the same order. It includes, as `covariance` does, systematic errors that the
+        trials do not exclude. `efficiency` compares the two.
     keys : mapping
         The group's columns, for example ``{"condition": "relaxed"}``.
     position, force : (k_hand,) or None
@@ -80,9 +80,10 @@ class ImpedanceEstimate(FrozenRecord):
     shoulder_m : (k_hand,) or None
         Place of the shoulder in the frame of `position`.
     shared_errors : mapping of str to (3 k^2,)
-        What one standard deviation of something that makes all estimates of a recording wrong
-        alike, such as a "reflex", makes wrong in M, B and K. Its square is in `covariance`; who
-        fits several estimates together needs it apart, since it does not average out.
+        Errors of M, B and K that all estimates of a recording share, by their cause such as a
+        "reflex": the change by one standard deviation of the cause. Their squares are part of
+        `covariance`; a fit of several estimates needs them separately, since they do not average
+        out.
     warnings : tuple of str
     provenance : tuple of str
 
@@ -143,7 +144,7 @@ class ImpedanceEstimate(FrozenRecord):
         self.__dict__.update({name: MappingProxyType(state[name]) for name in _MAPPINGS})
 
     def marked(self, sentences: Sequence[str]) -> ImpedanceEstimate:
-        """The same with these sentences before its warnings: what checks of the data said."""
+        """Return a copy with these sentences, from checks of the data, before its warnings."""
         return replace(self, warnings=(*sentences, *self.warnings)) if sentences else self
 
     @property
@@ -168,14 +169,15 @@ class ImpedanceEstimate(FrozenRecord):
 
     @property
     def efficiency(self) -> FloatArray | None:
-        """Variance of the bound over the estimate's own, of each element, (3, k, k).
+        """Ratio of the bound's variance to the estimate's, for each element, (3, k, k).
 
-        As uncertain as the estimated variances: with n degrees of freedom by sqrt(2/n) of itself.
+        Its relative standard error is that of the estimated variances: sqrt(2/n) with n degrees of
+        freedom.
         """
         if self.bound is None:
             return None
-        own = np.diag(self.covariance)
-        ratio = np.diag(self.bound) / np.where(own > 0, own, np.inf)
+        variances = np.diag(self.covariance)
+        ratio = np.diag(self.bound) / np.where(variances > 0, variances, np.inf)
         return np.asarray(ratio.reshape(3, self.k, self.k))
 
     def shared_through(self, T: FloatArray) -> dict[str, FloatArray]:
@@ -183,11 +185,11 @@ class ImpedanceEstimate(FrozenRecord):
         return {name: T @ error for name, error in self.shared_errors.items()}
 
     def with_warning(self, *sentences: str) -> ImpedanceEstimate:
-        """A copy that carries these warnings too."""
+        """Return a copy with these sentences after its warnings."""
         return replace(self, warnings=(*self.warnings, *sentences))
 
     def not_definite(self) -> tuple[str, ...]:
-        """Warnings where M, B or K is not positive definite, by chance or beyond it."""
+        """Return a warning for each of M, B and K that is not positive definite."""
         d, warnings = self.k, []
         named = {"inertia": self.inertia, "viscosity": self.viscosity, "stiffness": self.stiffness}
         for index, (name, matrix) in enumerate(named.items()):
@@ -216,8 +218,8 @@ class ImpedanceEstimate(FrozenRecord):
 
     @property
     def _factor(self) -> float:
-        """Half of a 95 % interval in standard deviations."""
-        # where it is used: to read a recording takes none of SciPy
+        """Half-width of a 95 % interval in standard errors."""
+        # imported here: reading a recording needs no SciPy
         from scipy.special import ndtri, stdtrit
 
         return float(ndtri(0.975) if np.isinf(self.dof) else stdtrit(self.dof, 0.975))
@@ -247,7 +249,7 @@ class ImpedanceEstimate(FrozenRecord):
         }
 
     def _stiffness_rows(self) -> list[tuple[str, str, str]]:
-        """Name, value and limits of the elements of K; of many axes those of the diagonal."""
+        """Name, value and limits of elements of K; with 4 or more axes, of the diagonal only."""
         low, high = self.interval()[:, 2]
         unit = UNITS[self.level]["K"]
         shown = [(i, j) for i in range(self.k) for j in range(self.k) if self.k < 4 or i == j]

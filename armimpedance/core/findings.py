@@ -1,4 +1,4 @@
-"""What a check found: one type for every check of a recording, an experiment or a fit."""
+"""Findings of checks: one type for every check of a recording, an experiment or a fit."""
 
 from __future__ import annotations
 
@@ -22,15 +22,14 @@ MARKS: Final[dict[str, str]] = {
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked at.
+    """The result of one check.
 
-    `name`: what was looked at, such as "force sign"; "" where the message says it.
+    `name`: what was checked, such as "force sign"; "" if the message says it.
     `verdict`: `unusable`: an analysis would be refused or meaningless. `missing`: a later analysis
-    may ask for it. `cannot tell`: the data do not show whether the assumption holds; the interval
-    allows for it, or the message says what it could cost.
-    `message`: what was seen and what to do, one line.
-    `smallest`: the smallest violation that this check would have seen, with its unit; "" where the
-    check compares exact facts.
+    may need it. `cannot tell`: the data do not show whether the assumption holds; the interval
+    allows for it, or the message says how large the error could be.
+    `message`: what was detected and what to do, one line.
+    `smallest`: detection limit of the check, with its unit; "" if it compares exact facts.
     Raises InputError: an unknown verdict.
 
     Examples
@@ -50,11 +49,11 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """The name and the message, as it stands among warnings."""
+        """Name and message, as listed among warnings."""
         return f"{self.name}: {self.message}" if self.name else self.message
 
     def to_dict(self) -> dict[str, Any]:
-        """Check, verdict, message, smallest: what FIT.json holds of it."""
+        """Return check, verdict, message and smallest, as written to FIT.json."""
         return {
             "check": self.name,
             "verdict": self.verdict,
@@ -68,32 +67,32 @@ class Finding:
 
 
 def missing(what: str) -> Finding:
-    """A finding that something is not known, which a later analysis may ask for."""
+    """Return a finding that something is not known, which a later analysis may need."""
     return Finding("", "missing", f"not known: {what}")
 
 
 def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """The sentences of what is violated or cannot be told: the warnings of a result."""
+    """Return the sentences of violated or undecided checks: the warnings of a result."""
     return tuple(
         f.sentence for f in findings if f.verdict in ("warning", "unusable", "cannot tell")
     )
 
 
 def checked_sentence(findings: Iterable[Finding]) -> str:
-    """What a methods paragraph says of the checks; "" where none was made.
+    """Return a sentence for a methods paragraph on the checks; "" if there were none.
 
-    Returns: one sentence: what was held against the data, and what is violated or cannot be told.
+    Returns: one sentence: what was checked, and what is violated or undecided.
     """
-    asked = [f for f in findings if f.name and f.verdict != "missing"]
-    if not asked:
+    checked = [f for f in findings if f.name and f.verdict != "missing"]
+    if not checked:
         return ""
-    names = ", ".join(dict.fromkeys(f.name for f in asked))
-    failed = ", ".join(dict.fromkeys(f.name for f in asked if f.verdict != "ok"))
+    names = ", ".join(dict.fromkeys(f.name for f in checked))
+    failed = ", ".join(dict.fromkeys(f.name for f in checked if f.verdict != "ok"))
     ending = f"violated or not decidable: {failed}" if failed else "no violation was seen"
     return f"These assumptions were held against the data: {names}; {ending}."
 
 
-#: Checks in the order of what they may make wrong, the gravest first; others follow as they come.
+#: Checks by the size of the error that a violation may cause, the gravest first; others follow.
 GRAVEST: Final = (
     *("units", "force sign", "tremor", "axes", "imposed", "own motion", "session", "labels"),
     *("filter", "single trials", "delay", "gain", "clipping", "held", "plausible"),
@@ -103,9 +102,9 @@ GRAVEST: Final = (
 
 
 def by_gravity(sentences: Iterable[str]) -> list[str]:
-    """Warnings without repeats, those first that may make most wrong.
+    """Return warnings without repeats, the gravest first.
 
-    `sentences`: such as `Finding.sentence`: a name, a colon, a message.
+    `sentences`: a name, a colon and a message each, as `Finding.sentence`.
 
     Examples
     --------
@@ -116,17 +115,17 @@ def by_gravity(sentences: Iterable[str]) -> list[str]:
 
 
 def gravity(name: str) -> int:
-    """A check's place among those that may make most wrong, the gravest 0."""
+    """Rank of a check by the error that a violation may cause; 0 is the gravest."""
     return GRAVEST.index(name) if name in GRAVEST else len(GRAVEST)
 
 
-# What a file holds and a recording of it does not: said in its provenance, listed by `inspect`.
+# Contents of a file that its recording leaves out: stated in the provenance, listed by `inspect`.
 
 _BEGINNING: Final = "Not taken: "
 
 
 def not_taken(what: Sequence[str], why: str) -> tuple[str, ...]:
-    """A sentence of the provenance on what was not taken, and why; none where that is nothing.
+    """Return a sentence for the provenance on what was left out and why; none if nothing was.
 
     `what`: names of channels, groups or columns.
     `why`: such as "no meaning was given to them".
@@ -141,5 +140,5 @@ def not_taken(what: Sequence[str], why: str) -> tuple[str, ...]:
 
 
 def told_not_taken(provenance: Iterable[str]) -> tuple[str, ...]:
-    """What these sentences say was not taken, without their beginning."""
+    """Return what these sentences list as left out, without their common beginning."""
     return tuple(s.removeprefix(_BEGINNING) for s in provenance if s.startswith(_BEGINNING))

@@ -1,12 +1,12 @@
-"""Inputs: what is no file, too large or changing is refused; names tell them apart; TOML.
+"""Input files: refusal of what is no file, too large or changing; distinct names; TOML.
 
 Standard library only.
 
-Before and after the reading a file is asked for its place on the disk, its size and when it was
-last written to: two questions of microseconds, where a sum over an hour's recording would take as
-long as the reading. A file that was written to in the last moments could change again without
-another time of change, since clocks of file systems tick: of such a file, if it is not huge, the
-contents are summed too.
+Before and after reading, a file's identity on the disk, its size and its time of last change are
+compared. This takes microseconds, while a checksum of a recording of an hour takes as long as
+reading it. A file that was changed in the last two seconds could change again with the same time
+stamp, since clocks of file systems are coarse: such a file, if it is not huge, is compared by
+checksum too.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from armimpedance.core.errors import InputError
 
 #: The coarsest clock of a file system in use, FAT's, ns.
 _TICK_NS: Final = 2_000_000_000
-#: A fresh file that is larger is not summed, bytes.
+#: No checksum is made of a recently changed file that is larger, bytes.
 _LARGEST_SUMMED: Final = 64_000_000
 
 
 @dataclass(frozen=True)
 class _Look:
-    """What a file looked like."""
+    """Identity, size, time of last change and (or b"") checksum of a file."""
 
     place: tuple[int, int]
     size: int
@@ -43,15 +43,15 @@ class _Look:
 
 @dataclass(frozen=True)
 class Inputs:
-    """What inputs looked like before they were read.
+    """State of input files before they were read.
 
-    `looks` tuple of (Path, look): of every regular file, those of a folder one by one.
+    `looks` tuple of (Path, state): of every regular file, those in a folder included.
     """
 
     looks: tuple[tuple[Path, _Look], ...]
 
     def check(self) -> None:
-        """Whether they still look like that.
+        """Refuse files that changed meanwhile.
 
         Raises InputError: a file was written to, cut, replaced or removed.
         """
@@ -62,22 +62,22 @@ class Inputs:
 
 
 def inputs_now(*paths: str | os.PathLike[str] | None) -> Inputs:
-    """What files look like now, before they are read.
+    """Return the state of files before they are read.
 
-    `*paths`: files and folders; None, what is not there, and pipes and devices are passed over.
+    `*paths`: files and folders; None, missing paths, pipes and devices are skipped.
     """
-    found = []
+    looks = []
     for path in paths:
         for file in () if path is None else _files(Path(path)):
             look = _look(file)
             if look is not None:
-                found.append((file, look))
-    return Inputs(tuple(found))
+                looks.append((file, look))
+    return Inputs(tuple(looks))
 
 
 @contextmanager
 def unchanged(*paths: str | os.PathLike[str] | None) -> Iterator[None]:
-    """Read files in here: whatever the reading ends in, a change of them comes first.
+    """Check that files do not change within this block; a change is reported before other errors.
 
     `*paths`: as for `inputs_now`.
     Raises InputError: a file changed meanwhile; it names the file.
@@ -86,13 +86,13 @@ def unchanged(*paths: str | os.PathLike[str] | None) -> Iterator[None]:
     try:
         yield
     except Exception:
-        # What is wrong with half a file is not what is wrong.
+        # An error in a file that is half written is not the cause: report the change instead.
         before.check()
         raise
     before.check()
 
 
-#: What an input may be in place of a file, in words.
+#: Tests of a mode for what is no regular file, and its name.
 _NO_FILES: Final = (
     (stat.S_ISDIR, "is a folder"),
     (stat.S_ISFIFO, "is a pipe"),
@@ -102,28 +102,28 @@ _NO_FILES: Final = (
 
 
 def check_regular(file: Path, most_bytes: int | None = None, expected: str = "a file") -> None:
-    """Refuse what may never end, or no memory bears, before a byte of it is read.
+    """Refuse, before reading, anything that may never end or is too large for memory.
 
     `most_bytes`: None: any size.
-    Raises InputError: it is no regular file, or larger. What is not there is left to the opener.
+    Raises InputError: it is no regular file, or larger. A missing file is reported on opening it.
     """
     try:
-        seen = file.stat()
+        status = file.stat()
     except (OSError, ValueError):
         return
-    for is_one, problem in _NO_FILES:
-        if is_one(seen.st_mode):
+    for is_such, problem in _NO_FILES:
+        if is_such(status.st_mode):
             raise InputError(f"{problem}, no file", file=file, expected=expected)
-    if most_bytes is not None and seen.st_size > most_bytes:
-        problem = f"{seen.st_size / 1e6:.3g} MB, more than {most_bytes / 1e6:g} MB"
+    if most_bytes is not None and status.st_size > most_bytes:
+        problem = f"{status.st_size / 1e6:.3g} MB, more than {most_bytes / 1e6:g} MB"
         raise InputError(problem, file=file, expected=expected)
 
 
 def text_of(file: Path, most_bytes: int, expected: str, absent: str | None = None) -> str:
-    """The UTF-8 text in a file, which is read whole and does not change meanwhile.
+    """Return the UTF-8 text of a file, which is read whole and must not change meanwhile.
 
-    `absent`: what is expected where the file is not there.
-    Raises InputError: as `check_regular`; or it cannot be read, or is no such text.
+    `absent`: what was expected if the file is missing.
+    Raises InputError: as `check_regular`; or it cannot be read, or is not UTF-8 text.
     """
     check_regular(file, most_bytes, expected)
     try:
@@ -136,7 +136,7 @@ def text_of(file: Path, most_bytes: int, expected: str, absent: str | None = Non
 
 
 def _files(path: Path) -> Iterator[Path]:
-    """A file, or the files of a folder; not those that are hidden, such as temporaries."""
+    """Yield a file, or the files of a folder except hidden ones, such as temporaries."""
     if not path.is_dir():
         yield path
         return
@@ -146,28 +146,31 @@ def _files(path: Path) -> Iterator[Path]:
 
 
 def _look(path: Path, *, summed: bool | None = None) -> _Look | None:
-    """None where there is no such regular file; whether it is summed follows from its age."""
+    """Return the state of a file; None if there is no such regular file.
+
+    `summed`: whether to make a checksum; None: if the file changed recently.
+    """
     try:
-        held = path.stat()
-        if not stat.S_ISREG(held.st_mode):
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
             return None
         if summed is None:
-            age = time.time_ns() - held.st_mtime_ns
-            summed = age < _TICK_NS and held.st_size <= _LARGEST_SUMMED
-        total = b""
+            age = time.time_ns() - status.st_mtime_ns
+            summed = age < _TICK_NS and status.st_size <= _LARGEST_SUMMED
+        digest = b""
         if summed:
             with path.open("rb") as stream:
-                total = file_digest(stream, "sha256").digest()
+                digest = file_digest(stream, "sha256").digest()
     except OSError:
         return None
-    return _Look((held.st_dev, held.st_ino), held.st_size, held.st_mtime_ns, total)
+    return _Look((status.st_dev, status.st_ino), status.st_size, status.st_mtime_ns, digest)
 
 
 def distinct_names(paths: Sequence[Path]) -> list[str]:
-    """A name for each path: its own, with as many folders before it as make all different.
+    """Return a name for each path: its own, with as many folders as make all names different.
 
     Returns: such as ``["monday/session", "tuesday/session"]``.
-    Raises InputError: one place is given twice.
+    Raises InputError: a file or folder is stated twice.
     """
     places = [path.resolve() for path in paths]
     for number, place in enumerate(places):
@@ -181,18 +184,18 @@ def distinct_names(paths: Sequence[Path]) -> list[str]:
     return [str(path) for path in paths]
 
 
-# What a file claims to hold is checked before room is made for it.
+# The size that a file claims is checked before memory is allocated for it.
 
-#: So much may always be asked for...
+#: Bytes that a file may always claim.
 PLENTY: Final = 300_000_000
-#: ... and beyond it this many times the size of the file: what compression does to real samples.
+#: Beyond that, it may claim this many times its size: the most that real samples are compressed.
 MOST_PACKED: Final = 30
 
 
 def check_claim(claimed: int, file: Path, part: str | None = None) -> None:
-    """Refuse a claim that the size of the file makes impossible, or that no memory bears.
+    """Refuse a claimed size that the size of the file makes impossible.
 
-    `claimed`: bytes that its content would take.
+    `claimed`: bytes that the content would take in memory.
     `part`: name of the column or variable.
     """
     if claimed <= PLENTY or claimed <= MOST_PACKED * file.stat().st_size:
@@ -201,19 +204,19 @@ def check_claim(claimed: int, file: Path, part: str | None = None) -> None:
     raise InputError(problem, file=file, column=part, expected="a file that is not damaged")
 
 
-# TOML: mappings, designs of studies and their settings, by one reader.
+# TOML: one reader for mappings, designs of studies and their settings.
 
-#: Nobody types more.
+#: Bytes; no file that is typed by hand is larger.
 _LARGEST_TOML: Final = 1_000_000
-#: Parts of a key, ``a.b.c = 1``: the reader makes a table for each of them on every line.
+#: Most parts of a key, ``a.b.c = 1``: the reader makes a table for each part on every line.
 _MOST_PARTS: Final = 20
 
 
 def read_toml(file: Path, expected: str) -> tuple[dict[str, Any], str]:
-    """The values in a TOML file, and its text.
+    """Return the values in a TOML file, and its text.
 
     `expected`: what the file should be, such as "a mapping".
-    Raises InputError: it is not there, no regular file, too large, or no TOML.
+    Raises InputError: it is missing, no regular file, too large, or no TOML.
     """
     text = text_of(file, _LARGEST_TOML, expected, absent=expected)
     for row, line in enumerate(text.splitlines(), start=1):
@@ -234,7 +237,7 @@ def read_toml(file: Path, expected: str) -> tuple[dict[str, Any], str]:
 
 
 def _dates(value: Any, name: str) -> Iterator[str]:
-    """The keys of dates and times: TOML has them, nothing here takes one."""
+    """Yield the keys of dates and times: TOML allows them, the toolkit does not."""
     if isinstance(value, dict):
         for key, inner in value.items():
             yield from _dates(inner, f"{name}.{key}" if name else key)

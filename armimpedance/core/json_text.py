@@ -1,4 +1,4 @@
-"""JSON as the project writes and reads it: one writer, one reader, fields taken with a check."""
+"""JSON files of the toolkit: one writer, one reader, and fields that are read with a check."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ LARGEST_BYTES: Final = 200_000_000
 
 
 def json_text(content: Any) -> str:
-    """The text of a JSON file: arrays as lists, null where there is no finite number."""
+    """Return the text of a JSON file: arrays as lists, null for a number that is not finite."""
     return json.dumps(finite(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def finite(value: Any) -> Any:
-    """Plain numbers, lists and mappings for JSON; None for what is not finite."""
+    """Return plain numbers, lists and mappings for JSON; None for a number that is not finite."""
     if isinstance(value, Mapping):
         return {str(name): finite(v) for name, v in value.items()}
     if isinstance(value, np.ndarray):
@@ -44,20 +44,20 @@ def _text_of(file: Path, expected: str) -> str:
 
 
 def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
-    """The object in a JSON file, its numbers finite and its names different."""
+    """Read the object in a JSON file; its numbers must be finite and its names different."""
     text = _text_of(file, expected)
 
     def no_constant(name: str) -> float:
         raise InputError(f"holds {name}", file=file, expected="finite numbers")
 
     def no_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        fields: dict[str, Any] = {}
         for name, value in pairs:
-            if name in found:
+            if name in fields:
                 problem = f"{json.dumps(name)} appears twice"
                 raise InputError(problem, file=file, expected="one value")
-            found[name] = value
-        return found
+            fields[name] = value
+        return fields
 
     try:
         content = json.loads(
@@ -93,15 +93,15 @@ def _object(content: Any, text: str, file: Path, expected: str) -> dict[str, Any
 
 
 def _whole(digits: str) -> int:
-    """A whole number; one that no float holds would fall wherever it is computed with."""
-    # Python takes no text of more than some thousand digits, and says so in its own words.
+    """Read an integer; one that is too large for a float is refused."""
+    # Python's own error for a text of some thousand digits would not help the user.
     if len(digits) <= 300 or (len(digits) <= 310 and math.isfinite(float(digits))):
         return int(digits)
     raise OverflowError(digits)
 
 
 def _decimal(digits: str) -> float:
-    """A number with a point or an exponent, which must not be infinite."""
+    """Read a number with a point or an exponent, which must not be infinite."""
     number = float(digits)
     if math.isinf(number):
         raise OverflowError(digits)
@@ -109,7 +109,7 @@ def _decimal(digits: str) -> float:
 
 
 def _is_writable(content: dict[str, Any]) -> bool:
-    """Whether every text can be written again: half of a surrogate pair cannot."""
+    """True if every text can be written as UTF-8: half of a surrogate pair cannot."""
     try:
         json.dumps(content, ensure_ascii=False).encode("utf-8")
     except UnicodeEncodeError:
@@ -118,7 +118,7 @@ def _is_writable(content: dict[str, Any]) -> bool:
 
 
 class Fields:
-    """The fields of one JSON object, each taken with a check that names file and field."""
+    """Fields of one JSON object, each read with a check; its error names the file and the field."""
 
     def __init__(self, file: Path, values: Mapping[str, Any], prefix: str = "") -> None:
         self.file, self.values, self.prefix = file, values, prefix
@@ -159,7 +159,7 @@ class Fields:
 
 
 def is_number(value: object) -> bool:
-    """Whether a JSON value is a finite number, and no larger than what is measured."""
+    """Return True if a JSON value is a finite number, and not too large to be measured."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:

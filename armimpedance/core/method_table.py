@@ -1,8 +1,8 @@
 """Tables of methods, models and formats.
 
-Entries with code of their own are files of a folder, whose record is the entry: a new entry is a
-new file, and the names are those of the files, so that a help text can show them without importing
-what they need. Entries that differ in a word are the lines of one module (`RecordTable`). Standard
+An entry with its own code is a module in a folder, and a record in the module is the entry. A new
+entry is a new file, and the names are those of the files, so that a help text can list them without
+importing the modules. Short entries are listed together in one module (`RecordTable`). Standard
 library only.
 """
 
@@ -21,10 +21,10 @@ Entry = TypeVar("Entry")
 
 
 class EntryTable(Mapping[str, Entry], Generic[Entry]):
-    """Entries by their names; the default first, the others by the alphabet.
+    """Entries by their names: the default first, the others in alphabetical order.
 
     `kind`: what an entry is called in messages, such as "method".
-    `default`: the name of the entry that is meant where none is named; "" if there is none.
+    `default`: name of the entry that is used if no name is stated; "" if there is no default.
     """
 
     def __init__(self, kind: str, default: str = "") -> None:
@@ -34,7 +34,7 @@ class EntryTable(Mapping[str, Entry], Generic[Entry]):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """All names; no entry is imported for them."""
+        """All names; no entry is imported."""
         return tuple(sorted(self._listed(), key=lambda name: (name != self.default, name)))
 
     def _listed(self) -> Iterable[str]:
@@ -53,7 +53,7 @@ class EntryTable(Mapping[str, Entry], Generic[Entry]):
     def named(self, name: str | None = None) -> Entry:
         """Look up an entry; None means the default.
 
-        Raises InputError: there is none of that name; the message lists those that there are.
+        Raises InputError: there is no entry of that name; the message lists all names.
         """
         wanted = self.default if name is None else name
         if wanted not in self.names:
@@ -68,9 +68,9 @@ class EntryTable(Mapping[str, Entry], Generic[Entry]):
 
 
 class RecordTable(EntryTable[Entry]):
-    """A table whose entries are a word or a few lines each: its module lists them itself.
+    """A table of short entries, which its module lists itself.
 
-    `entries`: by their names; what they need is imported where it is used.
+    `entries`: by their names; they import packages only where they use them.
     """
 
     def __init__(self, entries: Mapping[str, Entry], kind: str, default: str = "") -> None:
@@ -83,7 +83,7 @@ class MethodTable(EntryTable[Entry]):
 
     `package`: the folder, dotted. Each of its modules holds one entry.
     `record`: what the entry is called in its module, such as ``METHOD``.
-    `joint`: what stands in names where the file's name has an underscore.
+    `joint`: replaces the underscores of the file's name in the entry's name.
     """
 
     def __init__(
@@ -94,8 +94,8 @@ class MethodTable(EntryTable[Entry]):
 
     def _listed(self) -> Iterable[str]:
         folder = import_module(self._package)
-        found = (module.name for module in iter_modules(folder.__path__))
-        return (name.replace("_", self._joint) for name in found)
+        modules = (module.name for module in iter_modules(folder.__path__))
+        return (name.replace("_", self._joint) for name in modules)
 
     def _place(self, name: str) -> str:
         """The module that holds an entry."""
@@ -111,10 +111,10 @@ class MethodTable(EntryTable[Entry]):
 
 
 class FoundTable(MethodTable[Entry]):
-    """A table whose entries stand in many folders: each topic holds its own.
+    """A table whose entries are in many folders: each topic has its own.
 
-    `package`: the package that is looked through, with all its folders.
-    `ending`: how the names of the modules end: ``elbow_page`` is the entry ``elbow`` of "_page".
+    `package`: the package that is searched, with all its folders.
+    `ending`: suffix of the modules' names: ``elbow_page`` is the entry ``elbow`` of "_page".
     `record`, `kind`, `default`: as of `MethodTable`.
     """
 
@@ -128,11 +128,11 @@ class FoundTable(MethodTable[Entry]):
     def _places(self) -> dict[str, str]:
         """Name of an entry -> the module that holds it, dotted."""
         root = Path(str(import_module(self._package).__file__)).parent
-        found = {}
+        places = {}
         for path in root.rglob(f"*{self._ending}.py"):
             parts = path.relative_to(root).with_suffix("").parts
-            found[path.stem.removesuffix(self._ending)] = ".".join((self._package, *parts))
-        return found
+            places[path.stem.removesuffix(self._ending)] = ".".join((self._package, *parts))
+        return places
 
     def _listed(self) -> Iterable[str]:
         return self._places

@@ -1,4 +1,4 @@
-"""Records of a moving body: markers on it, its joint motion, EMG beside it. No algorithms.
+"""Records of a moving body: its markers, joint motion and EMG. No algorithms.
 
 Frames and signs: see `skeleton`. Sizes: N samples in all trials of a recording, T trials, P
 markers, n coordinates, K force plates.
@@ -28,7 +28,7 @@ class EmgSignals(FrozenRecord):
     """Raw EMG at its own rate.
 
     `signals` (Ne, m).
-    `offsets` (T + 1,) int: samples of trial t: ``offsets[t]:offsets[t + 1]``; may be none.
+    `offsets` (T + 1,) int: samples of trial t: ``offsets[t]:offsets[t + 1]``; may be empty.
     `unit`: in V, the maximum is in the trial table (``mvc_<muscle>_V``).
     """
 
@@ -44,7 +44,7 @@ class EmgSignals(FrozenRecord):
         expect_shape("EMG signals", self.signals, (int(self.offsets[-1]), len(self.muscles)))
 
     def select(self, rows: ArrayLike) -> EmgSignals:
-        """The same signals of these trials only (row numbers from 0, or a mask)."""
+        """Return the signals of these trials only (row numbers from 0, or a mask)."""
         chosen = np.arange(len(self.offsets) - 1)[np.asarray(rows)]
         parts = [self.signals[self.offsets[r] : self.offsets[r + 1]] for r in chosen]
         offsets = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
@@ -60,7 +60,7 @@ class MarkerRecording(InTrials):
     ----------
     sample_rate_hz : float
     trials : DataFrame (T rows)
-        ``trial`` (int, unique), ``condition`` (str) and whatever else is known. Not to be changed.
+        ``trial`` (int, unique), ``condition`` (str) and further columns. Not to be changed.
     offsets : (T + 1,) int
     time_s : (N,)
         Each trial's own clock.
@@ -68,7 +68,7 @@ class MarkerRecording(InTrials):
         m, in the world's frame; NaN in all three where a marker was not seen.
     names : tuple of P str
     skeleton : Skeleton or None
-        Skeleton of the subject with the markers' places, where it is known.
+        Skeleton of the subject with the markers' places, if it is known.
     wrenches : (N, K, 6) or None
         Force plates at the markers' rate, as in `MotionRecording`.
     plate_origins_m : (K, 3) or None
@@ -111,7 +111,7 @@ class MarkerRecording(InTrials):
         _check_beside(self)
 
     def select(self, rows: ArrayLike) -> MarkerRecording:
-        """The same recording with these trials only (row numbers from 0, or a mask)."""
+        """Return the recording with these trials only (row numbers from 0, or a mask)."""
         index, changes = self._chosen(rows)
         return replace(
             self,
@@ -124,7 +124,7 @@ class MarkerRecording(InTrials):
 
 @dataclass(frozen=True, repr=False)
 class MotionRecording(InTrials):
-    """Joint motion of a skeleton, with what was measured beside it.
+    """Joint motion of a skeleton, with force plates, torque and EMG.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class MotionRecording(InTrials):
         plate's origin.
     plate_origins_m : (K, 3) or None
     torque : (N, n) or None
-        Generalised forces by motors or muscles, where they are measured (robots, simulations).
+        Generalised forces by motors or muscles, if they are measured (robots, simulations).
     emg : EmgSignals or None
     subject : Subject
     provenance : tuple of str
@@ -175,7 +175,7 @@ class MotionRecording(InTrials):
         _check_beside(self)
 
     def select(self, rows: ArrayLike) -> MotionRecording:
-        """The motion, plates and torque of these trials only (rows from 0); EMG stays behind."""
+        """Return motion, plates and torque of these trials only (rows from 0), without EMG."""
         index, changes = self._chosen(rows)
         return replace(
             self,
@@ -188,7 +188,7 @@ class MotionRecording(InTrials):
 
 
 def _check_beside(recording: MarkerRecording | MotionRecording) -> None:
-    """Check what was measured beside the motion: EMG of the same trials, whole force plates."""
+    """Check the signals other than motion: EMG of the same trials, force plates with origins."""
     if recording.emg is not None and len(recording.emg.offsets) != len(recording.offsets):
         raise RecordError("EMG of another number of trials", expected=f"{recording.n_trials}")
     if (recording.wrenches is None) != (recording.plate_origins_m is None):

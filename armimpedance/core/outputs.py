@@ -1,9 +1,9 @@
-"""Outputs appear whole or not at all. Standard library only.
+"""Outputs that appear whole or not at all. Standard library only.
 
-Everything is written under a temporary name beside the final one, flushed to the disk and renamed:
-a process that is killed at any moment leaves the old output or the new one under the final name,
-and what it leaves beside it is swept by the next run that writes there. Two that write the same
-output at once leave one of the two, whole.
+Everything is written under a temporary name in the folder of the final one, flushed to the disk and
+renamed. A process that is killed at any moment leaves the old output or the new one under the final
+name; its temporary files are removed by the next run that writes there. If two processes write the
+same output at once, the output of one of them remains, whole.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from typing import Final
 from armimpedance.core.errors import InputError
 from armimpedance.core.temporaries import exchange, remove, sweep, temporary_name
 
-#: What a recording's folder may hold; such a folder may be replaced by a new one.
+#: Files of a recording's folder; a folder with only these may be replaced by a new one.
 RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "samples.csv")
 
 _FULL: Final = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
-#: Errors of a disk, whatever a library makes of them.
+#: Error numbers of a disk.
 _DISK: Final = {*_FULL, errno.EFBIG, errno.EIO}
 
 _WITHIN: Final[ContextVar[Path | None]] = ContextVar("folder of all outputs", default=None)
@@ -32,10 +32,9 @@ _WITHIN: Final[ContextVar[Path | None]] = ContextVar("folder of all outputs", de
 
 @contextmanager
 def written_within(folder: Path) -> Iterator[None]:
-    """Refuse every output that would lie outside a folder, until the end.
+    """Refuse, within this block, every output that would lie outside a folder.
 
-    `folder`: exists.
-    """
+    `folder`: must exist."""
     token = _WITHIN.set(folder.resolve())
     try:
         yield
@@ -47,8 +46,8 @@ def written_within(folder: Path) -> Iterator[None]:
 def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Write a file that appears only when it is complete.
 
-    `path`: the final name. An existing file is replaced in one step; the new one is as open to
-    others as the old one was.
+    `path`: the final name. An existing file is replaced in one step; the new one gets its
+    permissions.
     Yields: a temporary name in the same folder, with the same suffix, to be written to.
     Raises InputError: the folder does not exist or cannot be written to, or `path` is no regular
     file or write-protected.
@@ -78,12 +77,11 @@ def staged_folder(
 ) -> Iterator[Path]:
     """Write a folder that appears only when it is complete.
 
-    A folder of that name that is there already is replaced only if it is empty, or is plainly an
-    earlier output: it holds `mark`, and nothing that is not `known`. Anything else may be
-    somebody's only copy.
+    An existing folder of that name is replaced only if it is empty or an earlier output, which
+    holds `mark` and only names in `known`. Any other folder may be the only copy of someone's data.
 
     `path`: the final name.
-    `mark`: the file by which an earlier output is known.
+    `mark`: the file by which an earlier output is recognised.
     `known`: the names (not deeper than one level) that an earlier output may hold.
     Yields: a temporary empty folder beside `path`.
     Raises InputError: the parent folder does not exist or cannot be written to, or `path` must not
@@ -116,10 +114,10 @@ def check_replaceable(
     mark: str = "recording.json",
     known: Collection[str] = RECORDING_FILES,
 ) -> None:
-    """Refuse a folder that is neither new nor empty nor plainly an earlier output.
+    """Refuse a folder that exists and is neither empty nor an earlier output.
 
     `mark`, `known`: as for `staged_folder`.
-    Raises InputError: it is a file or write-protected, or holds what no earlier output holds.
+    Raises InputError: it is a file or write-protected, or holds a file that no output has.
     """
     final = Path(path)
     if not final.exists():
@@ -128,10 +126,10 @@ def check_replaceable(
         raise InputError("is a file", file=final, expected="the name of a new folder")
     if not final.stat().st_mode & 0o222:
         raise InputError("is write-protected", file=final, expected="another name")
-    held = _held(final)
-    foreign = [name for name in held if name not in known and name != mark]
-    if held and (foreign or mark not in held):
-        example = (foreign or held)[0]
+    names = _held(final)
+    foreign = [name for name in names if name not in known and name != mark]
+    if names and (foreign or mark not in names):
+        example = (foreign or names)[0]
         raise InputError(
             f"the folder exists and is not an earlier output (it holds {example})",
             file=final,
@@ -140,18 +138,18 @@ def check_replaceable(
 
 
 def _held(folder: Path) -> list[str]:
-    """The names in a folder; looked at again where another writer replaced it meanwhile."""
+    """Names in a folder; listed again if another process replaced the folder meanwhile."""
     while True:
         before = folder.stat().st_ino
-        held = sorted(entry.name for entry in folder.iterdir())
+        names = sorted(entry.name for entry in folder.iterdir())
         if folder.stat().st_ino == before:
-            return held
+            return names
 
 
 def check_file_replaceable(path: str | os.PathLike[str]) -> None:
-    """Refuse a name that stands for something that a file must not replace.
+    """Refuse a path that a file must not replace.
 
-    Raises InputError: it is a folder, a device or a pipe, or a file that nobody may write to.
+    Raises InputError: it is a folder, a device or a pipe, or a write-protected file.
     """
     try:
         mode = os.stat(path).st_mode
@@ -159,7 +157,7 @@ def check_file_replaceable(path: str | os.PathLike[str]) -> None:
         return
     if not stat.S_ISREG(mode):
         raise InputError("is not a regular file", file=path, expected="the name of a file")
-    # A rename would not ask; and for an administrator, the system would not either.
+    # A rename ignores the file's own protection, and an administrator may write to any file.
     if not mode & 0o222 or not os.access(path, os.W_OK):
         raise InputError("is write-protected", file=path, expected="another name")
 
@@ -181,29 +179,29 @@ def _final_path(path: str | os.PathLike[str]) -> Path:
 
 
 def _with_its_name(error: Exception, temporary: Path, path: str | os.PathLike[str]) -> Exception:
-    """Have an error of the system name what was to be written: a full disk, say, names nothing.
+    """Return the error to raise, which names the output if the system's error names no file.
 
-    Returns: the system's error, also where a library failed on it with another one of its own.
+    Returns: the system's error, also if a library raised another one because of it.
     """
-    behind: BaseException | None = error
-    while behind is not None and not (isinstance(behind, OSError) and behind.errno in _DISK):
-        behind = behind.__context__
-    found = behind if isinstance(behind, OSError) else error
-    if isinstance(found, OSError):
-        named = "" if found.filename is None else os.fsdecode(found.filename)
+    cause: BaseException | None = error
+    while cause is not None and not (isinstance(cause, OSError) and cause.errno in _DISK):
+        cause = cause.__context__
+    raised = cause if isinstance(cause, OSError) else error
+    if isinstance(raised, OSError):
+        named = "" if raised.filename is None else os.fsdecode(raised.filename)
         if not named or named.startswith(str(temporary)):
-            found.filename, found.filename2 = os.fspath(path), None
-    return found
+            raised.filename, raised.filename2 = os.fspath(path), None
+    return raised
 
 
 def is_full(error: BaseException) -> bool:
-    """Whether an error is that of a disk, or of somebody's share of it, that has no space left."""
+    """Return True if an error says that the disk, or the user's quota on it, is full."""
     return isinstance(error, OSError) and error.errno in _FULL
 
 
 @contextmanager
-def kept_so_far(place: Path) -> Iterator[None]:
-    """A work of many parts ends where its disk is full, for no other part would fit; it says so.
+def kept_so_far(folder: Path) -> Iterator[None]:
+    """Say, when the disk is full, that the parts written so far are kept; no other part would fit.
 
     `place`: where the parts are kept, for an error that names no file.
     """
@@ -213,11 +211,11 @@ def kept_so_far(place: Path) -> Iterator[None]:
         if not is_full(error):
             raise
         problem = f"{error.strerror}; what was done is kept, and the same call goes on from there"
-        raise OSError(error.errno, problem, error.filename or os.fspath(place)) from None
+        raise OSError(error.errno, problem, error.filename or os.fspath(folder)) from None
 
 
 def _like_the_old(temporary: Path, final: Path) -> None:
-    """Give a finished output the permissions of the one that it replaces."""
+    """Give a finished output the permissions of the output that it replaces."""
     try:
         mode = stat.S_IMODE(final.stat().st_mode)
     except FileNotFoundError:
@@ -229,7 +227,7 @@ def _like_the_old(temporary: Path, final: Path) -> None:
 def _keep_what_came_meanwhile(
     replaced: Path, final: Path, mark: str, known: Collection[str]
 ) -> None:
-    """Undo the exchange where the old folder has got a file that is not ours."""
+    """Undo the exchange if a foreign file was put into the old folder meanwhile."""
     try:
         check_replaceable(replaced, mark, known)
     except InputError:
@@ -238,7 +236,7 @@ def _keep_what_came_meanwhile(
 
 
 def _flush(path: Path) -> None:
-    """Have the system put a file on the disk before it is renamed."""
+    """Have the system write a file to the disk before it is renamed."""
     handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
     try:
         os.fsync(handle)
@@ -247,7 +245,7 @@ def _flush(path: Path) -> None:
 
 
 def _flush_names(folder: Path) -> None:
-    """The same of the names in a folder, where the system lets a folder be opened and flushed."""
+    """Flush the names in a folder to the disk, if the system can do so."""
     if os.name == "nt":
         return
     try:

@@ -1,4 +1,4 @@
-"""What tells one program from another: SHA-256 of its files and of what it counts with."""
+"""Identity of a program: SHA-256 of its files and of the versions of its numerical packages."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-#: Packages whose versions may change the last bits.
+#: Packages whose versions may change the last bits of results.
 _COUNTING: Final = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pin", "cvxpy", "altair")
 
 
@@ -25,33 +25,33 @@ def of_words(*words: object) -> str:
 
 @cache
 def of_program(*packages: str) -> str:
-    """SHA-256 of packages, where they are installed, and the versions of what they count with.
+    """SHA-256 of the files of packages and of the versions of the numerical packages.
 
     `*packages`: default: the toolkit alone.
     """
-    from importlib import metadata  # slow: no --help waits for it
+    from importlib import metadata  # slow: imported only when needed
 
-    own = [(name, *one) for name in packages or ("armimpedance",) for one in _files(name)]
+    own_files = [(name, *file) for name in packages or ("armimpedance",) for file in _files(name)]
     versions = [(name, metadata.version(name)) for name in _COUNTING]
-    return of_words(own, versions, list(sys.version_info[:3]))
+    return of_words(own_files, versions, list(sys.version_info[:3]))
 
 
 def _files(package: str) -> list[tuple[str, str]]:
-    """Every file of a package, and what it holds."""
+    """Names and SHA-256 of all files of a package."""
     from importlib.util import find_spec
 
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         return []
     top = Path(spec.origin).parent
-    # what Python and Numba compiled is made of the files that stand here
-    kept = (path for path in top.rglob("*") if "__pycache__" not in path.parts)
-    files = sorted(path for path in kept if path.is_file())
+    # compiled files of Python and Numba are made from the files listed here
+    paths = (path for path in top.rglob("*") if "__pycache__" not in path.parts)
+    files = sorted(path for path in paths if path.is_file())
     return [(path.relative_to(top).as_posix(), of_bytes(path.read_bytes())) for path in files]
 
 
 def software() -> str:
-    """The program and its version, as a paper names it."""
+    """Name and version of the program, for a paper."""
     from importlib.metadata import version
 
     return f"armimpedance {version('armimpedance')}"

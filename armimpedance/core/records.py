@@ -1,8 +1,8 @@
 """The central types: frozen, validated on construction, without algorithms.
 
 A type proves that a stage ran: a `Recording` has been read and its table agrees with its samples;
-a `Window` has been cut around each onset; a `Response` has its derivatives. What an analysis of
-impedance gives is in `estimates`. Arrays are copied in and read-only.
+a `Window` has been cut around each onset; a `Response` has its derivatives. The result of an
+impedance analysis is in `estimates`. Arrays are copied and read-only.
 
 Sizes: d hand (or joint) axes, n joints, m muscles, S samples in a window, T trials, N samples in
 all trials of a recording.
@@ -26,12 +26,12 @@ from armimpedance.core.estimates import ImpedanceEstimate as ImpedanceEstimate, 
 from armimpedance.core.findings import Finding
 from armimpedance.core.trials import InTrials, expect_shape, trial_slices as trial_slices
 
-#: The highest order of a low-pass that is stated.
+#: Highest order of a low-pass that a user may state.
 HIGHEST_LOWPASS: Final = 8
 
 
 def wrong_lowpass(hz: float | None, order: float, rate_hz: float) -> tuple[str, str] | None:
-    """Which field of a stated low-pass is wrong, and what was expected; None: both are right."""
+    """Return the wrong field of a stated low-pass and what was expected; None if both are right."""
     if hz is not None and not 0 < hz < rate_hz / 2:
         return "force_lowpass_hz", f"more than 0, less than half the rate, {rate_hz / 2:g} Hz"
     if isinstance(order, bool) or order not in range(1, HIGHEST_LOWPASS + 1):
@@ -43,7 +43,7 @@ def wrong_lowpass(hz: float | None, order: float, rate_hz: float) -> tuple[str, 
 class Subject:
     """The person who was measured; a fact that is not stated is None. Lengths: see `conventions`.
 
-    `mass_sd_kg` and `length_sd_m` say how well the mass and each length are known, where they do.
+    `mass_sd_kg` and `length_sd_m` are standard errors of the mass and of each length, if stated.
 
     Examples
     --------
@@ -84,35 +84,35 @@ class Recording(InTrials):
     force : (N, d)
         Force (N) or torque (N m) **by the limb on the device**.
     joint_angles : (N, n) or None
-        Measured arm posture in rad (shoulder, elbow), where there is one. Slower sensors are held.
+        Measured arm posture in rad (shoulder, elbow). Values of slower sensors are repeated.
     emg : (N, m) or None
         In V or normalised to MVC (`emg_unit`), in the order of `muscles`.
     perturbation : {"returning", "stochastic", "moving"}
         "moving": pushes of a hand that reaches, whose trials the table describes by ``phase``.
     torque : {"interaction", "commanded"} or None
     imposed : {"position", "force", "torque", "both"} or None
-        What the device imposed on the limb whatever the limb did; "both": a device of finite
-        impedance. None: not told, and analyses that need to know ask the data.
+        The quantity that the device imposed on the limb whatever the limb did; "both": a device of
+        finite impedance. None: not stated; analyses that need it infer it from the data.
     handle_mass_kg : float
         Mass between the force sensor and the hand.
     force_lowpass_hz : float or None
-        Corner of the low-pass (Butterworth, with its phase) that the force went through before it
-        was recorded, and the position did not; None: not stated.
+        Corner of a causal Butterworth low-pass that the force passed before it was recorded and the
+        position did not; None: not stated.
     force_lowpass_order : int
         Its order.
     shoulder_m : (d,) or None
         Place of the shoulder in the frame of `position` (kind "hand").
     gravity_m_s2 : (d,) tuple or None
         Gravity along the axes of `position` (kind "hand"), m/s^2: zeros in a horizontal plane. None
-        where it is not told: a robot that moves in a plane is then taken as horizontal.
+        if it is not stated: the plane of a robot is then assumed to be horizontal.
     extra : mapping str -> (N,)
-        Further numeric sample columns, kept for round trips. Analyses read the commanded motion
-        (`core.conventions.command_columns`) and the torque that a device was told to add
-        (`core.conventions.perturbation_columns`) only.
+        Further numeric sample columns, kept for round trips. Analyses read only the commanded
+        motion (`core.conventions.command_columns`) and the commanded perturbation torque
+        (`core.conventions.perturbation_columns`).
     provenance : tuple of str
-        What was done so far, one sentence each.
+        Steps of the processing so far, one sentence each.
     findings : tuple of Finding
-        What the reader of a file found: trials left out, whose force the sensor holds. They are not
+        Findings of the file's reader: trials left out, and the sign of the force. They are not
         written to the disk; the provenance has them as sentences.
 
     Examples
@@ -170,7 +170,7 @@ class Recording(InTrials):
         object.__setattr__(self, "extra", MappingProxyType(extra))
 
     def __getstate__(self) -> dict[str, Any]:
-        # for another process; a read-only view of a mapping cannot go there
+        # a read-only view of a mapping cannot be sent to another process
         return {**self.__dict__, "extra": dict(self.extra)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -182,7 +182,7 @@ class Recording(InTrials):
         return int(self.position.shape[1])
 
     def select(self, rows: ArrayLike) -> Recording:
-        """The same recording with these trials only (row numbers from 0, or a mask)."""
+        """Return the recording with these trials only (row numbers from 0, or a mask)."""
         everything = np.arange(self.n_trials)
         if np.array_equal(everything[np.asarray(rows)], everything):
             return self
@@ -198,7 +198,7 @@ class Recording(InTrials):
         )
 
     def with_step(self, sentence: str, **changes: Any) -> Recording:
-        """A changed copy that says in its provenance what was changed."""
+        """Return a changed copy, with a sentence on the change in its provenance."""
         return replace(self, provenance=(*self.provenance, sentence), **changes)
 
 
@@ -214,11 +214,10 @@ class Window(FrozenRecord):
     `usable` (T,) bool: False where a trial's samples do not fill the window; such trials hold
     zeros.
     `position_at_onset`, `force_at_onset` (T, d): means over the rest just before the onset.
-    `disturbance` (T,) int or None: trials with the same number saw the same disturbance; None where
+    `disturbance` (T,) int or None: trials with the same number had the same disturbance; None if
     that is not known.
-    `commanded` (T, S, d) or None: the motion that the robot was told to make; None where it was not
-    recorded.
-    `notes`: what a reader of the result must know, for example that onsets were detected.
+    `commanded` (T, S, d) or None: the commanded motion of the robot; None if it was not recorded.
+    `notes`: facts that matter for the result, for example that onsets were detected.
     """
 
     sample_rate_hz: float
@@ -268,16 +267,16 @@ class Response(FrozenRecord):
 
 @dataclass(frozen=True)
 class ArmPosture(FrozenRecord):
-    """An arm at one posture: what maps hand, joints and muscles onto one another.
+    """An arm at one posture: the maps between hand, joints and muscles.
 
     `joint_angles` (n,): rad.
     `hand_position` (d,): hand from the shoulder, m.
     `jacobian` (d, n): ``J = dp/dtheta``.
     `jacobian_derivative` (d, n, n): ``[k, i, j] = d2 p_k / dtheta_i dtheta_j``, symmetric in i, j.
     `inertia` (n, n) or None: joint-space inertia matrix M(theta).
-    `gravity_torque` (n,) or None: g(theta), N m: what the joints must make to carry the arm; None
-    where it is not known.
-    `gravity_gradient` (n, n) or None: ``[i, j] = dg_i / dtheta_j``, N m/rad; None where it is not
+    `gravity_torque` (n,) or None: g(theta), N m: the joint torque that carries the arm's weight;
+    None if it is not known.
+    `gravity_gradient` (n, n) or None: ``[i, j] = dg_i / dtheta_j``, N m/rad; None if it is not
     known.
     `muscle_jacobian` (m, n) or None: ``G = dL/dtheta``, lengthening positive.
     `muscle_curvature` (m, n, n) or None: ``d2L/dtheta2``.
@@ -294,7 +293,7 @@ class ArmPosture(FrozenRecord):
     muscle_curvature: Annotated[FloatArray, "m n n"] | None = None
 
     def torque_under(self, force: FloatArray) -> FloatArray:
-        """What the muscles bear, (n,) N m: the hand's force (d,) and, where known, the weight."""
+        """Muscles' joint torque (n,), N m, for the hand's force (d,) and, if known, the weight."""
         # tau (n,) = J^T (n, d) F (d,) + g (n,); Tsuji (1997), eq. (3) without g
         torque = self.jacobian.T @ force
         return torque if self.gravity_torque is None else torque + self.gravity_torque

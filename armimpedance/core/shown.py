@@ -1,6 +1,6 @@
-"""How fitted numbers are shown: rounded by their uncertainty, and one table for every form.
+"""Display of fitted numbers: rounded by their uncertainty, and one table for all outputs.
 
-Pages and notebooks take this table; a workbook holds the same numbers in full.
+Pages and notebooks show this table; a workbook holds the same numbers in full.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from html import escape
 from math import floor, isfinite, log10
 from typing import Final
 
-#: More digits than these are never shown: no arm is known better.
+#: Most digits shown; no property of an arm is known better.
 _MOST_DIGITS: Final = 6
 #: Heads of the table of fitted numbers.
 PARAMETER_HEADS: Final = ("parameter", "value", "95 %", "unit", "well identified")
@@ -19,7 +19,7 @@ PARAMETER_HEADS: Final = ("parameter", "value", "95 %", "unit", "well identified
 def _decimals(half_width: float, value: float) -> int:
     """Decimals that show two digits of the half-width (negative: round to tens, hundreds).
 
-    An exact value (half-width 0 or unknown) gets four digits.
+    A value with half-width 0 or unknown gets four digits.
     """
     largest = floor(log10(abs(value))) if value else 0
     if not (isfinite(half_width) and half_width > 0):
@@ -30,7 +30,7 @@ def _decimals(half_width: float, value: float) -> int:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """The value rounded to these decimals, without a sign on zero."""
+    """Return the value rounded to these decimals, without a sign on zero."""
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
     return text.removeprefix("-") if not any(c in text for c in "123456789") else text
 
@@ -77,7 +77,7 @@ def percent(value: float) -> str:
 
 
 def html_table(table: Sequence[Sequence[str]]) -> str:
-    """A table for notebooks, its first row and first column headings; every text is escaped."""
+    """Return a table for notebooks, its first row and column as headings; texts are escaped."""
     head, *rows = ([escape(cell) for cell in row] for row in table)
     body = "".join(
         f"<tr><th>{first}</th>{''.join(f'<td>{cell}</td>' for cell in others)}</tr>"
@@ -89,12 +89,12 @@ def html_table(table: Sequence[Sequence[str]]) -> str:
 def parameter_row(
     label: str, value: float, ci95: tuple[float, float], unit: str, well_identified: bool
 ) -> tuple[str, ...]:
-    """A fitted number under `PARAMETER_HEADS`.
+    """Return the row of a fitted number for a table with `PARAMETER_HEADS`.
 
     Parameters
     ----------
     label : str
-        Its name, with the joint where there is one.
+        Its name, with the joint if there is one.
     value : float
     ci95 : (float, float)
         Its 95 % limits, in its unit.

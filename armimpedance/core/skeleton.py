@@ -19,7 +19,7 @@ from armimpedance.core.errors import RecordError
 #: m/s^2, along -z (standard gravity).
 GRAVITY_M_S2: Final = 9.80665
 
-#: A floating root's coordinates: place, then turns about z, y, x, each carried by those before.
+#: A floating root's coordinates: translations, then turns about z, y, x, each after the previous.
 ROOT_TRANSLATIONS: Final = ("x", "y", "z")
 ROOT_TURNS: Final = ("rz", "ry", "rx")
 
@@ -42,11 +42,11 @@ class Hinge(FrozenRecord):
 class Segment(FrozenRecord):
     """A rigid body and the joint that holds it to its parent.
 
-    `parent`: None for the root alone.
+    `parent`: None for the root only.
     `origin_m` (3,): joint centre in the parent's frame; the segment's own frame starts there. 0 for
     the root.
-    `hinges`: hinges from the parent outwards; none for the root.
-    `mass_kg`: 0 where it is not known.
+    `hinges`: hinges from the parent outwards; empty for the root.
+    `mass_kg`: 0 if it is not known.
     `com_m` (3,): in the segment's frame.
     `inertia_kgm2` (3, 3): about the centre of mass, axes of the segment's frame.
     """
@@ -73,7 +73,7 @@ class Segment(FrozenRecord):
 
 @dataclass(frozen=True)
 class MarkerSite(FrozenRecord):
-    """Where a marker sits: a point (3,) in a segment's frame, m."""
+    """Site of a marker: a point (3,) in a segment's frame, m."""
 
     name: str
     segment: str
@@ -89,7 +89,7 @@ class Skeleton(FrozenRecord):
     segments : tuple of Segment
     markers : tuple of MarkerSite
     floating : bool
-        The root moves freely (six coordinates before all others) or is the world.
+        True: the root moves freely (six coordinates before all others); False: it is the world.
 
     Examples
     --------
@@ -116,7 +116,7 @@ class Skeleton(FrozenRecord):
 
     @property
     def root_coordinates(self) -> tuple[str, ...]:
-        """Names of the six of a floating root; none of a fixed one."""
+        """Names of the six coordinates of a floating root; empty for a fixed one."""
         root = self.segments[0].name
         return tuple(f"{root}_{c}" for c in ROOT_TRANSLATIONS + ROOT_TURNS) if self.floating else ()
 
@@ -128,7 +128,7 @@ class Skeleton(FrozenRecord):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The coordinates' columns on disk: ``_m`` for the root's place, ``_rad`` for angles."""
+        """Names of the columns on disk: ``_m`` for the root's translations, ``_rad`` for angles."""
         places = len(ROOT_TRANSLATIONS) if self.floating else 0
         names = self.coordinates
         return tuple(f"{c}_m" if i < places else f"{c}_rad" for i, c in enumerate(names))
@@ -144,12 +144,12 @@ class Skeleton(FrozenRecord):
         return float(sum(s.mass_kg for s in self.segments))
 
     def index(self, segment: str) -> int:
-        """Which segment bears this name.
+        """Index of the segment of this name.
 
         Raises
         ------
         RecordError
-            None does.
+            There is no such segment.
         """
         names = [s.name for s in self.segments]
         if segment not in names:
@@ -157,12 +157,12 @@ class Skeleton(FrozenRecord):
         return names.index(segment)
 
     def coordinate(self, name: str) -> int:
-        """Which coordinate bears this name.
+        """Index of the coordinate of this name.
 
         Raises
         ------
         RecordError
-            None does.
+            There is no such coordinate.
         """
         if name not in self.coordinates:
             known = ", ".join(self.coordinates)
@@ -171,7 +171,7 @@ class Skeleton(FrozenRecord):
 
 
 def _require_tree(segments: tuple[Segment, ...]) -> None:
-    """The first segment is a root, and every other one hangs by hinges on one before it."""
+    """Require a root first, and for every other segment hinges and a parent before it."""
     root = segments[0] if segments else None
     if root is None or root.parent is not None or root.hinges or root.origin_m.any():
         expected = "first a segment without parent and hinges, its origin 0"

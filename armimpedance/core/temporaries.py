@@ -1,11 +1,11 @@
-"""Temporary names beside outputs: made, exchanged with the final name, swept when a run was killed.
+"""Temporary names of outputs: creation, exchange with the final name, removal after a killed run.
 
 Standard library only. A temporary is called ``.armimpedance-<host>-<process>-<start>-<token>`` and
-an ending; what a process that is gone has left in a folder is removed by the next one that writes
-there. A process is told by its number and by when it started: numbers are given again, after a
-restart of the machine or in a container to the very next run. Where the system can exchange two
-names in one call (Linux, macOS), a folder is never absent; elsewhere the old one is put aside, and
-put back by the next run if the process was killed in between.
+an ending. Temporaries of a process that has ended are removed by the next process that writes to
+the folder. A process is identified by its number and its start time: numbers are reused, after a
+restart of the machine or, in a container, by the very next run. Where the system can exchange two
+names in one call (Linux, macOS), a folder is never absent; elsewhere the old folder is moved aside,
+and moved back by the next run if the process was killed in between.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _NAME: Final = re.compile(
 )
 #: Linux's renameat2: from the working folder, exchange the two names.
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
-#: The same of macOS's renamex_np.
+#: The same for macOS's renamex_np.
 _RENAME_SWAP = 2
-#: Two writers of one name meet once, or a few times; this often, something is wrong.
+#: Most attempts to take a name that other processes write to; more conflicts are an error.
 _TRIES: Final = 10
 
 
 def temporary_name(final: Path, ending: str) -> Path:
-    """A new name beside the final one, which says which process made it.
+    """Return a new name in the folder of the final one, which identifies the process.
 
     `ending`: ``.partial`` and a file's suffix, or ``.old``.
     """
@@ -45,10 +45,10 @@ def temporary_name(final: Path, ending: str) -> Path:
 
 
 def sweep(folder: Path) -> None:
-    """Remove what processes of this machine that are gone left in a folder.
+    """Remove temporaries of this machine's ended processes from a folder.
 
-    An old folder whose name is free, since its writer was killed before the new one had it, is put
-    back. What cannot be removed, or a folder that cannot be listed, is passed over.
+    An old folder that was moved aside by a killed process is moved back if its name is still free.
+    Entries that cannot be removed and folders that cannot be listed are skipped.
     """
     try:
         entries = [Path(entry.path) for entry in os.scandir(folder)]
@@ -69,9 +69,9 @@ def exchange(temporary: Path, final: Path) -> bool:
     """Give a finished folder its final name.
 
     `temporary`, `final`: in one folder.
-    Returns: whether a folder had the name until now; it has the temporary one then.
+    Returns: True if another folder had the final name; it has the temporary name now.
     """
-    # Another writer may take the name between the look and the step; the second look sees it.
+    # Another process may take the name after the test; the next round sees it.
     for _ in range(_TRIES):
         if not final.exists():
             try:
@@ -89,7 +89,7 @@ def exchange(temporary: Path, final: Path) -> bool:
 
 
 def remove(path: Path) -> None:
-    """Remove a temporary file or folder, as far as the system lets us."""
+    """Remove a temporary file or folder, as far as the system allows."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:
@@ -98,7 +98,7 @@ def remove(path: Path) -> None:
 
 
 def _exchanged(first: Path, second: Path) -> bool:
-    """Exchange two names in one system call; whether the system could."""
+    """Exchange two names in one system call; return whether the system could."""
     names = os.fsencode(first), os.fsencode(second)
     try:
         system = ctypes.CDLL(None, use_errno=True)
@@ -114,7 +114,7 @@ def _exchanged(first: Path, second: Path) -> bool:
 
 
 def _put_aside(temporary: Path, final: Path) -> bool:
-    """Replace a folder where names cannot be exchanged: the old one can be found again."""
+    """Replace a folder where names cannot be exchanged; the old folder is never lost."""
     aside = temporary_name(final, ".old")
     aside.mkdir()
     try:
@@ -126,7 +126,7 @@ def _put_aside(temporary: Path, final: Path) -> bool:
             raise
         (aside / final.name).rename(temporary)
     finally:
-        # Only an empty one goes: what could not be put back waits for the next run.
+        # Removed only if empty: a folder that could not be moved back waits for the next run.
         with suppress(OSError):
             aside.rmdir()
     return True
@@ -140,9 +140,9 @@ def _put_back(aside: Path) -> None:
 
 
 def _host() -> str:
-    """This machine, as eight letters: a folder may be shared by several.
+    """Identifier of this machine, eight letters: several may share a folder.
 
-    A container numbers its processes for itself: it is a machine of its own.
+    A container, which numbers its own processes, counts as a machine.
     """
     try:
         numbering = os.stat("/proc/self/ns/pid").st_ino
@@ -152,27 +152,27 @@ def _host() -> str:
 
 
 def _runs(process: int, start: int) -> bool:
-    """Whether the process of that number that started then still runs."""
+    """True if the process of this number and start time still runs."""
     if os.name == "nt":
-        return True  # There, asking whether a process runs would end it.
+        return True  # On Windows this test would end the process.
     try:
         os.kill(process, 0)
     except ProcessLookupError:
         return False
     except (PermissionError, OverflowError):
         pass
-    known = _start(process)
-    return not start or known is None or known == start
+    started = _start(process)
+    return not start or started is None or started == start
 
 
 def _start(process: int) -> int | None:
-    """When a process started, in ticks since the machine did; None where nobody says.
+    """Start time of a process in ticks since the machine started; None if unknown.
 
-    -1 for one that was killed and that nobody has asked after: it only has a number still.
+    -1 for a process that was killed and whose parent has not yet collected its status.
     """
     try:
         text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
-        # The name of the program stands in brackets and may hold anything.
+        # The name of the program is in brackets and may contain anything.
         fields = text.rpartition(")")[2].split()
         return -1 if fields[0] in "ZX" else int(fields[19])
     except (OSError, ValueError, IndexError):

@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import LARGEST, FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import RecordError
 
-#: Conditions that a short text names.
+#: Most conditions that a short text names.
 MOST_SHOWN: Final = 12
-#: Columns of the trial table that hold numbers, or nothing, whoever wrote it.
+#: Columns of the trial table that must hold numbers or be empty.
 _NUMBERS: Final = re.compile(r"(mvc|rest)_.+_V|onset_s|end_s|direction_deg|elevation_deg")
 
 
 def trial_slices(offsets: IntArray) -> list[slice]:
-    """The samples of each trial, from where the trials start.
+    """Slices of the samples of each trial.
 
     `offsets` (T + 1,) int: trial t is ``offsets[t]:offsets[t + 1]``.
     """
@@ -29,7 +29,7 @@ def trial_slices(offsets: IntArray) -> list[slice]:
 
 
 class InTrials(FrozenRecord):
-    """What all recordings of samples in trials share: a trial table and where each trial starts.
+    """Base of recordings of samples in trials: trial table and first sample of each trial.
 
     Raises RecordError: the rate is not positive, there are no trials, the table lacks a column or
     holds a trial twice, or it disagrees with the samples.
@@ -68,12 +68,12 @@ class InTrials(FrozenRecord):
         seconds = len(self.time_s) / self.sample_rate_hz
         conditions = list(dict.fromkeys(map(str, self.trials["condition"])))
         shown = ", ".join(conditions[:MOST_SHOWN])
-        left = len(conditions) - MOST_SHOWN
+        hidden = len(conditions) - MOST_SHOWN
         trials = "1 trial" if self.n_trials == 1 else f"{self.n_trials} trials"
         return (
             f"{type(self).__name__} of {trials}, {seconds:.1f} s at "
             f"{self.sample_rate_hz:g} Hz\nconditions: {shown}"
-            + (f", ... and {left} more" if left > 0 else "")
+            + (f", ... and {hidden} more" if hidden > 0 else "")
         )
 
     def _repr_html_(self) -> str:
@@ -84,7 +84,7 @@ class InTrials(FrozenRecord):
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
     def _chosen(self, rows: Sequence[int] | ArrayLike) -> tuple[IntArray, dict[str, Any]]:
-        """Sample numbers of some trials (row numbers from 0, or a mask), and what they change."""
+        """Sample numbers of some trials (row numbers from 0, or a mask), and the changed fields."""
         chosen = np.arange(self.n_trials)[np.asarray(rows)]
         parts = trial_slices(self.offsets)
         samples = [np.arange(parts[r].start, parts[r].stop) for r in chosen]
@@ -95,7 +95,7 @@ class InTrials(FrozenRecord):
 
 
 def _check_numbers(trials: pd.DataFrame) -> None:
-    """Refuse a text, an infinity or an absurd number where commands compute with a column."""
+    """Refuse a text, an infinity or an absurd number in a column of numbers."""
     for column in trials.columns:
         if not _NUMBERS.fullmatch(str(column)):
             continue
@@ -109,12 +109,12 @@ def _check_numbers(trials: pd.DataFrame) -> None:
 
 
 def check_rate(rate_hz: float) -> None:
-    """Refuse a sample rate that is none."""
+    """Refuse a sample rate outside the possible range."""
     if not 1e-6 <= rate_hz <= 1e9:
         raise RecordError(f"sample rate {rate_hz:g} Hz", expected="0.000001 to 1e9 Hz")
 
 
 def expect_shape(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
-    """Refuse an array of another shape than other fields of its record ask for."""
+    """Refuse an array whose shape does not agree with other fields of its record."""
     if array.shape != shape:
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {shape}")

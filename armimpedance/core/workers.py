@@ -1,8 +1,8 @@
-"""Processes that work for this one: started alike, stopped by it alone, ended with it.
+"""Worker processes of this process: started and stopped by it, and ended with it.
 
-Each has a pipe to a thread of this process and shares no lock with anybody: one that is killed, at
-whatever moment, costs the piece of work that it had. On Ctrl-C, or where a terminal or a scheduler
-ends the command, this process alone decides; it asks the others to end, and they tidy up.
+Each worker has a pipe to a thread of this process and shares no lock: if it is killed at any
+moment, only its present piece of work is lost. On Ctrl-C, or if a terminal or a scheduler ends the
+command, this process alone decides; it asks the workers to end, and they clean up.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ from armimpedance.core.errors import WorkerError
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: So long a process that is asked to end may tidy up, s.
+#: Time for a worker to clean up after it is asked to end, s.
 _PATIENCE_S: Final = 2.0
-#: The same where nobody is left who could ask again.
+#: The same after the parent process has ended, s.
 _ALONE_S: Final = 0.3
-#: As shells tell a program that a signal ended, with its number.
+#: Exit status of a program that a signal ended, as in shells, less the signal's number.
 _BY_SIGNAL: Final = 128
-#: What ends a command; "SIGHUP" is not known everywhere.
+#: Signals that end a command; "SIGHUP" does not exist everywhere.
 _SIGNALS: Final = {
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 }
 
 
 def usable_cores() -> int:
-    """Cores that this process may use; a scheduler may have given it fewer than there are."""
+    """Number of cores that this process may use; a scheduler may allow fewer than there are."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -54,42 +54,41 @@ def usable_cores() -> int:
 @dataclass(frozen=True)
 class _Piece:
     work: Callable[..., Any]
-    given: tuple[Any, ...]
+    arguments: tuple[Any, ...]
     done: Future[Any] = field(default_factory=Future)
 
 
 class Crew:
-    """Processes beside this one, which take pieces of work from one row and end with the block.
+    """Worker processes, which take pieces of work from one queue and end with the `with` block.
 
-    Each starts with the first piece that is there for it, as a new interpreter ("spawn") on every
-    system: a fork of a process whose libraries have threads may hang. Linear algebra has one thread
-    in each.
+    Each starts with its first piece of work, as a new interpreter ("spawn") on every system: a fork
+    of a process whose libraries have threads may hang. Linear algebra has one thread in each.
 
-    `others`: how many.
+    `others`: number of workers besides this process.
     """
 
     def __init__(self, others: int) -> None:
         self._others = others
         self._row: SimpleQueue[_Piece | None] = SimpleQueue()
         self._places: list[_Place] = []
-        # also where an error keeps this alive until the interpreter ends, which waits for processes
+        # needed if an error keeps this object until the interpreter ends, which waits for workers
         self._end = Finalize(None, _end, (self._row, self._places), exitpriority=0)
 
     def __enter__(self) -> Crew:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Begin nothing more, and stop what was begun."""
+        """Start no more work, and stop the workers."""
         self._end()
 
-    def share(self, work: Callable[..., Any], *given: Any) -> Future[Any]:
-        """Put a piece of work at the end of the row; the longest should come first.
+    def share(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Put a piece of work at the end of the queue; the longest should come first.
 
-        `*given`: what it is called with; as its result, it goes from process to process.
-        Returns: for `finish`; its error is a WorkerError where its process was killed, or ran out
-        of memory.
+        `*arguments`: arguments of `work`; they and its result are sent between processes.
+        Returns: for `finish`; its error is a WorkerError if its process was killed, or ran out of
+        memory.
         """
-        piece = _Piece(work, given)
+        piece = _Piece(work, arguments)
         if len(self._places) < self._others:
             self._places.append(_Place(self._row, piece))
         else:
@@ -97,15 +96,15 @@ class Crew:
         return piece.done
 
     def finish(self, pieces: Sequence[Future[Any]]) -> list[Any]:
-        """Work along until the row is empty, then wait for these pieces.
+        """Do pieces of work here too until the queue is empty, then wait for these pieces.
 
         Returns: their results, in this order.
-        Raises WorkerError: at once, when the process of one was killed, or ran out of memory.
+        Raises WorkerError: at once if the process of a piece was killed, or ran out of memory.
         """
         with suppress(Empty):
             while not any(map(_is_lost, pieces)):
                 if (piece := self._row.get_nowait()) is not None:
-                    piece.done.set_result(piece.work(*piece.given))
+                    piece.done.set_result(piece.work(*piece.arguments))
         wait_for(pieces, return_when=FIRST_EXCEPTION)
         for lost in filter(_is_lost, pieces):
             lost.result()
@@ -117,7 +116,7 @@ def _is_lost(piece: Future[Any]) -> bool:
 
 
 def crew(workers: int) -> Crew:
-    """So many processes, this one among them.
+    """Return a crew of this many processes, this one included.
 
     `workers`: 1 does all work in this process.
     """
@@ -141,7 +140,7 @@ def _end(row: SimpleQueue[_Piece | None], places: Sequence[_Place]) -> None:
 
 
 class _Place:
-    """A thread here, and the process that it has work; another one where that was killed."""
+    """A thread of this process and its worker process, which is replaced if it is killed."""
 
     def __init__(self, row: SimpleQueue[_Piece | None], first: _Piece) -> None:
         self._row = row
@@ -153,20 +152,20 @@ class _Place:
         self._thread.start()
 
     def stop(self) -> None:
-        """Ask the process to end, where it is at work; without work it ends by itself."""
+        """Ask the process to end if it is working; without work it ends by itself."""
         with self._lock:
             self._stopped = True
             if self._works and self._process is not None:
                 self._process.terminate()
 
     def wait(self, until: float) -> None:
-        """Let both come to their end, but not for ever."""
+        """Wait for the end of thread and process, but not longer than `until`."""
         self._thread.join(max(0.0, until - time.monotonic()))
         if self._process is not None:
             self._process.join(max(0.0, until - time.monotonic()))
 
     def kill(self) -> None:
-        """End the process where it still runs."""
+        """Kill the process if it still runs."""
         if self._process is not None:
             self._process.kill()
             self._process.join()
@@ -181,7 +180,7 @@ class _Place:
 
     def _settle(self, piece: _Piece) -> None:
         try:
-            sent = pickle.dumps((piece.work, piece.given))
+            sent = pickle.dumps((piece.work, piece.arguments))
             done, result = pickle.loads(self._answer(sent))  # noqa: S301 - of our own process
         except Exception as error:
             done, result = False, error
@@ -203,13 +202,13 @@ class _Place:
         except (EOFError, OSError):
             self._pipe.close()
             self._pipe = None
-            raise WorkerError(_how_it_ended(self._process)) from None
+            raise WorkerError(_cause_of_end(self._process)) from None
         finally:
             self._works = False
 
 
 def _started() -> tuple[SpawnProcess, Connection]:
-    """A new process, and this side of the pipe to it."""
+    """Start a new process and return it with this side of its pipe."""
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_work_off, args=(theirs,))
@@ -223,13 +222,13 @@ def _started() -> tuple[SpawnProcess, Connection]:
 
 @contextmanager
 def _unheard() -> Iterator[None]:
-    """What starts in here hears no signal before it is ready: what is blocked is inherited."""
+    """Block signals until the processes started in this block are ready: they inherit the mask."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
     try:
-        # Python's own helper, which starts with the first process, unblocks what it finds blocked
+        # Python's own helper, which starts with the first process, unblocks the signals
         resource_tracker.ensure_running()
         signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
         yield
@@ -237,30 +236,30 @@ def _unheard() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _how_it_ended(process: SpawnProcess | None) -> str:
+def _cause_of_end(process: SpawnProcess | None) -> str:
     code = None
     if process is not None:
         process.join(_PATIENCE_S)
         code = process.exitcode
     if code == -getattr(signal, "SIGKILL", 0):
-        how = "killed, or out of memory"
+        cause = "killed, or out of memory"
     elif code is not None and code < 0:
-        how = f"by {signal.Signals(-code).name}"
+        cause = f"by {signal.Signals(-code).name}"
     else:
-        how = f"with status {code}"
-    problem = f"a worker process ended before its work was done ({how})"
+        cause = f"with status {code}"
+    problem = f"a worker process ended before its work was done ({cause})"
     return f"{problem}; try fewer workers, or more memory"
 
 
-# In the other process.
+# In the worker process.
 
 
 class _AskedToEnd(BaseException):
-    """Raised in the midst of the work: what is half done is tidied up on the way out."""
+    """Raised during the work, so that what is half done is cleaned up on the way out."""
 
 
 def _work_off(pipe: Connection) -> None:
-    """Do what comes through the pipe, until nobody is at its other end."""
+    """Do the work that comes through the pipe, until its other end is closed."""
     try:
         _hear_one_signal()
         threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -273,7 +272,7 @@ def _work_off(pipe: Connection) -> None:
 
 
 def _hear_one_signal() -> None:
-    """SIGTERM ends this process; what a terminal sends to all, the first one heeds for all."""
+    """Let SIGTERM alone end this process; the parent handles signals sent to the whole group."""
     for number in _SIGNALS:
         signal.signal(number, _stop_working if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
@@ -281,18 +280,16 @@ def _hear_one_signal() -> None:
 
 
 def _stop_working(number: int, _: FrameType | None) -> None:
-    signal.signal(
-        number, signal.SIG_IGN
-    )  # once is enough: a second one would disturb the tidying up
+    signal.signal(number, signal.SIG_IGN)  # once is enough: a second one would disturb the clean-up
     raise _AskedToEnd
 
 
 def _worked(sent: bytes) -> tuple[bool, Any]:
-    """Whether a piece was done, and its result or error."""
+    """Return whether a piece of work succeeded, and its result or error."""
     try:
-        work, given = pickle.loads(sent)  # noqa: S301 - of our own process
+        work, arguments = pickle.loads(sent)  # noqa: S301 - of our own process
         with one_thread():
-            return True, work(*given)
+            return True, work(*arguments)
     except _AskedToEnd:
         raise
     except BaseException as error:
@@ -304,12 +301,12 @@ def _packed(answer: tuple[bool, Any]) -> bytes:
     try:
         return pickle.dumps(answer)
     except Exception as error:
-        what = answer[1] if isinstance(answer[1], Exception) else error
-        return pickle.dumps((False, WorkerError(f"{type(what).__name__}: {what}")))
+        reported = answer[1] if isinstance(answer[1], Exception) else error
+        return pickle.dumps((False, WorkerError(f"{type(reported).__name__}: {reported}")))
 
 
 def _end_with_parent() -> None:
-    """End when the process that wants the work is gone: in order where that takes no time."""
+    """End this process when its parent has ended: after a clean-up if that is quick."""
     parent = parent_process()
     if parent is None:
         return
@@ -319,14 +316,14 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-# One thread for linear algebra. Matrices here are small: the threads of a library for large ones
-# wait for each other, which takes two to five times the processor time, and on their number the
-# last bits of results depend. The command line asks for one before the libraries are loaded; in
-# Python they are loaded already.
+# One thread for linear algebra. The matrices are small: threads of the libraries mostly wait for
+# each other, which takes two to five times the processor time, and the last bits of results depend
+# on their number. The command line sets one thread before the libraries are loaded; in Python they
+# are loaded already.
 
 
 def one_thread() -> AbstractContextManager[Any]:
-    """For a `with` block whose linear algebra has one thread; takes 2 ms."""
+    """Return a context in which linear algebra has one thread; takes 2 ms."""
     import scipy.linalg  # noqa: F401 - a library is limited only where it is loaded
     from threadpoolctl import threadpool_limits
 
@@ -335,7 +332,7 @@ def one_thread() -> AbstractContextManager[Any]:
 
 
 def single_threaded(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function whose linear algebra has one thread."""
+    """Decorate a function so that its linear algebra has one thread."""
 
     @wraps(function)
     def limited(*args: P.args, **keywords: P.kwargs) -> R:

@@ -1,8 +1,9 @@
-"""MATLAB files of recorders of channels: LabChart (ADInstruments) and Spike2 (CED).
+"""MATLAB files that LabChart (ADInstruments) and Spike2 (CED) export.
 
 LabChart puts all samples into one vector, ``data``; ``datastart`` and ``dataend`` (channels,
-blocks) say which are whose, and a block is a run. Spike2 writes a struct for each channel with its
-``values``, ``interval`` and ``start``. After the makers' public descriptions of these exports.
+blocks) are the positions of each channel's samples, and a block is a run. Spike2 writes a struct
+for each channel with its ``values``, ``interval`` and ``start``. Source: the makers' public
+descriptions of these exports.
 """
 
 from __future__ import annotations
@@ -25,10 +26,10 @@ _SPIKE2: Final = ("values", "interval", "start")
 
 
 def exported_channels(tree: Mapping[str, Node], wanted: Wanted) -> RawFile | None:
-    """The runs of a file of one of these programs; None: it is of another kind.
+    """Read the runs of a file of one of these programs; None if it is of another kind.
 
     `tree`: name of a variable -> its content.
-    Raises InputError: what the file says of its channels does not fit its samples.
+    Raises InputError: the descriptions of the channels do not fit the samples.
     """
     others: list[str] = []
     if all(name in tree for name in _LABCHART):
@@ -40,12 +41,12 @@ def exported_channels(tree: Mapping[str, Node], wanted: Wanted) -> RawFile | Non
     else:
         return None
     names = dict.fromkeys(name for run in runs for table in run.tables for name in table.columns)
-    left = [name for name in names if not wanted(name)]
-    taken = tuple(
+    unused = [name for name in names if not wanted(name)]
+    used = tuple(
         RawRun(run.name, tuple(_wanted_of(table, wanted) for table in run.tables)) for run in runs
     )
-    told = not_taken(left, "the mapping gives them no meaning")
-    return RawFile(taken, (*told, *not_taken(others, "no waveforms")))
+    notes = not_taken(unused, "the mapping gives them no meaning")
+    return RawFile(used, (*notes, *not_taken(others, "no waveforms")))
 
 
 def _wanted_of(table: RawTable, wanted: Wanted) -> RawTable:
@@ -55,7 +56,7 @@ def _wanted_of(table: RawTable, wanted: Wanted) -> RawTable:
 
 @dataclass(frozen=True, eq=False)
 class _Channel:
-    """A channel's name, unit, samples and when they were taken."""
+    """Name, unit, samples and clock of a channel."""
 
     name: str
     unit: str | None
@@ -65,12 +66,12 @@ class _Channel:
 
 
 def _tables(channels: list[_Channel]) -> tuple[RawTable, ...]:
-    """Channels of one clock and length together; names that come again are numbered."""
-    names, _ = distinct_names([one.name for one in channels])
+    """Group channels of the same clock and length; repeated names are numbered."""
+    names, _ = distinct_names([channel.name for channel in channels])
     clocks: dict[tuple[float, float, int], dict[str, RawColumn]] = {}
-    for name, one in zip(names, channels, strict=True):
-        clock = (one.start_s, one.step_s, len(one.values))
-        clocks.setdefault(clock, {})[name] = RawColumn(one.values, one.unit)
+    for name, channel in zip(names, channels, strict=True):
+        clock = (channel.start_s, channel.step_s, len(channel.values))
+        clocks.setdefault(clock, {})[name] = RawColumn(channel.values, channel.unit)
     return tuple(
         RawTable(columns, np.asarray(start + step * np.arange(rows), dtype=np.float64))
         for (start, step, rows), columns in clocks.items()
@@ -78,7 +79,7 @@ def _tables(channels: list[_Channel]) -> tuple[RawTable, ...]:
 
 
 def _blocks(tree: Mapping[str, Node]) -> Iterator[RawRun]:
-    """LabChart's blocks."""
+    """Yield the blocks of LabChart as runs."""
     data = _numbers(tree["data"], "data").ravel()
     titles = _texts(tree["titles"])
     first, last, rates = (
@@ -96,28 +97,30 @@ def _blocks(tree: Mapping[str, Node]) -> Iterator[RawRun]:
     for block in range(first.shape[1]):
         channels = []
         for c, title in enumerate(titles):
-            begin, end, rate = (float(of[c, block]) for of in (first, last, rates))
+            begin, end, rate = (float(array[c, block]) for array in (first, last, rates))
             if begin < 1:  # a channel that was off
                 continue
             if not (begin <= end <= len(data) and 0 < rate < np.inf):
                 raise _wrong(title, f"samples {begin:g} to {end:g} of {len(data)} at {rate:g} Hz")
-            which = float(number[c, block])
-            unit = units[int(which) - 1] if 1 <= which <= len(units) else None
+            unit_number = float(number[c, block])
+            unit = units[int(unit_number) - 1] if 1 <= unit_number <= len(units) else None
             values = data[int(begin) - 1 : int(end)]
             channels.append(_Channel(title, unit, values, 0.0, 1.0 / rate))
         yield RawRun(f"block {block + 1}", _tables(channels))
 
 
 def _structs(tree: Mapping[str, Node]) -> list[dict[str, Node]]:
-    """Spike2's channels of waveforms; none where there is something else than structs."""
+    """Structs of Spike2's waveform channels; empty if the file has other variables too."""
     structs = [node for node in tree.values() if isinstance(node, dict) and "title" in node]
     if not all(isinstance(node, dict) for node in tree.values()):
         return []
-    return [one for one in structs if all(isinstance(one.get(name), Leaf) for name in _SPIKE2)]
+    return [
+        struct for struct in structs if all(isinstance(struct.get(name), Leaf) for name in _SPIKE2)
+    ]
 
 
 def _waveforms(structs: list[dict[str, Node]]) -> list[_Channel]:
-    """Spike2's channels of waveforms."""
+    """Read Spike2's waveform channels."""
     channels = []
     for i, struct in enumerate(structs, start=1):
         name = next(iter(_texts(struct.get("title", []))), "") or f"channel {i}"
@@ -131,7 +134,7 @@ def _waveforms(structs: list[dict[str, Node]]) -> list[_Channel]:
 
 
 def _per_channel(node: Node, name: str, channels: int) -> FloatArray:
-    """A matrix (channels, blocks)."""
+    """Return a variable as a matrix (channels, blocks)."""
     values = _numbers(node, name)
     if values.size % max(channels, 1) or not values.size:
         raise _wrong(name, f"{values.size} values of {channels} channels")
@@ -146,7 +149,7 @@ def _numbers(node: Node, name: str) -> FloatArray:
 
 
 def _texts(node: Node) -> list[str]:
-    """The rows of a matrix of letters, or one text."""
+    """Texts of a variable: rows of a matrix of letters, or one text."""
     if isinstance(node, str):
         return [node.strip()]
     values = node.read().ravel().tolist() if isinstance(node, Leaf) else node

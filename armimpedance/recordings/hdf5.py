@@ -1,4 +1,4 @@
-"""HDF5 files by somebody else: read without being led out of the file or of memory."""
+"""Safe reading of foreign HDF5 files: no links to other files, no unlimited memory."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from armimpedance.recordings.matlab_tree import Leaf, Node, Refused
 
 MAGIC: Final = b"\x89HDF\r\n\x1a\n"
 
-#: Deflate does not pack tighter than this; what claims more has no data behind it.
+#: Largest ratio of compression by deflate; a dataset that claims more is damaged.
 _TIGHTEST: Final = 1100
 _SMALL_BYTES: Final = 4_000_000
-#: Numbers of one dataset; 500 MB of them.
+#: Most numbers of one dataset, 500 MB.
 MOST_NUMBERS: Final = 62_500_000
 _LONGEST_TEXT: Final = 10_000
-#: Room that one attribute may ask for, bytes.
+#: Largest attribute, bytes.
 _LARGEST_ATTRIBUTE: Final = 1_000_000
 _LONGEST_NAME: Final = 80
-#: How a heap begins, with its version.
+#: Beginning of a heap, with its version.
 _HEAP: Final = b"GCOL\x01"
 _LARGEST_CHECKED: Final = 4_000_000_000
-#: Bytes that are looked through at once.
+#: Bytes that are searched at once.
 _BLOCK: Final = 8_000_000
 
 
 class Hdf5Error(Exception):
-    """A dataset cannot be read; why, in a few words."""
+    """A dataset cannot be read; the message is a short reason."""
 
 
 @contextmanager
 def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
-    """An HDF5 file, open for reading.
+    """Open an HDF5 file for reading.
 
     `extra`: the extra of the installation that brings h5py.
     `expected`: for the message, such as "an NWB file".
@@ -54,66 +54,65 @@ def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
     except (InputError, Hdf5Error):
         raise
     except Exception as error:
-        # h5py raises OSError, RuntimeError, KeyError, ValueError, TypeError, ... for damage.
+        # for damage h5py raises OSError, RuntimeError, KeyError, ValueError, TypeError, ...
         problem = f"is damaged: {' '.join(str(error).split())[:80]}"
         raise InputError(problem, file=path, expected=expected) from None
 
 
 def check_heaps(path: Path, expected: str) -> None:
-    """Whether the heaps in which a file keeps its texts can be walked: HDF5 would walk for ever.
+    """Refuse a file whose heaps of texts have a part of length 0: HDF5 would loop for ever.
 
     `expected`: for the message.
-    Raises InputError: a heap has a part of no length. HDF5 does not look, and no signal ends its
-    loop.
+    Raises InputError: a heap has a part of length 0. HDF5 does not check this, and no signal ends
+    its loop.
     """
     size = path.stat().st_size
     if not size or size > _LARGEST_CHECKED:
         return
-    # Not mapped into memory: a file that is cut short meanwhile would end the process.
+    # not mapped into memory: a file that is truncated meanwhile would end the process
     with path.open("rb") as stream, path.open("rb") as walked:
-        for place in _heaps(stream):
-            if _has_empty_part(walked, place, size):
-                problem = f"is damaged: a heap at byte {place} has a part of no length"
+        for offset in _heaps(stream):
+            if _has_empty_part(walked, offset, size):
+                problem = f"is damaged: a heap at byte {offset} has a part of no length"
                 raise InputError(problem, file=path, expected=expected)
 
 
 def _heaps(stream: BinaryIO) -> Iterator[int]:
-    """Where the heaps of a file begin, in bytes."""
-    start, kept = 0, b""
+    """Yield the positions of the heaps of a file, in bytes."""
+    start, tail = 0, b""
     while block := stream.read(_BLOCK):
-        data = kept + block
-        place = data.find(_HEAP)
-        while place >= 0:
-            yield start + place
-            place = data.find(_HEAP, place + len(_HEAP))
-        # The next block may hold the rest of a heap's beginning.
-        kept = data[len(data) - len(_HEAP) + 1 :]
-        start += len(data) - len(kept)
+        data = tail + block
+        offset = data.find(_HEAP)
+        while offset >= 0:
+            yield start + offset
+            offset = data.find(_HEAP, offset + len(_HEAP))
+        # the next block may hold the rest of a heap's beginning
+        tail = data[len(data) - len(_HEAP) + 1 :]
+        start += len(data) - len(tail)
 
 
-def _has_empty_part(stream: BinaryIO, place: int, size: int) -> bool:
-    """Walk through a heap: parts with a header of 16 bytes, their lengths multiples of 8."""
-    if place + 16 > size:
+def _has_empty_part(stream: BinaryIO, offset: int, size: int) -> bool:
+    """True if a heap has a part of length 0; parts have a header of 16 bytes, lengths of 8 n."""
+    if offset + 16 > size:
         return False
-    stream.seek(place + 8)
+    stream.seek(offset + 8)
     (length,) = unpack("<Q", stream.read(8).ljust(8, b"\0"))
-    end = min(place + length, size)
-    place += 16
-    while place + 16 <= end:
-        stream.seek(place)
+    end = min(offset + length, size)
+    offset += 16
+    while offset + 16 <= end:
+        stream.seek(offset)
         number, _, part = unpack("<HHxxxxQ", stream.read(16).ljust(16, b"\xff"))
         step = 16 + (part + 7) // 8 * 8 if number else part
         if not step:
             return True
-        place += step
+        offset += step
     return False
 
 
 def inner(group: Any) -> Iterator[tuple[str, Any]]:
-    """What lies directly in a group: names and groups or datasets; None for what cannot be taken.
+    """Yield names and members of a group; None for a member that is not read.
 
-    Links to other files are not followed, nor links to nothing; a name must be one that a line of
-    text can show.
+    Links to other files and broken links are not followed; a name must be printable and short.
     """
     for name in map(str, group):
         shown = name.isprintable() and len(name) <= _LONGEST_NAME
@@ -121,45 +120,45 @@ def inner(group: Any) -> Iterator[tuple[str, Any]]:
 
 
 def member(group: Any, path: str) -> Any:
-    """What lies in a group under a path; None where there is nothing in this file."""
+    """Return the member of a group under a path; None if there is nothing in this file."""
     h5py = needed("h5py", "nwb", path)
-    home, thing = h5py.h5f.get_name(group.id), group
+    home, content = h5py.h5f.get_name(group.id), group
     for part in path.split("/"):
-        if is_dataset(thing):
+        if is_dataset(content):
             return None
-        link = thing.get(part, getlink=True)
+        link = content.get(part, getlink=True)
         if link is None or isinstance(link, h5py.ExternalLink):
             return None
         try:
-            thing = thing[part]
+            content = content[part]
         except (KeyError, OSError, RuntimeError):
             return None
-        # A soft link may lead over another link into another file.
-        if h5py.h5f.get_name(thing.id) != home:
+        # a soft link may lead through another link into another file
+        if h5py.h5f.get_name(content.id) != home:
             return None
-    return thing
+    return content
 
 
-def is_dataset(thing: Any) -> bool:
-    """Whether this is a dataset and no group."""
-    return hasattr(thing, "shape")
+def is_dataset(content: Any) -> bool:
+    """Return True for a dataset, False for a group."""
+    return hasattr(content, "shape")
 
 
 def numbers(dataset: Any) -> FloatArray:
-    """All numbers of a dataset, float64, in its shape.
+    """Read all numbers of a dataset, float64, in its shape.
 
     Raises Hdf5Error: it holds no numbers, too many, fewer than it claims, or cannot be unpacked.
     """
     check_numbers(dataset)
     try:
-        # Read as it is stored: HDF5's own conversion of types is not needed.
+        # read as stored: HDF5's own conversion of types is not needed
         return np.asarray(dataset[()]).astype(np.float64, copy=False)
     except (OSError, ValueError, TypeError, RuntimeError, MemoryError):
         raise Hdf5Error("it cannot be unpacked") from None
 
 
 def check_numbers(dataset: Any) -> None:
-    """Whether a dataset's numbers can be read, before any memory is taken."""
+    """Refuse a dataset whose numbers cannot be read, before memory is allocated."""
     kind = dataset.dtype
     if kind.kind not in "iufb":
         raise Hdf5Error("it holds no numbers")
@@ -177,7 +176,7 @@ def check_numbers(dataset: Any) -> None:
 
 
 def texts(dataset: Any) -> list[str]:
-    """All texts of a dataset with one axis."""
+    """Read all texts of a dataset with one axis."""
     if dataset.dtype.kind not in "OS" or len(dataset.shape) != 1:
         raise Hdf5Error("it holds no texts")
     if dataset.external or dataset.is_virtual or dataset.shape[0] > 1_000_000:
@@ -191,7 +190,7 @@ def texts(dataset: Any) -> list[str]:
 
 
 def plain_text(value: Any) -> str:
-    """A text of an attribute or a scalar dataset; "" for what is none."""
+    """Return an attribute or scalar dataset as text; an empty string if it holds no text."""
     if isinstance(value, bytes):
         value = value.decode(errors="replace")
     if not isinstance(value, str):
@@ -199,34 +198,34 @@ def plain_text(value: Any) -> str:
     return value[:_LONGEST_TEXT].replace("\x00", "")
 
 
-def attribute(thing: Any, name: str) -> Any:
-    """An attribute as it stands; None where there is none.
+def attribute(content: Any, name: str) -> Any:
+    """Return an attribute as stored; None if there is none.
 
-    Raises ValueError: it claims more than attributes hold.
+    Raises ValueError: it claims to be larger than any attribute.
     """
-    if name not in thing.attrs:
+    if name not in content.attrs:
         return None
-    kept = thing.attrs.get_id(name)
-    if kept.dtype.itemsize * math.prod(kept.shape or ()) > _LARGEST_ATTRIBUTE:
+    stored = content.attrs.get_id(name)
+    if stored.dtype.itemsize * math.prod(stored.shape or ()) > _LARGEST_ATTRIBUTE:
         raise ValueError(f"{name} claims more than {_LARGEST_ATTRIBUTE} bytes")
-    return thing.attrs[name]
+    return content.attrs[name]
 
 
-def attribute_text(thing: Any, name: str) -> str:
-    """An attribute's text; "" where there is none."""
+def attribute_text(content: Any, name: str) -> str:
+    """Return the text of an attribute; "" if there is none."""
     try:
-        return plain_text(attribute(thing, name))
+        return plain_text(attribute(content, name))
     except (OSError, ValueError, TypeError, RuntimeError, KeyError, MemoryError):
         return ""
 
 
-def attribute_number(thing: Any, name: str, default: float) -> float:
-    """An attribute's number.
+def attribute_number(content: Any, name: str, default: float) -> float:
+    """Return the number in an attribute, or the default if there is no such attribute.
 
-    Raises Hdf5Error: it is there and no finite number.
+    Raises Hdf5Error: it is not a finite number.
     """
     try:
-        value = attribute(thing, name)
+        value = attribute(content, name)
         number = default if value is None else float(np.asarray(value).reshape(-1)[0])
     except (OSError, ValueError, TypeError, RuntimeError, KeyError, IndexError, MemoryError):
         raise Hdf5Error(f"its {name} is no number") from None
@@ -238,12 +237,12 @@ def attribute_number(thing: Any, name: str, default: float) -> float:
 # MATLAB files of version 7.3, which are HDF5: variables as a tree, references followed.
 
 _DEEPEST: Final = 30
-#: Parts of a file that are followed; a session of 10,000 trials with 20 fields has fewer.
+#: Most parts of a file that are read; a session of 10,000 trials with 20 fields has fewer.
 _MOST_PARTS: Final = 300_000
 _MOST_LETTERS: Final = 1_000_000
-#: Groups in which MATLAB keeps what others refer to.
+#: Groups in which MATLAB keeps referenced data.
 _HIDDEN: Final = ("#refs#", "#subsystem#")
-#: Whatever the library raises on a damaged file.
+#: Errors that the library raises for a damaged file.
 _ERRORS: Final = (
     *(OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, IndexError),
     *(OverflowError, MemoryError, UnicodeError, NotImplementedError, SystemError),
@@ -251,7 +250,7 @@ _ERRORS: Final = (
 
 
 class Mat73:
-    """An open file; its leaves can be read while it is open.
+    """An open MATLAB file; its leaves can be read while it is open.
 
     Raises InputError: h5py is not installed, or the file cannot be opened.
     """
@@ -271,13 +270,13 @@ class Mat73:
         self.root.close()
 
     def damaged(self, error: BaseException) -> InputError:
-        """What the library says of a damaged file, on one line."""
-        told = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        problem = f"is a damaged MATLAB 7.3 file: {told}"
+        """Return the error for a damaged file, with the library's reason on one line."""
+        reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        problem = f"is a damaged MATLAB 7.3 file: {reason}"
         return InputError(problem, file=self.file, expected="a file as MATLAB saves it")
 
     def tree(self) -> dict[str, Node]:
-        """The variables by name."""
+        """Variables of the file, by name."""
         try:
             return {name: self._member(self.root, name, 0) for name in self._names(self.root)}
         except InputError:
@@ -286,7 +285,7 @@ class Mat73:
             raise self.damaged(error) from None
 
     def _names(self, group: Any) -> list[str]:
-        # A link to another file is not followed: it is no part of this one.
+        # links to other files are not followed
         hard = self.h5py.HardLink
         names = [n for n in group if isinstance(n, str) and n not in _HIDDEN]
         return [n for n in names if isinstance(group.get(n, getlink=True), hard)]
@@ -294,19 +293,19 @@ class Mat73:
     def _member(self, group: Any, name: str, depth: int) -> Node:
         return self._node(group[name], depth, name)
 
-    def _node(self, thing: Any, depth: int, name: str) -> Node:
+    def _node(self, content: Any, depth: int, name: str) -> Node:
         self.parts += 1
         if depth > _DEEPEST or self.parts > _MOST_PARTS:
             problem = f"more than {_DEEPEST} levels or {_MOST_PARTS} parts"
             raise InputError(problem, file=self.file, column=name, expected="plain structs")
-        kind = _text(attribute(thing, "MATLAB_class"))
-        if "MATLAB_object_decode" in thing.attrs or kind == "function_handle":
+        kind = _text(attribute(content, "MATLAB_class"))
+        if "MATLAB_object_decode" in content.attrs or kind == "function_handle":
             return Refused(f"an object of MATLAB class {kind or 'unknown'}")
-        if isinstance(thing, self.h5py.Group):
-            return self._struct(thing, depth)
-        if not isinstance(thing, self.h5py.Dataset):
+        if isinstance(content, self.h5py.Group):
+            return self._struct(content, depth)
+        if not isinstance(content, self.h5py.Dataset):
             return Refused("no data")
-        return self._dataset(thing, kind, depth, name)
+        return self._dataset(content, kind, depth, name)
 
     def _struct(self, group: Any, depth: int) -> Node:
         names = self._names(group)
@@ -319,7 +318,7 @@ class Mat73:
         return [{name: entries[i] for name, entries in fields.items()} for i in range(count)]
 
     def _is_array_of_structs(self, member: Any) -> bool:
-        """Fields of an array of structs are references that say no class of their own."""
+        """True for a field of an array of structs: references without a class of their own."""
         is_data = isinstance(member, self.h5py.Dataset)
         return is_data and self._holds_references(member) and "MATLAB_class" not in member.attrs
 
@@ -330,11 +329,11 @@ class Mat73:
         self._check(data, name)
         if data.size > _MOST_PARTS:
             raise InputError(f"{data.size} parts", file=self.file, column=name, expected="fewer")
-        found: list[Node] = []
-        # HDF5's order is C, MATLAB's is Fortran: in the file the axes are turned around.
+        nodes: list[Node] = []
+        # HDF5's order is C, MATLAB's is Fortran: axes are reversed in the file
         for reference in np.asarray(data[()]).ravel():
-            found.append(self._node(self.root[reference], depth + 1, name) if reference else "")
-        return found
+            nodes.append(self._node(self.root[reference], depth + 1, name) if reference else "")
+        return nodes
 
     def _dataset(self, data: Any, kind: str, depth: int, name: str) -> Node:
         if data.shape is None or attribute(data, "MATLAB_empty"):
@@ -350,15 +349,15 @@ class Mat73:
             return _letters(np.asarray(data[()]).T)
         if self.h5py.check_string_dtype(data.dtype) is not None or data.dtype.kind not in "fiub":
             return Refused(f"{data.dtype}")
-        turned = bool(kind)
-        shape = data.shape[::-1] if turned else data.shape
+        reversed_axes = bool(kind)
+        shape = data.shape[::-1] if reversed_axes else data.shape
 
         def read() -> np.ndarray[Any, Any]:
             try:
                 values = np.asarray(data[()])
             except _ERRORS as error:
                 raise self.damaged(error) from None
-            return values.T if turned else values
+            return values.T if reversed_axes else values
 
         return Leaf(shape, read)
 
@@ -367,7 +366,7 @@ class Mat73:
 
 
 def _letters(codes: np.ndarray[Any, Any]) -> Node:
-    """Texts from their letters' codes, one a row."""
+    """Texts from the codes of their letters, one per row; a single row gives a single text."""
     rows = codes.reshape(1, -1) if codes.ndim < 2 else codes.reshape(codes.shape[0], -1)
     texts = ["".join(map(chr, row.tolist())).rstrip() for row in rows.astype(np.uint16)]
     return texts[0] if len(texts) == 1 else [*texts]

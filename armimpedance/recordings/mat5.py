@@ -1,7 +1,7 @@
-"""MATLAB files of versions 4 to 7, checked byte by byte before SciPy makes room for them.
+"""MATLAB files of versions 4 to 7, checked byte by byte before SciPy allocates memory.
 
-SciPy's reader trusts the sizes and types in a file: a damaged one could ask for any amount of
-memory. Here every element is walked first; what is passed on holds what it says.
+SciPy's reader trusts the sizes and types in a file: a damaged file could request any amount of
+memory. Here every element is checked first, so that the file holds what it claims.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ _MATRIX, _COMPRESSED = 14, 15
 _SIZES: Final = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 _CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE, _FUNCTION, _OPAQUE = 1, 2, 3, 4, 5, 16, 17
 _DEEPEST: Final = 40
-#: Parts of one variable; a session of 10,000 trials with 20 fields has fewer.
+#: Most parts of one variable; a session of 10,000 trials with 20 fields has fewer.
 _MOST_PARTS: Final = 300_000
 _MOST_AXES: Final = 8
 _SIZES_4: Final = (8, 4, 4, 2, 2, 1)
 
 
 class _DamagedError(Exception):
-    """What is wrong with the bytes; becomes an `InputError`."""
+    """The bytes are damaged; converted to an `InputError`."""
 
 
 def read_mat5(file: Path) -> dict[str, Node]:
-    """The variables of a MATLAB file before version 7.3, by name.
+    """Read the variables of a MATLAB file before version 7.3, by name.
 
     Raises InputError: the file is damaged, or claims more than it can hold.
     """
@@ -61,19 +61,21 @@ def _loaded(data: bytes, file: Path) -> dict[str, Node]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = loadmat(cast(Any, io.BytesIO(data)), mat_dtype=False)
+            variables = loadmat(cast(Any, io.BytesIO(data)), mat_dtype=False)
     except (
         *(MatReadError, ValueError, TypeError, KeyError, IndexError, OSError, AttributeError),
         *(UnicodeError, OverflowError, MemoryError, NotImplementedError, zlib.error),
     ) as error:
-        told = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
-        problem = f"is a damaged MATLAB file: {told}"
+        reason = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        problem = f"is a damaged MATLAB file: {reason}"
         raise InputError(problem, file=file, expected="a file as MATLAB saves it") from None
-    return {str(n): _node(v) for n, v in found.items() if not (n.startswith("__") or n == "None")}
+    return {
+        str(n): _node(v) for n, v in variables.items() if not (n.startswith("__") or n == "None")
+    }
 
 
 def _node(value: Any) -> Node:
-    """A value of SciPy's as a node of the tree."""
+    """Convert a value from SciPy to a node of the tree."""
     from scipy.io.matlab import MatlabFunction, MatlabObject, MatlabOpaque
 
     if isinstance(value, MatlabOpaque | MatlabObject):
@@ -110,7 +112,7 @@ def _is_version4(data: bytes) -> bool:
 
 
 def _checked4(data: bytes) -> bytes:
-    """The same bytes, if all matrices of a version 4 file lie inside of it."""
+    """Check that all matrices of a version 4 file lie within it; return the bytes unchanged."""
     at = 0
     while at < len(data):
         if len(data) - at < 20:
@@ -132,7 +134,7 @@ def _checked4(data: bytes) -> bytes:
 
 
 def _checked5(data: bytes, file: Path, objects: dict[str, Node]) -> bytes:
-    """The file with its elements unpacked, all of them walked through; objects are put aside."""
+    """Check and unpack the elements of a file; return it without objects, which are listed."""
     if len(data) < 128:
         raise _DamagedError("it ends within its header")
     marks = {b"IM": "<", b"MI": ">"}
@@ -159,7 +161,7 @@ def _checked5(data: bytes, file: Path, objects: dict[str, Node]) -> bytes:
         walker = _Walker(body, order)
         walker.matrix(0, len(body), 0)
         if walker.name is None:
-            continue  # where MATLAB keeps what is in the objects
+            continue  # MATLAB's storage of the objects' content
         if walker.class_name is not None:
             objects[walker.name] = Refused(f"an object of MATLAB class {walker.class_name}")
             continue
@@ -169,7 +171,7 @@ def _checked5(data: bytes, file: Path, objects: dict[str, Node]) -> bytes:
 
 
 def _unpacked(body: bytes, room: int, order: str, file: Path) -> bytes:
-    """The matrix in a packed element."""
+    """Unpack the matrix in a packed element."""
     unpacker = zlib.decompressobj()
     data = unpacker.decompress(body, room)
     if unpacker.unconsumed_tail:
@@ -184,7 +186,7 @@ def _unpacked(body: bytes, room: int, order: str, file: Path) -> bytes:
 
 @dataclass(frozen=True)
 class _Element:
-    """Where the data of a sub-element lie."""
+    """Position and type of the data of a sub-element, in bytes."""
 
     kind: int
     start: int
@@ -193,10 +195,9 @@ class _Element:
 
 
 class _Walker:
-    """Goes through a matrix and everything in it; complains of what does not hold.
+    """Check of a matrix and everything in it; it raises `_DamagedError` for a fault.
 
-    `name` is that of the outermost matrix, None where it has none; `class_name` is there where it
-    is an object.
+    `name` is that of the outermost matrix, None if it has none; `class_name` is set for an object.
     """
 
     def __init__(self, data: bytes, order: str) -> None:
@@ -206,7 +207,7 @@ class _Walker:
         self.class_name: str | None = None
 
     def element(self, at: int, end: int) -> _Element:
-        """The sub-element at a byte: its type, and where its data are."""
+        """Return type and position of the sub-element at a byte."""
         if at + 8 > end:
             raise _DamagedError("an element beyond the end of its matrix")
         first, second = struct.unpack_from(f"{self.order}2I", self.data, at)
@@ -222,14 +223,14 @@ class _Walker:
         return _Element(kind, start, size, min(after, end))
 
     def data_of(self, at: int, end: int, kinds: tuple[int, ...] = tuple(_SIZES)) -> _Element:
-        """An element of numbers."""
-        found = self.element(at, end)
-        if found.kind not in kinds or found.size % _SIZES[found.kind]:
-            raise _DamagedError(f"data of type {found.kind} in {found.size} bytes")
-        return found
+        """Return an element of numbers, with a check of its type."""
+        element = self.element(at, end)
+        if element.kind not in kinds or element.size % _SIZES[element.kind]:
+            raise _DamagedError(f"data of type {element.kind} in {element.size} bytes")
+        return element
 
     def matrix(self, at: int, end: int, depth: int) -> None:
-        """A matrix between two bytes."""
+        """Check a matrix between two bytes."""
         if depth > _DEEPEST:
             raise _DamagedError(f"more than {_DEEPEST} levels")
         if at == end:
@@ -244,7 +245,7 @@ class _Walker:
             return
         if not _CELL <= kind <= _FUNCTION:
             raise _DamagedError(f"array class {kind}")
-        # Some programs write sizes as unsigned.
+        # some programs write sizes as unsigned integers
         dims = self.data_of(flags.after, end, (5, 6))
         axes = dims.size // 4
         if not 2 <= axes <= _MOST_AXES:
@@ -270,19 +271,21 @@ class _Walker:
             self._matrices(1, at, end, depth)
         elif kind == _SPARSE:
             for _ in range(3 + is_complex):
-                found = self.element(at, end)
-                if found.kind not in _SIZES:
-                    raise _DamagedError(f"data of type {found.kind}")
-                at = found.after
+                element = self.element(at, end)
+                if element.kind not in _SIZES:
+                    raise _DamagedError(f"data of type {element.kind}")
+                at = element.after
         else:
             for _ in range(1 + is_complex):
-                found = self.data_of(at, end)
-                values = found.size // _SIZES[found.kind]
-                # Text in UTF-8 may take several bytes a letter; all else is one value each.
-                enough = values >= count if kind == _CHAR and found.kind == 16 else values == count
+                element = self.data_of(at, end)
+                values = element.size // _SIZES[element.kind]
+                # text in UTF-8 may have several bytes per letter; everything else one value each
+                enough = (
+                    values >= count if kind == _CHAR and element.kind == 16 else values == count
+                )
                 if not enough:
                     raise _DamagedError(f"{values} values in a matrix of {count}")
-                at = found.after
+                at = element.after
 
     def _struct(self, count: int, at: int, end: int, depth: int) -> None:
         length = self.data_of(at, end, (5,))
@@ -305,16 +308,16 @@ class _Walker:
     def _opaque(self, at: int, end: int, depth: int) -> None:
         texts = []
         for _ in range(3):
-            found = self.data_of(at, end, (1, 2, 16))
-            texts.append(self.text(found))
-            at = found.after
+            element = self.data_of(at, end, (1, 2, 16))
+            texts.append(self.text(element))
+            at = element.after
         if depth == 0:
             self.name, self.class_name = texts[0] or None, texts[2]
         self._matrices(1, at, end, depth)
 
-    def text(self, found: _Element) -> str:
-        """The letters of an element, those that can be printed."""
-        data = self.data[found.start : found.start + found.size]
+    def text(self, element: _Element) -> str:
+        """Return the printable letters of an element."""
+        data = self.data[element.start : element.start + element.size]
         return "".join(c for c in data.decode("ascii", "replace") if c.isprintable())[:100]
 
     def _matrices(self, count: int, at: int, end: int, depth: int) -> None:
@@ -324,8 +327,8 @@ class _Walker:
         if self.parts > _MOST_PARTS:
             raise _DamagedError(f"more than {_MOST_PARTS} parts in one variable")
         for _ in range(count):
-            found = self.element(at, end)
-            if found.kind != _MATRIX:
-                raise _DamagedError(f"a part of type {found.kind}")
-            self.matrix(found.start, found.start + found.size, depth + 1)
-            at = found.after
+            element = self.element(at, end)
+            if element.kind != _MATRIX:
+                raise _DamagedError(f"a part of type {element.kind}")
+            self.matrix(element.start, element.start + element.size, depth + 1)
+            at = element.after

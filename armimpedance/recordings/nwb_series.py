@@ -25,11 +25,11 @@ from armimpedance.recordings.hdf5 import (
 )
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawTable, Wanted
 
-#: Where signals lie; what cells did and the devices' descriptions lie elsewhere.
+#: The groups that hold signals; cells' activity and devices' descriptions are in others.
 _PLACES: Final = ("acquisition", "processing", "stimulus/presentation", "analysis")
 _DEEPEST: Final = 8
 _MOST_GROUPS: Final = 5000
-#: More columns than this are no signals of a limb and a robot.
+#: The most columns of a series from a limb and a robot.
 _WIDEST: Final = 64
 _AXES: Final = "xyz"
 
@@ -47,18 +47,18 @@ class Clock:
 
     @cached_property
     def step_s(self) -> float:
-        """The usual time between samples; 0 where there is none."""
+        """The usual time between samples; 0 if unknown."""
         if self.rate_hz is not None:
             return 1.0 / self.rate_hz
         return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.0
 
     @cached_property
     def runs_forward(self) -> bool:
-        """Whether no time lies before the one above it."""
+        """True if times never decrease."""
         return bool((np.diff(self.time_s) >= 0).all())
 
     def between(self, first_s: float, last_s: float) -> slice | NDArray[np.intp]:
-        """The rows of these times, both included."""
+        """The rows between these times, both included."""
         if self.runs_forward:
             return slice(
                 int(np.searchsorted(self.time_s, first_s, side="left")),
@@ -67,13 +67,13 @@ class Clock:
         return np.flatnonzero((self.time_s >= first_s) & (self.time_s <= last_s))
 
     def is_of(self, other: Clock) -> bool:
-        """Whether two series have the same times, to the last bit."""
+        """True if two series have exactly the same times."""
         return self.rate_hz == other.rate_hz and np.array_equal(self.time_s, other.time_s)
 
 
 @dataclass
 class NwbSeries:
-    """The series of one clock.
+    """The series that share one clock.
 
     `columns`: name -> column.
     """
@@ -84,10 +84,10 @@ class NwbSeries:
 
 @dataclass
 class Found:
-    """What a file holds.
+    """The series read from a file.
 
-    `left`: why something was not taken -> names.
-    `numbers`: how many were read.
+    `left`: reason -> names of data that were not taken.
+    `numbers`: number of numbers that were read.
     """
 
     series: list[NwbSeries] = field(default_factory=list)
@@ -95,11 +95,11 @@ class Found:
     numbers: int = 0
 
     def leave(self, name: str, why: str) -> None:
-        """Something is not taken."""
+        """Note that something is not taken."""
         self.left.setdefault(why, []).append(name)
 
     def add(self, clock: Clock, columns: dict[str, RawColumn]) -> None:
-        """Columns, beside those of the same clock."""
+        """Add columns to those of the same clock."""
         for series in self.series:
             if series.clock.is_of(clock):
                 series.columns |= columns
@@ -108,7 +108,7 @@ class Found:
 
 
 def series_of(file: Any, wanted: Wanted) -> Found:
-    """All series of a file whose columns are wanted.
+    """Read all series of a file with wanted columns.
 
     `wanted`: whether a column, such as "acquisition/force.x", is wanted.
     """
@@ -123,11 +123,11 @@ def series_of(file: Any, wanted: Wanted) -> Found:
 
 
 def _groups(file: Any, found: Found, seen: set[object]) -> Iterator[tuple[str, Any]]:
-    """Each group that holds data, once, and where it lies."""
+    """Each group that holds data, once, with its path."""
     places = [(path, member(file, path)) for path in _PLACES]
-    ends = [(p, g, 0) for p, g in places if g is not None and not is_dataset(g)]
-    while ends:
-        path, group, depth = ends.pop(0)
+    pending = [(p, g, 0) for p, g in places if g is not None and not is_dataset(g)]
+    while pending:
+        path, group, depth = pending.pop(0)
         if group.id in seen or depth > _DEEPEST or len(seen) > _MOST_GROUPS:
             continue
         seen.add(group.id)
@@ -135,17 +135,17 @@ def _groups(file: Any, found: Found, seen: set[object]) -> Iterator[tuple[str, A
         if "data" in members:
             yield path, group
             continue
-        if any(thing is not None and is_dataset(thing) for thing in members.values()):
+        if any(content is not None and is_dataset(content) for content in members.values()):
             found.leave(path, _kind(group))
             continue
-        for name, thing in members.items():
-            if thing is None:
+        for name, content in members.items():
+            if content is None:
                 found.leave(
                     f"{path}/{name}",
                     "it lies in another file, or nowhere, or its name cannot be shown",
                 )
             else:
-                ends.append((f"{path}/{name}", thing, depth + 1))
+                pending.append((f"{path}/{name}", content, depth + 1))
 
 
 def _kind(group: Any) -> str:
@@ -182,13 +182,13 @@ def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
 
 
 def _scaled(column: FloatArray, factor: float, offset: float) -> FloatArray:
-    """A column in its unit; a factor of one leaves each bit as it is."""
+    """A column in its unit; a factor of one changes no bit."""
     column = column if factor == 1.0 else column * factor
     return column + offset if offset else column
 
 
 def _labels(name: str, data: Any, kind: str) -> list[str]:
-    """Names of columns: a place has axes, other series have numbers."""
+    """Names of columns: positions have axes, other series have numbers."""
     if len(data.shape) == 1:
         return [name]
     if kind == "SpatialSeries" and data.shape[1] <= len(_AXES):
@@ -197,15 +197,15 @@ def _labels(name: str, data: Any, kind: str) -> list[str]:
 
 
 def _factors(group: Any, data: Any, width: int) -> FloatArray:
-    """What brings stored numbers to the unit, one for each column."""
+    """Factors from stored numbers to the unit, one for each column."""
     factor = np.full(width, attribute_number(data, "conversion", 1.0))
-    own = member(group, "channel_conversion")
-    if own is None or not is_dataset(own):
+    per_channel = member(group, "channel_conversion")
+    if per_channel is None or not is_dataset(per_channel):
         return factor
-    each = numbers(own)
-    if each.shape != (width,):
+    channel_factors = numbers(per_channel)
+    if channel_factors.shape != (width,):
         raise Hdf5Error("not one channel_conversion a channel")
-    return factor * each
+    return factor * channel_factors
 
 
 def _clock(group: Any, rows: int) -> Clock:
@@ -219,18 +219,18 @@ def _clock(group: Any, rows: int) -> Clock:
     if start is None or not is_dataset(start) or start.shape not in ((), (1,)):
         raise Hdf5Error("no times")
     rate = attribute_number(start, "rate", 0.0)
-    # A rate of 0.1 nHz and one of 1 THz are no rates.
+    # Rates below 0.1 nHz or above 1 THz are refused.
     if not 1e-10 < rate < 1e12:
         raise Hdf5Error("no rate")
     first = float(np.asarray(start[()], dtype=np.float64).reshape(-1)[0])
     return Clock(first + np.arange(rows) / rate, rate)
 
 
-# The trials of an NWB file: a table with start, end and what else was noted.
+# The trials of an NWB file: a table with start, end and further columns.
 
 TRIALS: Final = "intervals/trials"
 _MOST_TRIALS: Final = 100_000
-#: A time may miss its sample by this part of a step, by rounding.
+#: The rounding error of times, relative to a step.
 _SLACK: Final = 1e-3
 
 
@@ -238,8 +238,8 @@ _SLACK: Final = 1e-3
 class Trial:
     """One row of the table of trials.
 
-    `stop_is_next`: whether the next trial begins where this one ends: that sample is the next
-    one's.
+    `stop_is_next`: True if the next trial begins where this one ends; that sample then belongs to
+    the next trial.
     `facts`: all columns of the table.
     """
 
@@ -251,20 +251,20 @@ class Trial:
 
 def _trial_columns(table: Any, left: dict[str, list[str]]) -> dict[str, Sequence[float | str]]:
     columns: dict[str, Sequence[float | str]] = {}
-    for name, thing in inner(table):
-        if thing is None or not is_dataset(thing):
+    for name, content in inner(table):
+        if content is None or not is_dataset(content):
             continue
         try:
-            columns[name] = _column(thing)
+            columns[name] = _column(content)
         except Hdf5Error as error:
             left.setdefault(str(error), []).append(f"{TRIALS}/{name}")
     return columns
 
 
 def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
-    """The trials in order of time; none where the file has no such table.
+    """The trials in order of time; none if the file has no such table.
 
-    `left`: why something was not taken -> names; added to.
+    `left`: reason -> names of data that were not taken; entries are added.
     Raises Hdf5Error: the table has no start and end for each trial.
     """
     table = member(file, TRIALS)
@@ -276,8 +276,8 @@ def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
         raise Hdf5Error(f"{TRIALS} has no start_time and stop_time")
     if len(starts) > _MOST_TRIALS or not _are_times(starts, stops):
         raise Hdf5Error(f"{TRIALS} has times that are none")
-    odd = [name for name, values in columns.items() if len(values) != len(starts)]
-    for name in odd:
+    wrong_length = [name for name, values in columns.items() if len(values) != len(starts)]
+    for name in wrong_length:
         del columns[name]
         left.setdefault("not one value a trial", []).append(f"{TRIALS}/{name}")
     order = np.argsort(np.array(starts, np.float64), kind="stable")
@@ -298,8 +298,8 @@ def _column(dataset: Any) -> Sequence[float | str]:
         raise Hdf5Error("not one value a trial")
     if dataset.dtype.kind in "OS":
         return texts(dataset)
-    found: list[float] = numbers(dataset).tolist()
-    return found
+    values: list[float] = numbers(dataset).tolist()
+    return values
 
 
 def _are_times(starts: Sequence[float | str], stops: Sequence[float | str]) -> bool:
@@ -312,7 +312,7 @@ def _are_times(starts: Sequence[float | str], stops: Sequence[float | str]) -> b
 
 
 def cut(series: NwbSeries, trial: Trial) -> RawTable:
-    """The rows of a trial; their time counts from its start."""
+    """The rows of a trial, with time counted from its start."""
     clock = series.clock
     slack = _SLACK * abs(clock.step_s)
     end = trial.stop_s - slack if trial.stop_is_next else trial.stop_s + slack
@@ -323,7 +323,7 @@ def cut(series: NwbSeries, trial: Trial) -> RawTable:
 
 
 def _since(time: FloatArray, rate: float | None, start: float, slack: float) -> FloatArray:
-    """The time since the start of a trial: counted in steps where they are even."""
+    """The time since a trial's start, counted in steps where they are even."""
     if not rate or not len(time):
         return time - start
     before = float(time[0] - start)

@@ -1,6 +1,6 @@
-"""Opening any recording by the table of formats, who was recorded, and writing one as a folder.
+"""Open recordings of any known format, read their subjects, and write them as folders.
 
-A new format is a file in the folder `formats` with a recogniser and a reader, in one record.
+A new format is a file in the folder `formats` with one record of a recogniser and a reader.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from armimpedance.recordings.reading import (
 from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.recordings.where import parse_where, with_where
 
-#: The default comes first: looking at a recording's own folder imports no other reader.
+#: The default comes first, so that recognising a recording's folder imports no other reader.
 FORMATS: Final = MethodTable[Format](
     "armimpedance.recordings.formats", "FORMAT", "format", default="folder"
 )
@@ -46,7 +46,7 @@ _OPTIONS: Final = {
 def open_recording(
     path: str | os.PathLike[str], options: ReadOptions | None = None
 ) -> AnyRecording:
-    """Read a recording in whichever of the known formats it is.
+    """Read a recording in any of the known formats.
 
     Parameters
     ----------
@@ -60,22 +60,22 @@ def open_recording(
     Raises
     ------
     InputError
-        There is nothing at `path`, its format is not known, an option is missing that the format
-        needs or was given that it cannot use, what is there is wrong, or it changed meanwhile.
+        `path` does not exist, its format is not known, an option is missing or not usable with
+        the format, the content is wrong, or it changed during reading.
     """
     wanted = options or ReadOptions()
-    known = format_of(path, wanted)
+    format_ = format_of(path, wanted)
     with unchanged(path, wanted.mapping, wanted.forces):
-        recording = _read(known, Path(path), wanted)
-    if wanted.where is None or "where" in known.options:
+        recording = _read(format_, Path(path), wanted)
+    if wanted.where is None or "where" in format_.options:
         return recording
     return with_where(recording, wanted.where, path)
 
 
-def _read(known: Format, path: Path, wanted: ReadOptions) -> AnyRecording:
-    """What is at a path; what a record refuses names the path too."""
+def _read(format_: Format, path: Path, wanted: ReadOptions) -> AnyRecording:
+    """Read a path; the record's errors get the path as their file."""
     try:
-        return with_one_name_each(known.read(path, wanted))
+        return with_one_name_each(format_.read(path, wanted))
     except RecordError as error:
         if error.file is not None:
             raise
@@ -85,32 +85,33 @@ def _read(known: Format, path: Path, wanted: ReadOptions) -> AnyRecording:
 
 
 def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
-    """The format of what is at a path, which can use all options that are given.
+    """The format at a path, which must be able to use all given options.
 
-    Raises InputError: there is nothing at `path`, its format is not known, or it cannot use an
-    option.
+    Raises InputError: `path` does not exist, its format is not known, or it cannot use an option.
     """
-    place = Path(path)
-    if not place.exists():
+    location = Path(path)
+    if not location.exists():
         raise InputError("no such file or folder", file=path, expected="a recording")
-    known = next((each for each in FORMATS.values() if each.recognises(place)), None)
-    if known is None:
-        names = "; ".join(each.name for each in FORMATS.values())
+    format_ = next(
+        (candidate for candidate in FORMATS.values() if candidate.recognises(location)), None
+    )
+    if format_ is None:
+        names = "; ".join(candidate.name for candidate in FORMATS.values())
         raise InputError("is no recording of a known format", file=path, expected=names)
     if options.where is not None:
         parse_where(options.where)
     for name in options.given:
-        if name not in (*known.options, "where"):
-            allowed = ", ".join(map(_option, known.options)) or "no options of the reading"
-            problem = f"{_option(name)} with {known.name}"
+        if name not in (*format_.options, "where"):
+            allowed = ", ".join(map(_option, format_.options)) or "no options of the reading"
+            problem = f"{_option(name)} with {format_.name}"
             raise InputError(problem, file=path, expected=allowed)
-    return known
+    return format_
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether what is at a path can be opened without further options.
+    """True if the file or folder at a path can be opened without further options.
 
-    A table of any layout counts where a mapping stands beside it or in it.
+    A table of any layout counts if it has a mapping, beside it or in its folder.
 
     Parameters
     ----------
@@ -120,24 +121,26 @@ def is_recording(path: str | os.PathLike[str]) -> bool:
     -------
     bool
     """
-    place = Path(path)
-    known = next((each for each in FORMATS.values() if each.recognises(place)), None)
-    if known is not FORMATS["mapped"]:
-        return known is not None
-    return ((place if place.is_dir() else place.parent) / MAPPING_FILE).is_file()
+    location = Path(path)
+    format_ = next(
+        (candidate for candidate in FORMATS.values() if candidate.recognises(location)), None
+    )
+    if format_ is not FORMATS["mapped"]:
+        return format_ is not None
+    return ((location if location.is_dir() else location.parent) / MAPPING_FILE).is_file()
 
 
 def _option(name: str) -> str:
     return "--" + _OPTIONS.get(name, name).replace("_", "-")
 
 
-# Who was recorded, of any format, without reading the samples where that can be avoided.
+# The subject of a recording in any format, if possible without reading the samples.
 
 
 def read_subject(
     path: str | os.PathLike[str], options: ReadOptions | None = None
 ) -> RecordedSubject:
-    """The subject and the muscles of a recording in any of the known formats.
+    """Read the subject and the muscles of a recording in any of the known formats.
 
     Only `recording.json` of a recording's folder is read. A Kinarm exam needs no `force_by` here.
 
@@ -153,14 +156,14 @@ def read_subject(
     Raises
     ------
     InputError
-        There is nothing at `path`, its format is not known, or what is there is wrong.
+        `path` does not exist, its format is not known, or its content is wrong.
     """
     wanted = options or ReadOptions()
-    known = format_of(path, wanted)
-    if known.read_subject is not None:
-        return known.read_subject(Path(path), wanted)
+    format_ = format_of(path, wanted)
+    if format_.read_subject is not None:
+        return format_.read_subject(Path(path), wanted)
     with unchanged(path, wanted.mapping, wanted.forces):
-        recording = known.read(Path(path), wanted)
+        recording = format_.read(Path(path), wanted)
     if isinstance(recording, Recording):
         muscles = recording.muscles or None
         return RecordedSubject(recording.subject, muscles, recording.gravity_m_s2)
@@ -170,7 +173,7 @@ def read_subject(
 
 # Writing a recording of any kind as a folder.
 
-#: What the folder of a recording of any kind may hold.
+#: The possible files in a recording's folder.
 FOLDER_FILES: Final = (*RECORDING_FILES, *EMG_FILES, SKELETON_FILE)
 
 
@@ -179,7 +182,7 @@ def write_recording(
 ) -> None:
     """Write a recording to a folder that appears only when it is complete.
 
-    `open_recording` gives the same recording back, bit by bit.
+    `open_recording` returns exactly the same recording.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a file format is to the toolkit, what its reader needs, and names that look alike."""
+"""File formats, options of their readers, and similar names in a recording."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.core.skeleton import Skeleton
 from armimpedance.recordings.tables.folder import METADATA_FILE
 from armimpedance.recordings.tables.metadata import recording_fields
 
-#: Whatever a file can hold: trials of the hand or of joints, markers, joint motion.
+#: All kinds of recordings: trials of the hand or of joints, markers, joint motion.
 AnyRecording = Recording | MarkerRecording | MotionRecording
 
 
@@ -28,14 +28,14 @@ class ReadOptions:
     Attributes
     ----------
     force_by : {"limb", "device"} or None
-        Whose force on the other a Kinarm's sensor, or force plates in a C3D, hold; None: found
-        where the robot, or the plates' load, shows it.
+        The one that exerts the force recorded by a Kinarm's sensor, or by force plates in a C3D;
+        None: determined from the robot or the plates' load.
     side : {"right", "left"} or None
     onset_event, end_event : str or None
     protocols : sequence of int
     events : sequence of str
     without_errors : bool
-        Which trials of a Kinarm exam: those of these trial protocols, with these events, not
+        Selected trials of a Kinarm exam: those of these trial protocols, with these events, not
         marked as errors. Empty: all.
     keep_personal : bool
         See `read_kinarm`.
@@ -52,14 +52,14 @@ class ReadOptions:
     forces : path or None
         The table of ground reaction forces beside a `.trc`; see `with_ground_forces`.
     in_degrees : bool or None
-        Whether a table of angles is in degrees, where it does not say.
+        True if a table of angles that states no unit is in degrees.
     where : str or None
-        Which trials, as an expression over the columns of the trial table, such as
-        ``TP == 3 and is_error == 0``. Every format takes it.
+        Selected trials, as an expression over the columns of the trial table, such as
+        ``TP == 3 and is_error == 0``. Every format accepts it.
     mapping : Path or None
         The mapping of a table of any layout; None: `columns.toml` beside it.
     strict : bool
-        Refuse a table whose time stamps scatter, in place of bringing it to an even clock.
+        Refuse a table with irregular time stamps instead of resampling it evenly.
     """
 
     force_by: Literal["limb", "device"] | None = None
@@ -83,17 +83,17 @@ class ReadOptions:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """The names of the options that were given."""
+        """The names of the options that are set."""
         plain = vars(ReadOptions())
         return tuple(f.name for f in fields(self) if getattr(self, f.name) != plain[f.name])
 
 
 @dataclass(frozen=True)
 class RecordedSubject:
-    """Who was recorded, and with which muscles.
+    """The subject of a recording and the recorded muscles.
 
-    `muscles`: the muscles that the recording lists; None where it does not say.
-    `gravity_m_s2`: gravity along the axes of the hand; None where it does not say.
+    `muscles`: the muscles that the recording lists; None if it lists none.
+    `gravity_m_s2`: gravity along the axes of the hand; None if not stated.
     """
 
     subject: Subject
@@ -106,11 +106,10 @@ class Format:
     """A file format.
 
     `name`: name of the format in messages, such as "a folder with recording.json".
-    `recognises`: whether an existing path is of this format; no path may be of two formats.
-    `read`: reads a path with the options given.
-    `options`: fields of `ReadOptions` that have a meaning for this format; others are refused.
-    `read_subject`: reads the subject alone, where that is faster; None: the whole recording is
-    read.
+    `recognises`: True if an existing path is of this format; no path may be of two formats.
+    `read`: reads a path with the given options.
+    `options`: fields of `ReadOptions` that this format uses; others are refused.
+    `read_subject`: reads only the subject, if that is faster; None: the whole recording is read.
     """
 
     name: str
@@ -120,7 +119,7 @@ class Format:
     read_subject: Callable[[Path, ReadOptions], RecordedSubject] | None = None
 
 
-# Which kind of recording a folder holds.
+# The kind of recording in a folder.
 
 AnyKind = Literal["hand", "joint", "markers", "motion"]
 KINDS: Final = ("hand", "joint", "markers", "motion")
@@ -129,77 +128,80 @@ KINDS: Final = ("hand", "joint", "markers", "motion")
 def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
     """The kind that a recording's folder states, without reading its samples.
 
-    Raises InputError: there is no such folder, no `recording.json` in it, or it states no known
-    kind.
+    Raises InputError: there is no such folder, it has no `recording.json`, or states no known kind.
     """
     folder = Path(path)
     if not folder.is_dir():
         raise InputError("no such folder", file=path, expected="a recording's folder")
-    given = recording_fields(folder / METADATA_FILE)
-    return cast(AnyKind, given.choice("kind", KINDS, required=True))
+    content = recording_fields(folder / METADATA_FILE)
+    return cast(AnyKind, content.choice("kind", KINDS, required=True))
 
 
-# Names that look alike and are not the same: two conditions that a blank tells apart.
+# Names that look alike but differ, such as two conditions that differ by a blank.
 #
-# A table that was typed by hand holds `rest` and `rest `, or an accent written in two ways. Taken
-# as they are they make two groups that nobody can tell apart on a screen.
+# A table typed by hand may hold `rest` and `rest `, or an accent written in two ways. Unchanged,
+# they would make two groups that look identical on a screen.
 
 
 def with_one_name_each(recording: AnyRecording) -> AnyRecording:
-    """The recording with names of the trial table that look alike as one name.
+    """Merge names in the trial table that look alike.
 
-    Returns: the same where no two names of a column look alike; otherwise its provenance (and the
-    findings of a `Recording`) say which were taken as one.
+    Returns: the same recording if no names in a column look alike; otherwise the provenance (and
+    the findings of a `Recording`) list the merged names.
     """
     trials, sentences = recording.trials, []
     for column in trials.columns:
         names = {name for name in trials[column] if isinstance(name, str)}
-        one = _one_name(names)
-        if one:
-            trials = trials.assign(**{column: trials[column].map(lambda n, o=one: o.get(n, n))})
-            pairs = ", ".join(f"{name!r} as {clean!r}" for name, clean in sorted(one.items()))
+        merged = _one_name(names)
+        if merged:
+            trials = trials.assign(**{column: trials[column].map(lambda n, o=merged: o.get(n, n))})
+            pairs = ", ".join(f"{name!r} as {clean!r}" for name, clean in sorted(merged.items()))
             sentences.append(f"Names of {column} that look alike were taken as one: {pairs}.")
     if not sentences:
         return recording
-    told: dict[str, Any] = {"trials": trials, "provenance": (*recording.provenance, *sentences)}
+    changes: dict[str, Any] = {"trials": trials, "provenance": (*recording.provenance, *sentences)}
     if isinstance(recording, Recording):
-        found = tuple(Finding("names", "warning", text.rstrip(".")) for text in sentences)
-        return replace(recording, **told, findings=(*recording.findings, *found))
-    return replace(recording, **told)
+        findings = tuple(Finding("names", "warning", text.rstrip(".")) for text in sentences)
+        return replace(recording, **changes, findings=(*recording.findings, *findings))
+    return replace(recording, **changes)
 
 
 def _one_name(names: set[str]) -> dict[str, str]:
-    """The names that another one looks like, with what both become."""
-    alike: dict[str, list[str]] = {}
+    """Map each name to be changed to the common form of names that look alike."""
+    groups: dict[str, list[str]] = {}
     for name in names:
-        alike.setdefault(" ".join(unicodedata.normalize("NFC", name).split()), []).append(name)
+        groups.setdefault(" ".join(unicodedata.normalize("NFC", name).split()), []).append(name)
     return {
         name: clean
-        for clean, written in alike.items()
-        if len(written) > 1
-        for name in written
+        for clean, variants in groups.items()
+        if len(variants) > 1
+        for name in variants
         if name != clean
     }
 
 
-# Names that somebody else gave: which can be shown in a line, and how many of a long list.
+# Names from files: checked and shortened for display in one line.
 
 LONGEST_NAME: Final = 120
 _MOST: Final = 20
 
 
 def can_be_shown(name: str) -> bool:
-    """Whether a column may have this name: it is printable, and no essay."""
+    """True if a column may have this name: printable and not too long."""
     return name.isprintable() and len(name) <= LONGEST_NAME
 
 
 def shown_name(name: str) -> str:
-    """The name for a message, whatever it is made of."""
+    """A name made fit for messages."""
     return shortened(shown(name[: 4 * LONGEST_NAME]), LONGEST_NAME)
 
 
 def some_names(names: Iterable[str]) -> list[str]:
-    """The first of these names for a sentence, each once, and how many follow."""
+    """The first of these names for a sentence, each once, and the number of the others."""
     different = list(dict.fromkeys(names))
-    told = [shown_name(name) for name in different[:_MOST]]
-    return told if len(different) <= _MOST else [*told, f"and {len(different) - _MOST} more"]
+    shortened_names = [shown_name(name) for name in different[:_MOST]]
+    return (
+        shortened_names
+        if len(different) <= _MOST
+        else [*shortened_names, f"and {len(different) - _MOST} more"]
+    )

@@ -1,7 +1,7 @@
-"""Which trials are wanted, as an expression over the columns of the trial table.
+"""Selection of trials by an expression over the columns of the trial table.
 
-`TP == 3 and is_error == 0` is read as Python reads it, and of its tree only comparisons of columns
-with numbers and texts, `and`, `or`, `not` and parentheses have a meaning: nothing is ever run.
+`TP == 3 and is_error == 0` is parsed as Python, but only comparisons of columns with numbers and
+texts, `and`, `or`, `not` and parentheses are allowed: no code is ever run.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from armimpedance.core.motion import MarkerRecording
 from armimpedance.core.records import Recording
 from armimpedance.recordings.reading import AnyRecording
 
-#: No choice of trials is longer, or nested deeper: a longer one is a list of trials.
+#: The longest and deepest expression; a longer one is a list of trials.
 LONGEST: Final = 2000
 DEEPEST: Final = 30
 
-#: Names of the experimenter for columns of the trial table, where it has none of that name.
+#: Experimenters' names for columns of the trial table, used if no column has that name.
 OTHER_NAMES: Final = {"TP": "protocol", "block": "set"}
 
 _EXPECTED: Final = "comparisons such as: TP == 3 and is_error == 0"
@@ -48,9 +48,9 @@ _COMPARISONS: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], Any]]] = {
 
 @dataclass(frozen=True)
 class Where:
-    """A choice of trials that could be read.
+    """A parsed selection of trials.
 
-    `tree`: its tree, of a size that is safe to walk.
+    `tree`: its syntax tree, of a size that is safe to walk.
     """
 
     tree: ast.expr
@@ -62,41 +62,41 @@ class Where:
 
     @property
     def parts(self) -> tuple[ast.expr, ...]:
-        """What must hold at once, each by itself."""
+        """The conditions that must all hold."""
         both = isinstance(self.tree, ast.BoolOp) and isinstance(self.tree.op, ast.And)
         return tuple(self.tree.values) if both else (self.tree,)  # type: ignore[attr-defined]
 
     def choose(self, trials: pd.DataFrame, file: object = None) -> tuple[BoolArray, str]:
-        """Which trials it leaves, (T,), and a sentence on how many.
+        """Select trials, (T,), and return a sentence with their number.
 
         `trials` DataFrame (T rows).
-        `file`: where the trials are from, for messages.
-        Raises InputError: it names no column of the table, compares what cannot be compared, or
-        leaves no trial: then the message says how many each of its parts leaves.
+        `file`: the origin of the trials, for messages.
+        Raises InputError: it names an unknown column, compares texts with numbers, or selects no
+        trial; the message then has the number of trials that each part selects.
         """
         table = _Table(trials, file)
-        each = [table.truth(part) for part in self.parts]
-        chosen = reduce(np.logical_and, each)
-        counts = [f"{ast.unparse(p)}: {m.sum()}" for p, m in zip(self.parts, each, strict=True)]
-        told = f" ({'; '.join(counts)})" if len(each) > 1 else ""
+        masks = [table.truth(part) for part in self.parts]
+        chosen = reduce(np.logical_and, masks)
+        counts = [f"{ast.unparse(p)}: {m.sum()}" for p, m in zip(self.parts, masks, strict=True)]
+        count_note = f" ({'; '.join(counts)})" if len(masks) > 1 else ""
         if not chosen.any():
-            problem = f"where {self.text}: no trial is left of {len(trials)}{told}"
+            problem = f"where {self.text}: no trial is left of {len(trials)}{count_note}"
             raise InputError(problem, file=file, expected="a choice that some trial meets")
-        return chosen, f"Trials where {self.text}: {chosen.sum()} of {len(trials)}{told}."
+        return chosen, f"Trials where {self.text}: {chosen.sum()} of {len(trials)}{count_note}."
 
 
 def parse_where(text: str) -> Where:
-    """Read a choice of trials; its columns are looked up when it is applied.
+    """Parse a selection of trials; its columns are looked up when it is applied.
 
     `text`: such as ``TP in (1, 2) and not is_error``.
-    Raises InputError: it is no expression, or none of comparisons.
+    Raises InputError: it is not an expression of comparisons.
     """
     if len(text) > LONGEST:
         problem = f"where: an expression of {len(text)} characters"
         raise InputError(problem, expected=f"at most {LONGEST}")
     try:
         with warnings.catch_warnings():
-            # Odd escapes and "1if" are told by Python to whoever writes code, not to a user.
+            # Python's warnings on odd escapes and "1if" are meant for programmers, not for users.
             warnings.simplefilter("ignore")
             tree = ast.parse(text.replace("\n", " ").strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -111,7 +111,7 @@ def parse_where(text: str) -> Where:
 
 
 def with_where(recording: AnyRecording, text: str, file: object = None) -> AnyRecording:
-    """The recording with those trials only that an expression chooses.
+    """Select the trials of a recording by an expression.
 
     Parameters
     ----------
@@ -119,17 +119,17 @@ def with_where(recording: AnyRecording, text: str, file: object = None) -> AnyRe
     text : str
         Over the columns of its trial table, such as ``"block == 2 and is_error == 0"``.
     file : path, optional
-        Where the recording is from, for messages.
+        The origin of the recording, for messages.
 
     Returns
     -------
     Recording, MarkerRecording or MotionRecording
-        Of the same kind; its provenance says how many trials were chosen.
+        Of the same kind; its provenance states the number of selected trials.
 
     Raises
     ------
     InputError
-        It is no expression, names no column of the trial table, or leaves no trial.
+        It is not an expression, names an unknown column, or selects no trial.
 
     Examples
     --------
@@ -148,11 +148,11 @@ def with_where(recording: AnyRecording, text: str, file: object = None) -> AnyRe
     return replace(kept, provenance=(*kept.provenance, sentence))
 
 
-# ---- what may stand there ------------------------------------------------------------------------
+# ---- the allowed syntax --------------------------------------------------------------------------
 
 
 def _depth(tree: ast.expr) -> int:
-    """How deep a tree is, without recursion; no further than is allowed."""
+    """The depth of a tree, found without recursion up to the limit."""
     depth, nodes = 0, list[ast.AST]([tree])
     while nodes and depth <= DEEPEST:
         depth += 1
@@ -161,7 +161,7 @@ def _depth(tree: ast.expr) -> int:
 
 
 def _check_truth(node: ast.expr) -> None:
-    """Refuse what is no condition, before any recording is read."""
+    """Refuse anything that is not a condition, before any recording is read."""
     if isinstance(node, ast.BoolOp):
         for value in node.values:
             _check_truth(value)
@@ -197,11 +197,11 @@ def _check_constant(node: ast.expr) -> None:
 
 
 def _constant(node: ast.expr) -> float | str | None:
-    """The number or text that stands there; None where it is something else."""
+    """The number or text in a node; None for anything else."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
         number = _constant(node.operand)
-        turn = -1.0 if isinstance(node.op, ast.USub) else 1.0
-        return turn * number if isinstance(number, float) else None
+        sign = -1.0 if isinstance(node.op, ast.USub) else 1.0
+        return sign * number if isinstance(number, float) else None
     value = node.value if isinstance(node, ast.Constant) else None
     if isinstance(value, str):
         return value
@@ -220,22 +220,22 @@ def _refused(node: ast.expr, expected: str = _EXPECTED) -> InputError:
 
 
 def _shown(text: str) -> str:
-    """A text of a user in a message of one line."""
+    """A user's text, shortened for a message of one line."""
     return repr(text if len(text) <= 60 else text[:57] + "…")
 
 
-# ---- what it means -------------------------------------------------------------------------------
+# ---- evaluation ----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Table:
-    """The columns of a trial table, as an expression names them."""
+    """The columns of a trial table by their names in an expression."""
 
     trials: pd.DataFrame
     file: object
 
     def truth(self, node: ast.expr) -> BoolArray:
-        """Where a condition holds, (T,)."""
+        """Evaluate a condition for each trial, (T,)."""
         if isinstance(node, ast.BoolOp):
             join = np.logical_and if isinstance(node.op, ast.And) else np.logical_or
             return reduce(join, [self.truth(value) for value in node.values])
@@ -248,44 +248,44 @@ class _Table:
         return self._flag(node)
 
     def _flag(self, node: ast.expr) -> BoolArray:
-        """A column of yes and no that stands by itself."""
+        """A column of yes and no that is a condition by itself."""
         values = self._values(node)
         if values.dtype == object or not np.isin(values, (0.0, 1.0)).all():
             raise self._error(f"{ast.unparse(node)} is not yes or no in every trial", _EXPECTED)
         return values == 1.0
 
     def _compared(self, op: ast.cmpop, left: ast.expr, right: ast.expr) -> BoolArray:
-        held: BoolArray
+        is_member: BoolArray
         if isinstance(op, ast.In | ast.NotIn):
-            held = self._among(left, right)
-            return ~held if isinstance(op, ast.NotIn) else held
+            is_member = self._among(left, right)
+            return ~is_member if isinstance(op, ast.NotIn) else is_member
         first, second = self._values(left), self._values(right)
         self._check_kinds(left, first, right, second)
-        # A missing number is NaN: no comparison holds but "unequal".
+        # A missing number is NaN: no comparison is true except "unequal".
         return np.broadcast_to(_COMPARISONS[type(op)](first, second), len(self.trials)).astype(bool)
 
     def _among(self, left: ast.expr, right: ast.expr) -> BoolArray:
         values = self._values(left)
         if not isinstance(right, ast.Tuple | ast.List | ast.Set):
             return self._within(left, values, right)
-        held = np.zeros(len(self.trials), dtype=bool)
-        for each in right.elts:
-            one = self._values(each)
-            self._check_kinds(left, values, each, one)
-            held |= values == one
-        return held
+        is_member = np.zeros(len(self.trials), dtype=bool)
+        for element in right.elts:
+            element_value = self._values(element)
+            self._check_kinds(left, values, element, element_value)
+            is_member |= values == element_value
+        return is_member
 
-    def _within(self, left: ast.expr, part: np.ndarray, right: ast.expr) -> BoolArray:
-        """Whether a text stands in another, as in ``"slow" in condition``."""
-        whole = self._values(right)
-        if part.dtype != object or whole.dtype != object:
+    def _within(self, left: ast.expr, inner: np.ndarray, right: ast.expr) -> BoolArray:
+        """Test if one text contains another, as in ``"slow" in condition``."""
+        outer = self._values(right)
+        if inner.dtype != object or outer.dtype != object:
             problem = f"{ast.unparse(left)} in {ast.unparse(right)}"
             raise self._error(problem, "texts, or a list such as (1, 2)")
-        pairs = np.broadcast_arrays(part, whole, np.empty(len(self.trials), dtype=object))[:2]
+        pairs = np.broadcast_arrays(inner, outer, np.empty(len(self.trials), dtype=object))[:2]
         return np.array([a in b for a, b in zip(*pairs, strict=True)], dtype=bool)
 
     def _values(self, node: ast.expr) -> np.ndarray:
-        """Numbers (T,) or () as float, texts as objects; "" and NaN where there is nothing."""
+        """Numbers (T,) or () as float, texts as objects; "" and NaN for missing values."""
         if isinstance(node, ast.Name):
             return _as_values(self.trials[self._column(node.id)])
         constant = _constant(node)
@@ -301,17 +301,17 @@ class _Table:
         raise self._error(problem, "numbers with numbers, texts in quotes with texts")
 
     def _column(self, name: str) -> Any:
-        """The column that is meant: letter by letter, else whatever the case of its letters."""
+        """Find the column of this name: an exact match, else one ignoring case."""
         if name in self.trials:
             return name
         known = {plain_name(str(c)).casefold(): c for c in self.trials.columns}
-        for other, column in OTHER_NAMES.items():
+        for alias, column in OTHER_NAMES.items():
             if column in self.trials:
-                known.setdefault(other.casefold(), column)
+                known.setdefault(alias.casefold(), column)
         if name.casefold() in known:
             return known[name.casefold()]
         names = list(self._names())
-        # Those that may be meant first: a long table's names fill more than a message.
+        # Similar names come first, as the names of a long table exceed a message.
         near = get_close_matches(name, names, n=3, cutoff=0.7)
         names = list(dict.fromkeys([*near, *names]))
         raise self._error(f"no column {_shown(name)}", f"one of {', '.join(names)}")
@@ -325,7 +325,7 @@ class _Table:
 
 
 def plain_name(column: str) -> str:
-    """How a column is named in an expression: what is no letter or digit is an underscore."""
+    """A column's name in an expression: all except letters and digits become underscores."""
     plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", column)).strip("_") or "_"
     plain = f"_{plain}" if plain[0].isdigit() else plain
     return f"{plain}_" if keyword.iskeyword(plain) else plain
@@ -334,5 +334,5 @@ def plain_name(column: str) -> str:
 def _as_values(column: pd.Series) -> np.ndarray:
     if pd.api.types.is_bool_dtype(column) or pd.api.types.is_numeric_dtype(column):
         return column.to_numpy(dtype=np.float64, na_value=np.nan)
-    there = column.astype(object).where(column.notna(), "")
-    return np.array([str(value) for value in there] or [], dtype=object)
+    filled = column.astype(object).where(column.notna(), "")
+    return np.array([str(value) for value in filled] or [], dtype=object)

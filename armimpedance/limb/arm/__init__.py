@@ -1,4 +1,4 @@
-"""Geometry and inertia of the arm: what maps hand, joints and muscles onto one another."""
+"""Geometry and inertia of the arm: maps between hand, joints and muscles."""
 
 import lazy_loader
 

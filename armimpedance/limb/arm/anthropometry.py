@@ -11,7 +11,7 @@ de Leva: P. de Leva, Adjustments to Zatsiorsky-Seluyanov's segment inertia param
 wrist to the third metacarpal's head (the knuckle, not the finger tip), as fractions of the mean
 height of the sample, 1.741 m (male) and 1.735 m (female).
 
-The grip's centre is taken halfway between wrist and finger tip (Winter) or at the knuckle (de
+The grip's centre is assumed halfway between wrist and finger tip (Winter) or at the knuckle (de
 Leva): .200 and .204 (male) of the height from the elbow.
 """
 
@@ -58,7 +58,7 @@ class SegmentRatios:
 
 @dataclass(frozen=True)
 class ArmRatios:
-    """Three segments, and where along the hand's length the grip's centre lies."""
+    """Three segments, and the position of the grip's centre as a fraction of the hand's length."""
 
     upper_arm: SegmentRatios
     forearm: SegmentRatios
@@ -67,7 +67,7 @@ class ArmRatios:
 
     @property
     def forearm_hand_length(self) -> float:
-        """Elbow to the grip's centre, fraction of the height."""
+        """Distance from the elbow to the grip's centre, as a fraction of the height."""
         return self.forearm.length + self.grip * self.hand.length
 
 
@@ -95,7 +95,7 @@ DE_LEVA: Final = {
 
 
 def arm_ratios(table: Table = "winter", sex: Sex = "male") -> ArmRatios:
-    """The table's rows for the arm; Winter does not distinguish the sexes.
+    """Return the table's rows for the arm; Winter does not distinguish the sexes.
 
     Raises InputError: unknown table or sex.
     """
@@ -117,10 +117,10 @@ def two_link_arm(
     upper_arm_m: float | None = None,
     forearm_hand_m: float | None = None,
 ) -> TwoLinkArm:
-    """A two-link arm from body mass and height; forearm and hand become one link.
+    """Build a two-link arm from body mass and height; forearm and hand become one link.
 
     `mass_kg`: body mass.
-    `height_m`: needed where a length is not given.
+    `height_m`: needed if a length is not stated.
     `sex`: Winter does not distinguish.
     `upper_arm_m`, `forearm_hand_m`: measured lengths (shoulder to elbow, elbow to the grip's
     centre); forearm and hand then keep their proportion.
@@ -136,7 +136,9 @@ def two_link_arm(
     wrist, hand_length = unit * forearm.length, unit * hand.length
     masses = mass_kg * np.array([forearm.mass, hand.mass])
     centres = np.array([forearm.com * wrist, wrist + hand.com * hand_length])
-    own = masses * np.array([forearm.gyration * wrist, hand.gyration * hand_length]) ** 2
+    segment_inertias = (
+        masses * np.array([forearm.gyration * wrist, hand.gyration * hand_length]) ** 2
+    )
     com = float(masses @ centres / masses.sum())
     return TwoLinkArm(
         upper_arm_m=upper_arm_m,
@@ -147,12 +149,12 @@ def two_link_arm(
         forearm_hand_com_m=com,
         upper_arm_inertia_kgm2=mass_kg * upper.mass * (upper.gyration * upper_arm_m) ** 2,
         # parallel axis: I = sum I_i + m_i (c_i - c)^2
-        forearm_hand_inertia_kgm2=float(own.sum() + masses @ (centres - com) ** 2),
+        forearm_hand_inertia_kgm2=float(segment_inertias.sum() + masses @ (centres - com) ** 2),
     )
 
 
 def arm_of(subject: Subject, *, table: Table = "winter", sex: Sex = "male") -> TwoLinkArm:
-    """The two-link arm of a recording's subject, from the facts that are stated.
+    """Build the two-link arm of a recording's subject, from the stated facts.
 
     Parameters
     ----------
@@ -183,7 +185,7 @@ def arm_of(subject: Subject, *, table: Table = "winter", sex: Sex = "male") -> T
 
 
 def hand_rod(links: TwoLinkArm, *, table: Table = "winter", sex: Sex = "male") -> Rod:
-    """The hand beyond a free wrist, as a part of forearm and hand.
+    """Build the hand beyond a free wrist, as a part of forearm and hand.
 
     Parameters
     ----------
@@ -197,7 +199,7 @@ def hand_rod(links: TwoLinkArm, *, table: Table = "winter", sex: Sex = "male") -
     -------
     Rod
         Its length is from the wrist to the grip's centre. Winter has no radius of gyration about
-        the long axis: that of de Leva stands in.
+        the long axis: de Leva's is used.
     """
     ratios, long = arm_ratios(table, sex), DE_LEVA[sex].hand
     unit = links.forearm_hand_m / ratios.forearm_hand_length

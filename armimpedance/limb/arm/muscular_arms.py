@@ -1,8 +1,8 @@
-"""Arms whose muscles are known: four that come with the package, and any lab's table.
+"""Arms with muscles: four that come with the package, and any lab's table.
 
-What an arm says of maximum tensions matters for one thing only: how static optimisation shares a
-torque among muscles that could all make it. What one joint stiffness says of the muscles' does not
-depend on it, the curvature term aside.
+The maximum tensions of an arm matter only for static optimisation, which shares a torque among
+muscles that could all produce it. The muscles' stiffness from a joint stiffness does not depend on
+them, except for the curvature term.
 """
 
 from __future__ import annotations
@@ -29,24 +29,23 @@ from armimpedance.limb.arm.polynomial_paths import (
 from armimpedance.limb.arm.rods import LOCKED_WRIST
 from armimpedance.limb.arm.table_paths import read_moment_arm_table
 
-# Arms of published models that come with the package: lengths as polynomials, in tables.
+# Arms of published models that come with the package: tables of polynomial lengths.
 
 
 @dataclass(frozen=True)
 class PathTable(FrozenRecord):
     """The muscles of a table ``arm/muscles/NAME.csv``.
 
-    `max_tension` (m,): N.
-    """
+    `max_tension` (m,): maximum tensions, N."""
 
     paths: PolynomialPaths
     max_tension: Annotated[FloatArray, "m"]
 
 
 def path_table(name: str, angles: tuple[str, ...], box: ArrayLike) -> PathTable:
-    """Read a table of the package: a row for each muscle and term.
+    """Read a table of the package, with a row for each muscle and term.
 
-    `angles` (n,) tuple of str: the table has the power of each as ``{angle}_power``.
+    `angles` (n,) tuple of str: names; the table has the power of each as ``{angle}_power``.
     `box` (n, 2): angles that are scaled to -1 and 1, rad.
     """
     with (files("armimpedance.limb.arm") / "muscles" / f"{name}.csv").open(
@@ -55,33 +54,35 @@ def path_table(name: str, angles: tuple[str, ...], box: ArrayLike) -> PathTable:
         terms = list(csv.DictReader(line for line in stream if not line.startswith("#")))
     powers = [tuple(int(term[f"{angle}_power"]) for angle in angles) for term in terms]
     muscles = tuple(dict.fromkeys(term["muscle"] for term in terms))
-    every = sorted(set(powers))
-    coefficients = np.zeros((len(muscles), len(every)))
+    distinct = sorted(set(powers))
+    coefficients = np.zeros((len(muscles), len(distinct)))
     tension = np.zeros(len(muscles))
     for term, power in zip(terms, powers, strict=True):
         row = muscles.index(term["muscle"])
-        coefficients[row, every.index(power)] = float(term["length_m"])
+        coefficients[row, distinct.index(power)] = float(term["length_m"])
         tension[row] = float(term["max_tension_N"])
-    paths = PolynomialPaths(muscles, np.array(every), coefficients, np.array(box, dtype=float))
+    paths = PolynomialPaths(muscles, np.array(distinct), coefficients, np.array(box, dtype=float))
     return PathTable(paths, tension)
 
 
 def with_joints_locked(paths: PolynomialPaths, free: int) -> PolynomialPaths:
-    """The same muscles over the first joints alone, the others locked at zero angles.
+    """Restrict muscles to the first joints, with the other joints locked at zero angles.
 
-    `free`: number of joints that are left.
-    Returns: without the muscles that span none of them.
+    `free`: number of joints that remain.
+    Returns: paths without the muscles that span none of these joints.
     """
     middle, half = paths.box.mean(axis=1), np.diff(paths.box, axis=1)[:, 0] / 2
-    # a term's locked factors are a number: u^e at the scaled angle u of zero
+    # the locked factors of a term are constant: u^e at the scaled angle u of zero
     at_zero = np.prod((-middle[free:] / half[free:]) ** paths.exponents[:, free:], axis=1)
-    left, where = np.unique(paths.exponents[:, :free], axis=0, return_inverse=True)
-    summed = np.zeros((len(paths.muscles), len(left)))
-    np.add.at(summed.T, where.ravel(), (paths.coefficients * at_zero).T)
-    moving = left.any(axis=1)
+    exponents, inverse = np.unique(paths.exponents[:, :free], axis=0, return_inverse=True)
+    summed = np.zeros((len(paths.muscles), len(exponents)))
+    np.add.at(summed.T, inverse.ravel(), (paths.coefficients * at_zero).T)
+    moving = exponents.any(axis=1)
     spans = (summed[:, moving] != 0).any(axis=1)
     names = tuple(np.array(paths.muscles)[spans].tolist())
-    return PolynomialPaths(names, left[moving], summed[np.ix_(spans, moving)], paths.box[:free])
+    return PolynomialPaths(
+        names, exponents[moving], summed[np.ix_(spans, moving)], paths.box[:free]
+    )
 
 
 #: Shoulder and elbow (m) of the muscles in the order of `core.conventions.MUSCLES`: Selen,
@@ -94,15 +95,15 @@ PLANAR6_ARMS_M: Final = (
     (0.0386, 0.0427),
     (0.0388, 0.0300),
 )
-#: N, all alike, so that moment arms alone decide how a torque is shared: their Table 1 has no
-#: maxima; those that arm26 has of these muscles are 624 to 987 N.
+#: Maximum tension of all muscles, N: equal, so that only moment arms decide how a torque is shared.
+#: Their Table 1 has no maxima; those of arm26 for these muscles are 624 to 987 N.
 PLANAR6_TENSION_N: Final = 800.0
-#: Constant arms are an average around the posture of the experiments; 45 degrees to each side of
-#: shoulder 60, elbow 90 degrees those of arm26 change by about a third at the elbow.
+#: Range of the constant arms, which are an average around the posture of the experiments (shoulder
+#: 60, elbow 90 degrees). Within 45 degrees of it, the elbow arms of arm26 change by about a third.
 PLANAR6_RANGE_DEG: Final = ((15.0, 105.0), (45.0, 135.0))
-#: Where arm26's polynomials were fitted.
+#: Range in which arm26's polynomials were fitted.
 ARM26_RANGE_DEG: Final = ((0.0, 90.0), (30.0, 120.0))
-#: Where those of myoarm7 were fitted, with the humerus turned inwards by -1 to 1 rad (q_1 + q_3).
+#: Range in which myoarm7's were fitted, with the humerus turned inwards by -1 to 1 rad (q_1 + q_3).
 MYOARM_RANGE_RAD: Final = (
     (-1.5, 0.3),
     (0.4, 1.6),
@@ -116,7 +117,7 @@ MYOARM_RANGE_RAD: Final = (
 
 @dataclass(frozen=True)
 class BuiltInArm:
-    """A name on the command line, what it is, and how to make it."""
+    """An arm's name on the command line, a description, and a function that builds it."""
 
     name: str
     line: str
@@ -124,7 +125,7 @@ class BuiltInArm:
 
 
 def planar6() -> MuscularArm:
-    """Six muscles of a horizontal planar arm, constant moment arms (Selen et al. 2009)."""
+    """Build a horizontal planar arm: six muscles, constant moment arms (Selen et al. 2009)."""
     return MuscularArm(
         name="planar6",
         paths=constant_paths(MUSCLES, np.array(MUSCLE_SIGNS) * np.array(PLANAR6_ARMS_M)),
@@ -136,13 +137,13 @@ def planar6() -> MuscularArm:
 
 
 def arm26() -> MuscularArm:
-    """OpenSim's arm26: six muscles, moment arms of order 2 fitted to the model's lengths.
+    """Build OpenSim's arm26: six muscles, moment arms of order 2 fitted to the model's lengths.
 
     The model moves in the sagittal plane (shoulder elevation and elbow flexion, both positive in
     flexion), and it has no single-joint shoulder muscle: all shoulder torque comes from biceps and
-    triceps, and many torques cannot be made at all. The short head of its biceps extends the
-    shoulder from 10 degrees of elevation on, as the model has it. Stiffness per tension is not part
-    of the model; it is taken from Selen et al. 2009.
+    triceps, and many torques are impossible. The short head of its biceps extends the shoulder from
+    10 degrees of elevation on, as in the model. Stiffness per tension is not part of the model; it
+    is taken from Selen et al. 2009.
 
     Fitted over shoulder 0-90, elbow 30-120 degrees; rms error in mm at shoulder / elbow: TRIlong
     1.19 / .34, TRIlat and TRImed 0 / .34, BIClong .24 / .55, BICshort .46 / .55, BRA 0 / .94. No
@@ -167,13 +168,14 @@ def arm26() -> MuscularArm:
 
 
 def myoarm7() -> MuscularArm:
-    """MyoSuite's right arm in space with a free wrist: 32 muscles over the seven angles.
+    """Build MyoSuite's right arm in space with a free wrist: 32 muscles over seven angles.
 
     Moment arms are of order 2, fitted to the model's over `MYOARM_RANGE_RAD` with the humerus
-    turned inwards by -1 to 1 rad, 1.5 mm off (rms; the arms themselves 19 mm). Least like the model
-    is TRIlong at the shoulder, 7 mm of 23, where its path comes off the bone. The girdle moves with
-    the upper arm as the model has it; muscles of the fingers are left out, so that a grip stiffens
-    no wrist. Stiffness per tension is not part of the model; it is taken from Selen et al. 2009.
+    rotated inwards by -1 to 1 rad, with an error of 1.5 mm (rms; the arms themselves 19 mm). The
+    worst is TRIlong at the shoulder, 7 mm of 23, where its path comes off the bone. The girdle
+    moves with the upper arm as in the model; muscles of the fingers are left out, so that a grip
+    does not stiffen the wrist. Stiffness per tension is not part of the model; it is taken from
+    Selen et al. 2009.
 
     Credit: myo-sim of the MyoSuite authors (Apache 2.0), geometry after Saul et al. 2015 (Comput
     Methods Biomech Biomed Engin 18:1445) and Holzbaur et al. 2005; the file has all of it.
@@ -192,12 +194,12 @@ def myoarm7() -> MuscularArm:
 
 
 def myoarm4() -> MuscularArm:
-    """The arm of `myoarm7` with its wrist locked at zero angles: 30 muscles, four angles."""
-    whole = myoarm7()
-    paths = with_joints_locked(cast(PolynomialPaths, whole.paths), LOCKED_WRIST)
-    stays = np.isin(whole.paths.muscles, paths.muscles)
-    tension, box = whole.max_tension[stays], whole.angle_range[:LOCKED_WRIST]
-    return replace(whole, name="myoarm4", paths=paths, max_tension=tension, angle_range=box)
+    """Build `myoarm7` with its wrist locked at zero angles: 30 muscles, four angles."""
+    full_arm = myoarm7()
+    paths = with_joints_locked(cast(PolynomialPaths, full_arm.paths), LOCKED_WRIST)
+    stays = np.isin(full_arm.paths.muscles, paths.muscles)
+    tension, box = full_arm.max_tension[stays], full_arm.angle_range[:LOCKED_WRIST]
+    return replace(full_arm, name="myoarm4", paths=paths, max_tension=tension, angle_range=box)
 
 
 #: The arms that come with the package.
@@ -213,13 +215,13 @@ ARMS: Final = {
 
 
 def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
-    """A built-in arm by its name, or the arm of a table of moment arms (CSV).
+    """Return a built-in arm by its name, or the arm of a table of moment arms (CSV).
 
     Parameters
     ----------
     name_or_path : str or path
         "planar6", "arm26", "myoarm4", "myoarm7", or the path of a table of moment arms. An arm is
-        returned as it is.
+        returned unchanged.
 
     Returns
     -------
@@ -229,7 +231,7 @@ def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
     Raises
     ------
     InputError
-        There is no such arm and no such file, or the table is not what it should be.
+        There is no such arm and no such file, or the table is not valid.
 
     Examples
     --------

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, frozen_array
 from armimpedance.core.errors import InputError, NotIdentifiableError, check_number
 
-#: Stiffness over tension (1/m) where nothing better is known: Selen, Franklin and Wolpert 2009 (J
-#: Neurosci 29:12606-12616), Table 1.
+#: Default stiffness per tension (1/m): Selen, Franklin and Wolpert 2009 (J Neurosci
+#: 29:12606-12616), Table 1.
 STIFFNESS_PER_TENSION: Final = 75.0
 
 
@@ -34,14 +34,14 @@ class MusclePaths(Protocol):
         """Number of joints n."""
 
     def moment_arms(self, q: ArrayLike) -> FloatArray:
-        """``G = dL/dq``, m, (..., m, n)."""
+        """Moment arms ``G = dL/dq``, m, (..., m, n)."""
 
     def curvature(self, q: ArrayLike) -> FloatArray:
-        """``d2L/dq2``, m, (..., m, n, n), symmetric in its last two axes."""
+        """Second derivatives ``d2L/dq2``, m, (..., m, n, n), symmetric in the last two axes."""
 
 
 def check_angles(q: ArrayLike, n: int) -> FloatArray:
-    """Joint angles (..., n) as finite numbers."""
+    """Return joint angles (..., n) as an array; refuse another shape and values not finite."""
     angles = np.asarray(q, dtype=float)
     if angles.ndim == 0 or angles.shape[-1] != n:
         raise InputError(f"joint angles of shape {angles.shape}", expected=f"{n} on the last axis")
@@ -52,7 +52,7 @@ def check_angles(q: ArrayLike, n: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class MuscularArm(FrozenRecord):
-    """The muscles of an arm: where they pull, how hard, how stiff they are when they do.
+    """Muscles of an arm: paths, maximum tensions, and stiffness per tension.
 
     Attributes
     ----------
@@ -61,9 +61,9 @@ class MuscularArm(FrozenRecord):
     max_tension : (m,)
         Tension of each muscle at full activation, N.
     stiffness_per_tension : float
-        1/m: a muscle's stiffness over its tension.
+        Ratio of a muscle's stiffness to its tension, 1/m.
     angle_range : (n, 2)
-        Joint angles (rad) that `paths` hold for.
+        Joint angles (rad) for which `paths` are valid.
     source : str
         Origin of the numbers, in words.
     sagittal : bool
@@ -95,8 +95,8 @@ class MuscularArm(FrozenRecord):
 # Muscle lengths that are polynomials of the joint angles; moment arms are their gradient.
 #
 # With lengths of order L + 1 the moment arms have order L, Tsuji (1997), eqs. (36)-(37). The source
-# lets the two arms of a two-joint muscle be any two polynomials; here both come from one length, so
-# that the muscle gives back the energy that it takes up and the curvature belongs to the arms.
+# lets the two arms of a two-joint muscle be any two polynomials. Here both are derivatives of one
+# length, so that the muscle is conservative and its curvature agrees with the arms.
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class PolynomialPaths(FrozenRecord):
     coefficients : (m, T)
         Coefficients of the lengths, m.
     box : (n, 2)
-        Joint angles (rad) that become -1 and 1.
+        Joint angles (rad) that are scaled to -1 and 1.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -138,7 +138,7 @@ class PolynomialPaths(FrozenRecord):
         return self._terms(q, np.zeros(self.joints, dtype=np.int64)) @ self.coefficients.T
 
     def moment_arms(self, q: ArrayLike) -> FloatArray:
-        """``G = dL/dq``, m, (..., m, n)."""
+        """Moment arms ``G = dL/dq``, m, (..., m, n)."""
         once = np.eye(self.joints, dtype=np.int64)
         columns = [self._terms(q, orders) @ self.coefficients.T for orders in once]
         return np.stack(columns, axis=-1)
@@ -171,18 +171,18 @@ def _monomials(q: FloatArray, exponents: IntArray, box: FloatArray, orders: IntA
 
 
 def constant_paths(muscles: tuple[str, ...], G: ArrayLike) -> PolynomialPaths:
-    """Paths whose moment arms G (m, n) in m are the same at all postures: lengths are linear."""
+    """Return paths with constant moment arms G (m, n), in m; their lengths are linear."""
     arms = frozen_array(G, "G", (len(muscles), None))
     n = arms.shape[1]
-    # over the box -1..1 rad the scaled angles are the angles
+    # with the box -1..1 rad the scaled angles equal the angles
     return PolynomialPaths(muscles, np.eye(n, dtype=np.int64), arms, np.tile([-1.0, 1.0], (n, 1)))
 
 
 @dataclass(frozen=True)
 class FittedPaths(FrozenRecord):
-    """Polynomial paths and how far their moment arms are from the samples.
+    """Polynomial paths and the misfit of their moment arms to the samples.
 
-    `rms` (m, n): root mean square difference of each muscle's arm at each joint, m.
+    `rms` (m, n): root mean square misfit of each muscle's arm at each joint, m.
     """
 
     paths: PolynomialPaths
@@ -198,7 +198,7 @@ def fit_paths(
     *,
     box: ArrayLike | None = None,
 ) -> FittedPaths:
-    """Lengths whose moment arms are nearest to sampled ones, least squares over all joints.
+    """Fit lengths to sampled moment arms, by least squares over all joints.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def fit_paths(
     order : int
         Order of the moment arms; that of the lengths is one more.
     spans : (m, n) bool
-        True for the joints that a muscle's length depends on.
+        True for the joints on which a muscle's length depends.
     box : (n, 2), optional
         Angles (rad) that are scaled to [-1, 1]; default: the range of `q`.
 
@@ -257,8 +257,8 @@ def monomial_exponents(n: int, degree: int) -> IntArray:
     -------
     (T, n) int
     """
-    every = [e for e in product(range(degree + 1), repeat=n) if 0 < sum(e) <= degree]
-    return np.array(sorted(every, key=lambda e: (sum(e), e)), dtype=np.int64)
+    exponents = [e for e in product(range(degree + 1), repeat=n) if 0 < sum(e) <= degree]
+    return np.array(sorted(exponents, key=lambda e: (sum(e), e)), dtype=np.int64)
 
 
 def _range(q: FloatArray) -> FloatArray:
@@ -268,7 +268,7 @@ def _range(q: FloatArray) -> FloatArray:
 
 
 def _solve(name: str, W: FloatArray, G: FloatArray, spanned: BoolArray) -> FloatArray:
-    """Least squares ``W (P n, T) c (T,) = G (P n,)`` over the joints that the muscle spans."""
+    """Solve ``W (P n, T) c (T,) = G (P n,)`` by least squares over the joints that are spanned."""
     rows = W[:, spanned].reshape(-1, W.shape[-1])
     coefficients, _, rank, _ = np.linalg.lstsq(rows, G[:, spanned].ravel(), rcond=1e-10)
     if rank < rows.shape[1]:
@@ -280,32 +280,32 @@ def _solve(name: str, W: FloatArray, G: FloatArray, spanned: BoolArray) -> Float
     return np.asarray(coefficients)
 
 
-# Moment arms of an arm of n joints, known at any postures: lengths that are polynomials.
+# Polynomial lengths from moment arms of n joints, tabulated at any postures.
 
-#: Orders of the moment arms over posture that are tried: the highest that the postures tell.
+#: Highest order of the moment arms; a lower order is used if the postures do not determine it.
 HIGHEST_ORDER: Final = 3
-#: Moment arms that no smooth length has may be off by this part of the muscle's own (rms), as those
-#: of a table over shoulder and elbow.
+#: Largest misfit of a smooth length as a share of the muscle's own arms (rms), as for a table over
+#: shoulder and elbow.
 LARGEST_MISFIT: Final = 0.1
-#: A joint with smaller moment arms (m) everywhere is not spanned.
+#: A joint is not spanned if all of a muscle's moment arms about it are smaller than this (m).
 _NO_ARM_M: Final = 1e-6
 
 
 def paths_of_table(
     muscles: tuple[str, ...], q: Sequence[FloatArray], G: Sequence[FloatArray]
 ) -> PolynomialPaths:
-    """Lengths whose gradients are nearest to tabled moment arms.
+    """Fit lengths to tabulated moment arms.
 
     `muscles` (m,) tuple of str.
     `q` (m,) sequence of (P, n): postures of each muscle's rows, rad; the same for all.
     `G` (m,) sequence of (P, n): moment arms dL/dq there, m.
-    Returns: its box is the range of the postures.
-    Raises InputError: a muscle has other postures than the first one, or moment arms that no such
-    length has.
-    Raises NotIdentifiableError: the postures tell not even a constant arm.
+    Returns: paths whose box is the range of the postures.
+    Raises InputError: a muscle has other postures than the first one, or moment arms that are not
+    the gradient of a smooth length.
+    Raises NotIdentifiableError: the postures do not determine even constant arms.
     """
-    for name, own in zip(muscles, q, strict=True):
-        if own.shape != q[0].shape or (own != q[0]).any():
+    for name, of_muscle in zip(muscles, q, strict=True):
+        if of_muscle.shape != q[0].shape or (of_muscle != q[0]).any():
             raise InputError(
                 f"muscle {name} at other postures than {muscles[0]}",
                 expected="all muscles at the same postures, in the same order",
@@ -313,19 +313,19 @@ def paths_of_table(
     arms = np.stack(G, axis=1)
     fitted = _highest(muscles, q[0], arms)
     size = np.sqrt((arms**2).sum(axis=2).mean(axis=0))
-    apart = np.sqrt((fitted.rms**2).sum(axis=1))
-    for name, missed, own in zip(muscles, apart, size, strict=True):
-        if missed > LARGEST_MISFIT * own:
+    misfit = np.sqrt((fitted.rms**2).sum(axis=1))
+    for name, missed, of_muscle in zip(muscles, misfit, size, strict=True):
+        if missed > LARGEST_MISFIT * of_muscle:
             raise InputError(
                 f"muscle {name}: no smooth length has these moment arms (they miss by "
-                f"{1e3 * missed:.2g} mm rms of {1e3 * own:.2g} mm)",
+                f"{1e3 * missed:.2g} mm rms of {1e3 * of_muscle:.2g} mm)",
                 expected=f"at most {100 * LARGEST_MISFIT:g} %: dG_i/dq_j and dG_j/dq_i are one",
             )
     return fitted.paths
 
 
 def _highest(muscles: tuple[str, ...], q: FloatArray, G: FloatArray) -> FittedPaths:
-    """The paths of the highest order that the postures tell with as many numbers to spare."""
+    """Fit paths of the highest order with at least twice as many values as coefficients."""
     P, n = q.shape
     spans = (np.abs(G) > _NO_ARM_M).any(axis=0)
     for order in range(HIGHEST_ORDER, 0, -1):

@@ -1,4 +1,4 @@
-"""Rods in a chain of hinges, and what every arm can tell.
+"""Rods in a chain of hinges, and the protocol of every arm.
 
 The hinges and the frame are those of `SpatialArm`.
 """
@@ -16,13 +16,13 @@ from armimpedance.core.records import ArmPosture
 #: Joints of an arm in space with its wrist locked, and with its wrist free.
 LOCKED_WRIST, FREE_WRIST = 4, 7
 IN_SPACE: Final = (LOCKED_WRIST, FREE_WRIST)
-#: The rod at whose upper end each joint lies; how many joints move each rod.
+#: Index of the rod at whose upper end each joint lies; number of joints that move each rod.
 STARTS_AT: Final = (0, 0, 0, 1, 1, 2, 2)
 MOVED_BY: Final = {LOCKED_WRIST: (3, 4), FREE_WRIST: (3, 5, 7)}
 
 
 class Rod(NamedTuple):
-    """A segment that is round about its long axis.
+    """A segment that is rotationally symmetric about its long axis.
 
     `length_m`: to the next joint, or to the grip.
     `kg`, `com_m`: mass, and its centre from the upper end.
@@ -38,8 +38,11 @@ class Rod(NamedTuple):
 
 
 class Places(NamedTuple):
-    """The hinges' axes and origins (3, n); of each rod the unit vector from its lower end to its
-    upper one, the centre of mass and the lower end (3,)."""
+    """Axes and origins of the hinges (3, n), and unit vector, centre and end of each rod (3,).
+
+    `long`: unit vectors from the lower end of each rod to its upper end.
+    `centres`, `ends`: centres of mass and lower ends.
+    """
 
     axes: FloatArray
     long: tuple[FloatArray, ...]
@@ -49,18 +52,18 @@ class Places(NamedTuple):
 
 
 def parted(whole: Rod, hand: Rod) -> tuple[Rod, Rod]:
-    """Forearm and hand of what is one rod while the wrist is straight."""
+    """Split the rod of forearm and hand with a straight wrist into its two rods."""
     length, kg = whole.length_m - hand.length_m, whole.kg - hand.kg
     at = length + hand.com_m
     com = (whole.kg * whole.com_m - hand.kg * at) / kg
     # parallel axis: I = sum I_i + m_i (c_i - c)^2
-    apart = kg * (com - whole.com_m) ** 2 + hand.kg * (at - whole.com_m) ** 2
-    across = whole.across_kgm2 - hand.across_kgm2 - apart
+    steiner = kg * (com - whole.com_m) ** 2 + hand.kg * (at - whole.com_m) ** 2
+    across = whole.across_kgm2 - hand.across_kgm2 - steiner
     return Rod(length, kg, com, across, whole.along_kgm2 - hand.along_kgm2), hand
 
 
 def places(rods: tuple[Rod, ...], q: FloatArray) -> Places:
-    """Where everything is at angles (n,)."""
+    """Compute the positions of hinges and rods at angles (n,)."""
     axes, long = axes_of(q)
     starts, ends, centres = [np.zeros(3)], [], []
     for rod, up in zip(rods, long, strict=True):
@@ -72,7 +75,7 @@ def places(rods: tuple[Rod, ...], q: FloatArray) -> Places:
 
 
 def axes_of(q: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
-    """The hinges' axes (3, n), and of each rod the unit vector (3,) up from its lower end."""
+    """Axes of the hinges (3, n), and the unit vector (3,) up from each rod's lower end."""
     cosines, sines = np.cos(q), np.sin(q)
     (c1, c2, c3, c4), (s1, s2, s3, s4) = cosines[:4], sines[:4]
     # columns: Rz(q1) Rx(q2)
@@ -92,7 +95,7 @@ def axes_of(q: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
 
 
 def first_derivative(now: Places, point: FloatArray, last: int | None = None) -> FloatArray:
-    """First derivatives (3, n) of a point that the first `last` joints move.
+    """First derivatives (3, n) of a point that is moved by the first `last` joints.
 
     ``dp/dq_i = a_i x (p - o_i)``.
     """
@@ -111,17 +114,17 @@ def second_derivative(A: FloatArray, J: FloatArray) -> FloatArray:
     return np.where(_OUTWARDS[: len(A.T), : len(A.T)], bend, bend.transpose(0, 2, 1))
 
 
-#: Joints i, j of which i is the nearer to the trunk, or the same.
+#: True for joints i, j if i is nearer to the trunk than j, or the same.
 _OUTWARDS: Final = np.triu(np.ones((FREE_WRIST, FREE_WRIST), dtype=bool))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products along the first axis; `np.cross` takes most of a live update's time."""
+    """Cross products along the first axis; `np.cross` would take most of a live update's time."""
     (x, y, z), (X, Y, Z) = a, b
     return np.stack([y * Z - z * Y, z * X - x * Z, x * Y - y * X])
 
 
-# What every arm can tell, however it is computed.
+# The protocol of every arm.
 
 
 class Arm(Protocol):
@@ -139,16 +142,16 @@ class Arm(Protocol):
         """Number of hand axes d."""
 
     def hand_position(self, q: ArrayLike) -> FloatArray:
-        """Hand from the shoulder, m, (..., d)."""
+        """Position of the hand from the shoulder, m, (..., d)."""
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
-        """``J = dp/dq``, (..., d, n)."""
+        """Jacobian ``J = dp/dq``, (..., d, n)."""
 
     def jacobian_derivative(self, q: ArrayLike) -> FloatArray:
-        """``[k, i, j] = d2 p_k / dq_i dq_j``, (..., d, n, n)."""
+        """Second derivatives ``[k, i, j] = d2 p_k / dq_i dq_j``, (..., d, n, n)."""
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """``dJ/dt``, (..., d, n)."""
+        """Rate of the Jacobian ``dJ/dt``, (..., d, n)."""
 
     def inertia(self, q: ArrayLike) -> FloatArray:
         """Joint-space inertia M(q), kg m^2, (..., n, n)."""
@@ -160,7 +163,7 @@ class Arm(Protocol):
         """Gravity torque g(q), N m, (..., n)."""
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j``, N m/rad, (..., n, n)."""
+        """Gradient of the gravity torque, ``[i, j] = dg_i / dq_j``, N m/rad, (..., n, n)."""
 
     def posture(self, q: ArrayLike) -> ArmPosture:
-        """Everything at one posture, `q` (n,)."""
+        """All quantities of the arm at one posture, `q` (n,)."""

@@ -1,6 +1,6 @@
-"""A skeleton as a Pinocchio model: one joint a segment, coordinates in the skeleton's order.
+"""A skeleton as a Pinocchio model: one joint per segment, coordinates in the skeleton's order.
 
-Import this module only where such a body is used: it loads Pinocchio.
+Import this module only where it is used: it loads Pinocchio.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MARKER_FRAME = "marker_{}"
 def skeleton_model(
     skeleton: Skeleton, *, gravity_m_s2: Sequence[float] = (0.0, 0.0, -GRAVITY_M_S2)
 ) -> Any:
-    """The Pinocchio model of a skeleton.
+    """Build the Pinocchio model of a skeleton.
 
     Its q, v, a are the skeleton's coordinates (n,) and their derivatives: a floating root is three
     slides along x, y, z and three turns about z, y, x. Joint i + 1 carries segment i; with a fixed

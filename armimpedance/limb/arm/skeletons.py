@@ -24,14 +24,14 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.limb.arm.anthropometry import DE_LEVA, WINTER, SegmentRatios, two_link_arm
 
-# Where markers sit on the model skeletons: a laboratory's first guess.
+# Sites of the markers on the model skeletons: a first guess.
 #
-# `limb.mocap.calibrate_sites` finds a subject's own places.
+# `limb.mocap.calibrate_sites` estimates the sites of a subject.
 
-#: Both sides and the sign of y there.
+#: Both sides, and the sign of y on each.
 SIDES: Final = {"right": -1.0, "left": 1.0}
 
-#: First guesses of the markers' places, fractions of the height.
+#: First guesses of the sites in the middle of the body, as fractions of the height.
 _MIDDLE_SITES: Final = {
     "right_asis": ("pelvis", (0.055, -0.070, 0.055)),
     "left_asis": ("pelvis", (0.055, 0.070, 0.055)),
@@ -45,7 +45,7 @@ _MIDDLE_SITES: Final = {
     "right_temple": ("head", (0.005, -0.045, 0.100)),
     "left_temple": ("head", (0.005, 0.045, 0.100)),
 }
-#: On both sides; y counts outwards.
+#: First guesses on both sides; y is positive outwards.
 _LIMB_SITES: Final = {
     "upper_arm": ("upper_arm", (0.005, 0.030, -0.085)),
     "epicondyle": ("upper_arm", (0.0, 0.024, -0.162)),
@@ -71,7 +71,7 @@ def elbow_sites(
     wrist_m: float,
     grip_m: float,
 ) -> tuple[MarkerSite, ...]:
-    """The eight markers of Venture's Fig. 3 on trunk, right upper arm and right forearm.
+    """Sites of the eight markers of Venture's Fig. 3 on trunk, right upper arm and forearm.
 
     `hip_half_m`, `shoulder_half_m`: half of the breadth between the hips and between the shoulders.
     `shoulder_m`: height of the shoulders above the hips.
@@ -91,7 +91,7 @@ def elbow_sites(
 
 
 def body_sites(height_m: float) -> tuple[MarkerSite, ...]:
-    """The 35 markers of the whole body."""
+    """Sites of the 35 markers of the whole body."""
     sites = [
         MarkerSite(name, segment, height_m * np.array(place))
         for name, (segment, place) in _MIDDLE_SITES.items()
@@ -140,7 +140,7 @@ _ANKLE_HEIGHT: Final = 0.039
 _HEEL_BEHIND: Final = 0.034
 
 _FLEXION: Final = (0.0, -1.0, 0.0)
-# Axes on the right; on the left x and z turn, so that a name means the same on both sides.
+# Axes of the right side; on the left x and z are reversed, so that names mean the same.
 _BALL: Final = (
     ("flexion", _FLEXION),
     ("abduction", (-1.0, 0.0, 0.0)),
@@ -174,7 +174,7 @@ def elbow_skeleton(
     upper_arm_m: float | None = None,
     forearm_hand_m: float | None = None,
 ) -> Skeleton:
-    """Trunk (floating), right upper arm, right forearm with hand, and the source's eight markers.
+    """Build trunk (floating), right upper arm, right forearm with hand, and the eight markers.
 
     Three hinges in the shoulder, one in the elbow. The root is between the hips. Markers: Venture's
     Fig. 3 (`acromion_right, acromion_left, upper_arm, epicondyle, forearm, hand, iliac_right,
@@ -193,7 +193,7 @@ def elbow_skeleton(
     Raises
     ------
     InputError
-        A number that no body has.
+        Mass or height is not possible for a person.
     """
     _check_person(mass_kg, height_m)
     arm = two_link_arm(mass_kg, height_m, upper_arm_m=upper_arm_m, forearm_hand_m=forearm_hand_m)
@@ -238,10 +238,10 @@ def elbow_skeleton(
 
 
 def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
-    """15 segments, 36 coordinates and 35 markers; the root is the pelvis, between the hips.
+    """Build a body of 15 segments, 36 coordinates and 35 markers; the root is the pelvis.
 
-    Six coordinates of the root, three hinges in waist, neck, shoulders and hips, two in wrists and
-    ankles, one in elbows and knees.
+    Six coordinates of the root (between the hips), three hinges in waist, neck, shoulders and hips,
+    two in wrists and ankles, one in elbows and knees.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
     Raises
     ------
     InputError
-        A number that no body has.
+        Mass or height is not possible for a person.
     """
     _check_person(mass_kg, height_m)
     segments = [*_column(mass_kg, height_m)]
@@ -263,17 +263,20 @@ def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
             parent = root
             for name, joint in limb:
                 hinges = _hinges(f"{side}_{joint}", _JOINTS[joint], -sign)
-                place = height_m * _joint_place(name) * np.array([1.0, sign, 1.0])
+                position = height_m * _joint_place(name) * np.array([1.0, sign, 1.0])
                 body = _limb_body(name, mass_kg, height_m)
-                segments.append(Segment(f"{side}_{name}", parent, place, hinges, *body))
+                segments.append(Segment(f"{side}_{name}", parent, position, hinges, *body))
                 parent = f"{side}_{name}"
     return Skeleton(tuple(segments), body_sites(height_m))
 
 
 def _check_person(mass_kg: float, height_m: float) -> None:
-    for what, value, most in (("body mass in kg", mass_kg, 400.0), ("height in m", height_m, 3.0)):
+    for quantity, value, most in (
+        ("body mass in kg", mass_kg, 400.0),
+        ("height in m", height_m, 3.0),
+    ):
         if not (np.isfinite(value) and 0 < value <= most):
-            raise InputError(f"{what} is {value}", expected=f"more than 0 and at most {most:g}")
+            raise InputError(f"{quantity} is {value}", expected=f"more than 0 and at most {most:g}")
 
 
 _Body = tuple[float, FloatArray, FloatArray]
@@ -295,7 +298,7 @@ def _rod(across: float, along: float) -> FloatArray:
 
 
 def _elbow_trunk(mass_kg: float, height_m: float) -> Segment:
-    """The trunk, as wide as the hips about its long axis; its depth is not known."""
+    """The trunk; about its long axis, which the table lacks, a cylinder as wide as the hips."""
     mass, length = mass_kg * _TRUNK.mass, height_m * _TRUNK.length
     across = mass * (_TRUNK.gyration * length) ** 2
     along = mass * (_HIP_BREADTH * height_m / 2.0) ** 2 / 2.0
@@ -304,7 +307,7 @@ def _elbow_trunk(mass_kg: float, height_m: float) -> Segment:
 
 
 def _column(mass_kg: float, height_m: float) -> tuple[Segment, Segment, Segment]:
-    """Pelvis, thorax and head; their tables' centres count from above."""
+    """Pelvis, thorax and head; the table's centres of mass are measured from above."""
     lower, middle, upper = BODY["lower_trunk"], BODY["middle_trunk"], BODY["upper_trunk"]
     waist = np.array([0.0, 0.0, lower.length * height_m])
     neck = np.array([0.0, 0.0, (middle.length + upper.length) * height_m])
@@ -323,27 +326,27 @@ def _column(mass_kg: float, height_m: float) -> tuple[Segment, Segment, Segment]
 
 
 def _upwards(row: SegmentRatios, mass_kg: float, height_m: float, base_m: float) -> _Body:
-    """A part of the trunk that stands on `base_m`."""
+    """Mass, centre and inertia of a part of the trunk whose lower end is at `base_m`."""
     length = row.length * height_m
     centre = np.array([0.0, 0.0, base_m + (1.0 - row.com) * length])
     return row.mass * mass_kg, centre, _inertia(row, mass_kg, length)
 
 
 def _inertia(row: SegmentRatios, mass_kg: float, length_m: float) -> FloatArray:
-    """About the centre of mass: sagittal axis x, transverse y, longitudinal z."""
+    """Inertia about the centre of mass: sagittal axis x, transverse y, longitudinal z."""
     radii = np.array([row.gyration_sagittal or 0.0, row.gyration, _long(row)]) * length_m
     return np.diag(row.mass * mass_kg * radii**2)
 
 
-def _merged(one: _Body, other: _Body) -> _Body:
-    """Two bodies that move as one."""
-    mass = one[0] + other[0]
-    centre = (one[0] * one[1] + other[0] * other[1]) / mass
+def _merged(lower: _Body, upper: _Body) -> _Body:
+    """Mass, centre and inertia of two bodies that are joined rigidly."""
+    mass = lower[0] + upper[0]
+    centre = (lower[0] * lower[1] + upper[0] * upper[1]) / mass
     inertia = np.zeros((3, 3))
-    for m, c, own in (one, other):
+    for m, c, inertia_part in (lower, upper):
         d = c - centre
         # parallel axes: I = I_own + m (d.d 1 - d d^T)
-        inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
+        inertia += inertia_part + m * (d @ d * np.eye(3) - np.outer(d, d))
     return mass, centre, inertia
 
 
@@ -363,7 +366,7 @@ def _limb_body(name: str, mass_kg: float, height_m: float) -> _Body:
 
 
 def _joint_place(name: str) -> FloatArray:
-    """Joint centre in the parent's frame, fractions of the height; y counts outwards."""
+    """Joint centre in the parent's frame, as fractions of the height; y is positive outwards."""
     if name == "upper_arm":
         waist = BODY["lower_trunk"].length
         return np.array([0.0, _SHOULDER_HALF, _SHOULDER_HEIGHT - waist])

@@ -1,11 +1,11 @@
-"""The arm in space: three hinges in the shoulder, one in the elbow, and three more of a free wrist.
+"""The arm in space: three hinges in the shoulder, one in the elbow, and three in a free wrist.
 
 Frame of a right arm: origin at the shoulder, x to the subject's right, y forward, z up. At zero
 angles the arm hangs, the palm to the left. The hinges turn about the vertical (positive to the
 left), then forward and up (elevation), then about the upper arm's own axis (axial); the elbow bends
-forward. With the wrist locked these four are all. With a free one the forearm pronates, the hand
-deviates to the thumb's side, and then it flexes. The swivel is the turn of the elbow about the line
-from shoulder to hand: zero with the elbow lowest, positive where it moves to the right.
+forward. A locked wrist leaves these four hinges. With a free wrist the forearm pronates, the hand
+deviates to the thumb's side, and then flexes. The swivel is the turn of the elbow about the line
+from shoulder to hand: zero with the elbow lowest, positive if it moves to the right.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from armimpedance.limb.arm.rods import (
 )
 from armimpedance.limb.arm.two_link import TwoLinkArm
 
-#: The joints of a locked wrist, and those that move where the upper arm is kept from turning about
-#: its own axis.
+#: Joints that move with a locked wrist, and those that move if the upper arm is also prevented from
+#: turning about its own axis.
 FREE: Final = (0, 1, 2, 3)
 HELD: Final = (0, 1, 3)
 #: The joint that turns the upper arm about its own axis, and those of the wrist.
 _AXIAL: Final = 2
 _WRIST: Final = (4, 5, 6)
-#: Sine of an angle below which the directions that it separates count as one.
+#: Sine of an angle below which two directions count as parallel.
 _SMALLEST_SINE: Final = 1e-3
 
 
@@ -54,9 +54,9 @@ class SpatialArm:
     links : TwoLinkArm
         Lengths, masses, centres, moments of inertia across the long axes; forearm and hand are one.
     gravity_m_s2 : (x, y, z) or None
-        None: not known.
+        Gravity in the arm's frame; None: not known.
     hand : Rod, optional
-        What moves beyond a free wrist, a part of the second link. Without it the wrist is locked.
+        The part of the second link beyond a free wrist. Without it the wrist is locked.
     """
 
     links: TwoLinkArm
@@ -72,7 +72,7 @@ class SpatialArm:
 
     @cached_property
     def rods(self) -> tuple[Rod, ...]:
-        """Upper arm and forearm with hand; with a free wrist upper arm, forearm and hand."""
+        """Rods: upper arm and forearm with hand; with a free wrist upper arm, forearm and hand."""
         links, ratios = self.links, DE_LEVA["male"]
         long = (ratios.upper_arm.gyration_long or 0.0, ratios.forearm.gyration_long or 0.0)
         upper = Rod(
@@ -92,31 +92,31 @@ class SpatialArm:
         return (upper, lower) if self.hand is None else (upper, *parted(lower, self.hand))
 
     def hand_position(self, q: ArrayLike) -> FloatArray:
-        """Hand from the shoulder, m, (3,), at all angles (n,)."""
+        """Position of the hand from the shoulder, m, (3,), at angles (n,)."""
         return self._places(q).ends[-1]
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
-        """``J = dp/dq`` of all joints, (3, n)."""
+        """Jacobian ``J = dp/dq`` of all joints, (3, n)."""
         now = self._places(q)
         return first_derivative(now, now.ends[-1])
 
     def jacobian_derivative(self, q: ArrayLike) -> FloatArray:
-        """``[k, i, j] = d2 p_k / dq_i dq_j``, (3, n, n)."""
+        """Second derivatives ``[k, i, j] = d2 p_k / dq_i dq_j``, (3, n, n)."""
         now = self._places(q)
         return second_derivative(now.axes, first_derivative(now, now.ends[-1]))
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j``, N m/rad, (n, n); zero where gravity is not known."""
+        """Gradient of the gravity torque, N m/rad, (n, n): ``dg_i / dq_j``; 0 without gravity."""
         if self.gravity_m_s2 is None:
             return np.zeros((self.joints, self.joints))
         return self._weight(self._places(q))[1]
 
     def _places(self, q: ArrayLike) -> Places:
-        """Where everything is at these angles."""
+        """Positions of hinges and rods at angles `q` (n,)."""
         return places(self.rods, _checked(q, self.joints))
 
     def _weight(self, now: Places) -> tuple[FloatArray, FloatArray]:
-        """The weight's torque (n,) and its gradient (n, n)."""
+        """Gravity torque (n,) and its gradient (n, n)."""
         n, gravity = self.joints, np.array(self.gravity_m_s2)
         weight, gradient = np.zeros(n), np.zeros((n, n))
         for rod, centre, last in zip(self.rods, now.centres, MOVED_BY[n], strict=True):
@@ -127,7 +127,7 @@ class SpatialArm:
         return weight, gradient
 
     def joint_angles(self, hand: ArrayLike, swivel_rad: float) -> FloatArray:
-        """The four angles of a hand's place (3,) and a swivel.
+        """Inverse kinematics: the four angles for a hand position (3,) and a swivel.
 
         Raises
         ------
@@ -135,7 +135,7 @@ class SpatialArm:
             The hand is out of reach, straight above or below the shoulder, or not in space; or the
             wrist is free.
         NotIdentifiableError
-            The upper arm is vertical: turn and axial angle are then one.
+            The upper arm is vertical: turn and axial angle are then the same rotation.
         """
         if self.hand is not None:
             raise InputError("an arm with a free wrist", expected="its seven angles measured")
@@ -159,24 +159,24 @@ class SpatialArm:
         return _angles(-elbow / l1, (elbow - p) / l2)
 
     def posture(self, q: ArrayLike, moving: tuple[int, ...] | None = None) -> ArmPosture:
-        """Everything at one posture, of the joints that move.
+        """All quantities of the arm at one posture, for the joints that move.
 
         Parameters
         ----------
         q : (n,)
             All angles, rad.
         moving : tuple of int, optional
-            `HELD` where the upper arm is kept from turning about its own axis; default: all.
+            `HELD` if the upper arm is prevented from turning about its own axis; default: all.
 
         Returns
         -------
         ArmPosture
-            n joints, in the order of `moving`; weight and its gradient where gravity is known.
+            n joints, in the order of `moving`; gravity torque and gradient if gravity is known.
 
         Raises
         ------
         InputError
-            Not as many finite angles as joints.
+            The number of finite angles is not that of the joints.
         """
         now, r = self._places(q), list(range(self.joints) if moving is None else moving)
         J = first_derivative(now, now.ends[-1])
@@ -195,7 +195,7 @@ class SpatialArm:
         )
 
     def _inertia(self, now: Places) -> FloatArray:
-        """Joint-space inertia M(q), (n, n): links round about their long axes."""
+        """Joint-space inertia M(q), (n, n), for links symmetric about their long axes."""
         n = self.joints
         M = np.zeros((n, n))
         parts = zip(self.rods, now.long, now.centres, MOVED_BY[n], strict=True)
@@ -210,7 +210,7 @@ class SpatialArm:
 
 
 def joints_that_move(joints: int, elbow: str, wrist: str | None = None) -> tuple[int, ...]:
-    """The joints of an arm in space that move: without the axial one where the elbow is held.
+    """Joints of an arm in space that move: without the axial joint if the elbow is held.
 
     Parameters
     ----------
@@ -218,7 +218,7 @@ def joints_that_move(joints: int, elbow: str, wrist: str | None = None) -> tuple
         4, or 7 with a free wrist.
     elbow : {"held", "free"}
     wrist : {"locked", "free"}, optional
-        Seven angles may be known of a wrist that is locked.
+        A locked wrist may also have seven measured angles.
 
     Returns
     -------
@@ -230,9 +230,9 @@ def joints_that_move(joints: int, elbow: str, wrist: str | None = None) -> tuple
     >>> joints_that_move(7, "held")
     (0, 1, 3, 4, 5, 6)
     """
-    kept = {_AXIAL} if elbow == "held" else set()
-    kept |= set(_WRIST) if wrist == "locked" else set()
-    return tuple(j for j in range(joints) if j not in kept)
+    locked = {_AXIAL} if elbow == "held" else set()
+    locked |= set(_WRIST) if wrist == "locked" else set()
+    return tuple(j for j in range(joints) if j not in locked)
 
 
 def _checked(q: ArrayLike, joints: int) -> FloatArray:
@@ -246,7 +246,7 @@ def _checked(q: ArrayLike, joints: int) -> FloatArray:
 
 
 def _angles(u: FloatArray, v: FloatArray) -> FloatArray:
-    """The four angles of an upper arm along u and a forearm along v, the elbow bent forward."""
+    """Four angles of an upper arm along u and a forearm along v, with the elbow bent forward."""
     s2 = float(np.hypot(u[0], u[1]))
     c4 = float(u @ v)
     s4 = float(np.linalg.norm(np.cross(u, v)))

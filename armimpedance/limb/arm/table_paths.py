@@ -1,4 +1,4 @@
-"""Moment arms known on a grid of shoulder and elbow angles, splines in between."""
+"""Moment arms tabulated on a grid of shoulder and elbow angles, interpolated by splines."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from armimpedance.limb.arm.polynomial_paths import (
     paths_of_table,
 )
 
-#: Fewer angles than these along a joint do not hold a cubic spline.
+#: Fewest angles along a joint for a cubic spline.
 LEAST_ANGLES: Final = 4
-#: Arms that no length has may be this part of the arms themselves: stiffness goes with their
-#: square, and 20 % of it is as much as the source's missing force term makes at 30 N. White errors
-#: of 1 mm in arms of 40 mm stay at 2 %.
+#: Largest misfit of a consistent length as a share of the arms. Stiffness is proportional to their
+#: square, and an error of 20 % equals that of the source's missing force term at 30 N. White errors
+#: of 1 mm in arms of 40 mm give 2 %.
 LARGEST_INCONSISTENCY: Final = 0.1
 _JOINTS: Final = ("shoulder", "elbow")
 
@@ -42,8 +42,9 @@ class TablePaths(FrozenRecord):
     `muscles` (m,) tuple of str.
     `shoulder`, `elbow` (a,), (b,): the grid's angles, increasing, rad.
     `arms` (m, a, b, 2): ``G = dL/dq`` at the grid, m.
-    `inconsistency` (m,): how far (rms, m) the arms are from the nearest ones that a length has.
-    Raises InputError: fewer than 4 angles along a joint, or moment arms that no length has.
+    `inconsistency` (m,): rms misfit (m) between the arms and the gradient of the best length.
+    Raises InputError: fewer than 4 angles along a joint, or moment arms that are not the gradient
+    of a length.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -51,7 +52,7 @@ class TablePaths(FrozenRecord):
     elbow: Annotated[FloatArray, "b"]
     arms: Annotated[FloatArray, "m a b 2"]
     inconsistency: FloatArray = field(init=False)
-    # not a tuple by its annotation: it is made after the other fields are checked
+    # not annotated as a tuple: it is set after the other fields are checked
     _splines: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -69,17 +70,21 @@ class TablePaths(FrozenRecord):
             for arm in self.arms
         )
         put(self, "_splines", splines)
-        apart = [_inconsistency(self.shoulder, self.elbow, pair) for pair in splines]
-        put(self, "inconsistency", frozen_array(apart, "inconsistency", (len(self.muscles),)))
+        inconsistency = [_inconsistency(self.shoulder, self.elbow, pair) for pair in splines]
+        put(
+            self,
+            "inconsistency",
+            frozen_array(inconsistency, "inconsistency", (len(self.muscles),)),
+        )
         self._check_consistent()
 
     def _check_consistent(self) -> None:
         sizes = np.sqrt(np.mean(np.sum(self.arms**2, axis=-1), axis=(1, 2)))
-        for name, apart, size in zip(self.muscles, self.inconsistency, sizes, strict=True):
-            if apart > LARGEST_INCONSISTENCY * size:
+        for name, error, size in zip(self.muscles, self.inconsistency, sizes, strict=True):
+            if error > LARGEST_INCONSISTENCY * size:
                 raise InputError(
                     f"muscle {name}: no length has these moment arms (they miss by "
-                    f"{1e3 * apart:.2g} mm rms of {1e3 * size:.2g} mm: dG_shoulder/dq_elbow and "
+                    f"{1e3 * error:.2g} mm rms of {1e3 * size:.2g} mm: dG_shoulder/dq_elbow and "
                     "dG_elbow/dq_shoulder differ)",
                     expected=f"at most {100 * LARGEST_INCONSISTENCY:g} %",
                 )
@@ -95,7 +100,7 @@ class TablePaths(FrozenRecord):
         return np.array([[a[0], a[-1]] for a in (self.shoulder, self.elbow)])
 
     def moment_arms(self, q: ArrayLike) -> FloatArray:
-        """``G = dL/dq``, m, (..., m, 2).
+        """Moment arms ``G = dL/dq``, m, (..., m, 2).
 
         Raises InputError: a posture outside of the table.
         """
@@ -104,7 +109,7 @@ class TablePaths(FrozenRecord):
         return np.moveaxis(np.array(arms), (0, 1), (-2, -1))
 
     def curvature(self, q: ArrayLike) -> FloatArray:
-        """``d2L/dq2``, m, (..., m, 2, 2): the splines' slopes, their symmetric part.
+        """Second derivatives ``d2L/dq2``, m, (..., m, 2, 2): symmetric part of the splines' slopes.
 
         Raises InputError: a posture outside of the table.
         """
@@ -133,10 +138,11 @@ class TablePaths(FrozenRecord):
 def _inconsistency(
     shoulder: FloatArray, elbow: FloatArray, splines: tuple[RectBivariateSpline, ...]
 ) -> float:
-    """How far (rms, m) a muscle's arms are from the nearest that a length at the nodes has.
+    """Rms misfit (m) between a muscle's arms and the gradient of the best length at the nodes.
 
     Along each edge of the grid the length changes by the integral of the arm; around a mesh the
-    four changes must cancel. Nearest: least squares over the edges, each weighing the same.
+    four changes must cancel. The best length is that of least squares over the edges, equally
+    weighted.
     """
     a, b = len(shoulder), len(elbow)
     across = _mean_arms(lambda x: splines[0](x, elbow), shoulder)
@@ -149,13 +155,13 @@ def _inconsistency(
 
 
 def _mean_arms(arm: Callable[[FloatArray], FloatArray], nodes: FloatArray) -> FloatArray:
-    """Mean arm between neighbouring nodes; Simpson's rule is exact for a cubic spline."""
+    """Mean arm between neighbouring nodes, by Simpson's rule, which is exact for a cubic spline."""
     at, between = arm(nodes), arm((nodes[:-1] + nodes[1:]) / 2)
     return (at[:-1] + 4 * between + at[1:]) / 6
 
 
 def _slopes(nodes: FloatArray) -> csr_array:
-    """Differences of neighbours over their distance, (nodes - 1, nodes)."""
+    """Operator of the slopes between neighbouring nodes, (nodes - 1, nodes)."""
     inverse = 1 / np.diff(nodes)
     shape = (len(nodes) - 1, len(nodes))
     return csr_array(diags_array(np.stack([-inverse, inverse]), offsets=[0, 1], shape=shape))
@@ -164,8 +170,8 @@ def _slopes(nodes: FloatArray) -> csr_array:
 # A lab's table of moment arms as CSV.
 #
 # Columns: ``muscle, q_shoulder_rad, q_elbow_rad, G_shoulder_m, G_elbow_m`` (``G = dL/dq``, positive
-# where the muscle lengthens), every muscle at every posture of one rectangular grid of at least 4 x
-# 4 angles. An arm of n joints has ``q_1_rad`` to ``q_n_rad`` and ``G_1_m`` to ``G_n_m``, at any
+# if the muscle lengthens), every muscle at every posture of a rectangular grid of at least 4 x 4
+# angles. An arm of n joints has ``q_1_rad`` to ``q_n_rad`` and ``G_1_m`` to ``G_n_m``, at any
 # postures (`posture_table`). Optional ``max_tension_N`` (one value for each muscle) and
 # ``stiffness_per_tension_per_m`` (one value). Lines that start with # are comments.
 
@@ -173,17 +179,17 @@ ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")
 ARMS: Final = ("G_shoulder_m", "G_elbow_m")
 TENSION: Final = "max_tension_N"
 PER_TENSION: Final = "stiffness_per_tension_per_m"
-#: With maxima that are not known all muscles count as equally strong (N).
+#: Maximum tension of all muscles if the table has none (N).
 EQUAL_TENSION_N: Final = 1000.0
-#: No human muscle has a longer moment arm: the table was in mm or cm.
+#: Longest moment arm of a human muscle; a longer one is in mm or cm.
 _LONGEST_ARM_M: Final = 0.2
-#: Angles of a grid that differ by less are one, written with other digits.
+#: Angles of a grid that differ by less are the same, written with other digits.
 _SAME_RAD: Final = 1e-5
 
 
 @dataclass(frozen=True)
 class _Row:
-    """One line: its number in an editor, the muscle, the numbers by column."""
+    """One line of the table: its number in an editor, the muscle, the numbers by column."""
 
     line: int
     muscle: str
@@ -192,7 +198,7 @@ class _Row:
 
 @dataclass(frozen=True)
 class _Table:
-    """The lines of a file, and how to complain about them."""
+    """The lines of a file, and errors that refer to them."""
 
     file: Path
     rows: tuple[_Row, ...]
@@ -200,7 +206,7 @@ class _Table:
     arms: tuple[str, ...] = ARMS
 
     def numbers(self, muscle: str, columns: tuple[str, ...]) -> FloatArray:
-        """The columns (P, n) of a muscle's rows."""
+        """Values (P, n) of the stated columns in a muscle's rows."""
         mine = (row.numbers for row in self.rows if row.muscle == muscle)
         return np.array([[numbers[name] for name in columns] for numbers in mine])
 
@@ -211,8 +217,8 @@ class _Table:
 def read_moment_arm_table(path: str | Path) -> MuscularArm:
     """Read a table of moment arms.
 
-    Raises InputError: file, row and column of what is missing or is not what it should be; or
-    moment arms that no length has.
+    Raises InputError: a value is missing or wrong (the message names file, row and column), or the
+    moment arms are not the gradient of a length.
     """
     table = _read(Path(path))
     muscles = tuple(dict.fromkeys(row.muscle for row in table.rows))
@@ -242,7 +248,7 @@ def read_moment_arm_table(path: str | Path) -> MuscularArm:
 
 
 def _paths(table: _Table, muscles: tuple[str, ...]) -> tuple[MusclePaths, FloatArray]:
-    """The muscles' paths, and the range (n, 2) of each angle that they hold for, rad."""
+    """Paths of the muscles, and the range (n, 2) of each angle for which they are valid, rad."""
     if table.angles == ANGLES:
         shoulder, elbow = (_grid_angles(table, column) for column in ANGLES)
         planar = TablePaths(muscles, shoulder, elbow, _on_grid(table, muscles, shoulder, elbow))
@@ -276,7 +282,7 @@ def _read(file: Path) -> _Table:
 
 
 def _columns(header: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the angles' and of the moment arms' columns: of shoulder and elbow, or numbered."""
+    """Names of the columns of angles and moment arms: of shoulder and elbow, or numbered."""
     if ANGLES[0] in header or "q_1_rad" not in header:
         return ANGLES, ARMS
     joints = next(j for j in range(1, len(header) + 2) if f"q_{j}_rad" not in header)
@@ -287,9 +293,9 @@ def _columns(header: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
 def _header(file: Path, line: int, names: list[str], needed: tuple[str, ...]) -> list[str]:
     for name in needed:
         if name not in names:
-            there = ", ".join(names)
+            present = ", ".join(names)
             raise InputError(
-                "no such column", file=file, row=line, column=name, expected=f"it beside {there}"
+                "no such column", file=file, row=line, column=name, expected=f"it beside {present}"
             )
     for name in names:
         if names.count(name) > 1:
@@ -308,15 +314,15 @@ def _row(
     if len(cells) != len(names):
         expected = f"{len(names)}, as in the header"
         raise InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
-    given = dict(zip(names, cells, strict=True))
-    if not given["muscle"]:
+    by_name = dict(zip(names, cells, strict=True))
+    if not by_name["muscle"]:
         raise InputError("empty", file=file, row=line, column="muscle", expected="a name")
     limits = {**dict.fromkeys(angles, 2 * math.pi), **dict.fromkeys(arms, _LONGEST_ARM_M)}
-    limits |= {name: math.inf for name in (TENSION, PER_TENSION) if name in given}
+    limits |= {name: math.inf for name in (TENSION, PER_TENSION) if name in by_name}
     numbers = {
-        name: _number(file, line, name, given[name], limit) for name, limit in limits.items()
+        name: _number(file, line, name, by_name[name], limit) for name, limit in limits.items()
     }
-    return _Row(line, given["muscle"], numbers)
+    return _Row(line, by_name["muscle"], numbers)
 
 
 def _number(file: Path, line: int, column: str, text: str, limit: float) -> float:
@@ -335,10 +341,10 @@ def _number(file: Path, line: int, column: str, text: str, limit: float) -> floa
 
 
 def _grid_angles(table: _Table, column: str) -> FloatArray:
-    """The different angles of a column, increasing."""
+    """Distinct angles of a column, increasing."""
     angles = np.unique([row.numbers[column] for row in table.rows])
-    apart = np.concatenate([[True], np.diff(angles) > _SAME_RAD])
-    return np.asarray(angles[apart])
+    is_distinct = np.concatenate([[True], np.diff(angles) > _SAME_RAD])
+    return np.asarray(angles[is_distinct])
 
 
 def _on_grid(
@@ -370,7 +376,7 @@ def _on_grid(
 
 
 def _constant(table: _Table, column: str, muscle: str | None = None) -> float | None:
-    """The one value of a column over the rows of a muscle, or of all; None: no such column."""
+    """Value of a column that must be the same in a muscle's rows, or in all; None: no column."""
     rows = [row for row in table.rows if muscle in (None, row.muscle)]
     if column not in rows[0].numbers:
         return None

@@ -1,8 +1,8 @@
 """The planar two-link arm in closed form, and its dynamics at the hand.
 
-Angles counter-clockwise from +x, the elbow relative to the upper arm. With X the hand seen from
-the shoulder and u2 the hand seen from the elbow, every derivative of the hand's position is one
-of these two vectors, turned by a quarter per derivative.
+Angles are counter-clockwise from +x, the elbow's relative to the upper arm. Let X be the vector
+from the shoulder to the hand, and u2 that from the elbow to the hand. Every derivative of the
+hand's position is one of these two vectors, turned by 90 degrees per derivative.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, NotIdentifiableError, check_number
 from armimpedance.core.records import ArmPosture
 
-#: A hand this much (relative to the reach) outside of the workspace is rounding, not out of reach.
+#: Tolerance of the reach for rounding, relative to the reach.
 _REACH_ROUNDING = 1e-9
 
 
@@ -39,13 +39,13 @@ class TwoLinkArm:
     Parameters
     ----------
     upper_arm_m, forearm_hand_m : float
-        Shoulder to elbow and elbow to hand (l1 and l2 of Tsuji 1997, eq. (32); the sentence
-        below that equation swaps their names).
+        Lengths from shoulder to elbow and from elbow to hand (l1 and l2 of Tsuji 1997, eq. (32);
+        the sentence below that equation swaps their names).
     upper_arm_kg, forearm_hand_kg : float
     upper_arm_com_m, forearm_hand_com_m : float
         Centre of mass from the proximal joint, on the link's axis.
     upper_arm_inertia_kgm2, forearm_hand_inertia_kgm2 : float
-        About each link's centre of mass, axis normal to the plane.
+        Moments of inertia about each link's centre of mass, axis normal to the plane.
     gravity_m_s2 : (float, float)
         In-plane gravity; zero for a horizontal plane.
 
@@ -84,31 +84,31 @@ class TwoLinkArm:
         return 2
 
     def elbow_position(self, q: ArrayLike) -> FloatArray:
-        """Elbow from the shoulder, m, (..., 2)."""
+        """Position of the elbow from the shoulder, m, (..., 2)."""
         return self.upper_arm_m * _direction(_angles(q)[..., 0])
 
     def _forearm(self, q: ArrayLike) -> FloatArray:
-        """Hand from the elbow, m, (..., 2)."""
+        """Position of the hand from the elbow, m, (..., 2)."""
         return self.forearm_hand_m * _direction(_angles(q).sum(axis=-1))
 
     def hand_position(self, q: ArrayLike) -> FloatArray:
-        """Hand from the shoulder, m, (..., 2)."""
+        """Position of the hand from the shoulder, m, (..., 2)."""
         return self.elbow_position(q) + self._forearm(q)
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
-        """``J = dp/dq``, (..., 2, 2), m/rad; Tsuji (1997), eq. (32)."""
+        """Jacobian ``J = dp/dq``, (..., 2, 2), m/rad; Tsuji (1997), eq. (32)."""
         columns = [_quarter_turn(self.hand_position(q)), _quarter_turn(self._forearm(q))]
         return np.stack(columns, axis=-1)
 
     def jacobian_derivative(self, q: ArrayLike) -> FloatArray:
-        """``[k, i, j] = d2 p_k / dq_i dq_j``, (..., 2, 2, 2), m/rad^2."""
+        """Second derivatives ``[k, i, j] = d2 p_k / dq_i dq_j``, (..., 2, 2, 2), m/rad^2."""
         X, u2 = self.hand_position(q), self._forearm(q)
         # d2p/dq1^2 = -X (2,); every derivative that involves the elbow is -u2 (2,)
         rows = [np.stack([-X, -u2], axis=-1), np.stack([-u2, -u2], axis=-1)]
         return np.stack(rows, axis=-2)
 
     def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """``dJ/dt`` at joint velocity `qd` (rad/s), (..., 2, 2)."""
+        """Rate of the Jacobian ``dJ/dt`` at joint velocity `qd` (rad/s), (..., 2, 2)."""
         # Jdot (d, n) = sum_j d2p/dq_i dq_j (d, n, n) qd_j (n,)
         return np.einsum("...kij,...j->...ki", self.jacobian_derivative(q), _angles(qd))
 
@@ -133,16 +133,16 @@ class TwoLinkArm:
 
     def gravity(self, q: ArrayLike) -> FloatArray:
         """Gravity torque g(q) of the in-plane `gravity_m_s2`, N m, (..., 2)."""
-        whole, lower = self._mass_moments(q)
+        total, lower = self._mass_moments(q)
         # g = -d/dq sum_i m_i gravity . p_i, and dp/dq is a quarter turn of the mass moment
-        moments = np.stack([_quarter_turn(whole), _quarter_turn(lower)], axis=-2)
+        moments = np.stack([_quarter_turn(total), _quarter_turn(lower)], axis=-2)
         return -moments @ np.asarray(self.gravity_m_s2, dtype=float)
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j`` of the in-plane `gravity_m_s2`, N m/rad, (..., 2, 2)."""
-        whole, lower = self._mass_moments(q)
-        # two quarter turns turn a mass moment round; every derivative by the elbow is the forearm's
-        rows = [np.stack([whole, lower], axis=-2), np.stack([lower, lower], axis=-2)]
+        """Gradient of the gravity torque, ``[i, j] = dg_i / dq_j``, N m/rad, (..., 2, 2)."""
+        total, lower = self._mass_moments(q)
+        # two quarter turns reverse a mass moment; by the elbow only the forearm's counts
+        rows = [np.stack([total, lower], axis=-2), np.stack([lower, lower], axis=-2)]
         return np.stack(rows, axis=-3) @ np.asarray(self.gravity_m_s2, dtype=float)
 
     def joint_angles(self, position: ArrayLike) -> FloatArray:
@@ -168,7 +168,7 @@ class TwoLinkArm:
         return np.stack([_wrapped(shoulder), np.arctan2(sine, cosine)], axis=-1)
 
     def posture(self, q: ArrayLike) -> ArmPosture:
-        """Everything at one posture, `q` (2,) rad."""
+        """All quantities of the arm at one posture, `q` (2,) rad."""
         q = _angles(q)
         return ArmPosture(
             joint_angles=q,
@@ -181,7 +181,7 @@ class TwoLinkArm:
         )
 
     def _mass_moments(self, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """``sum m p`` of both links seen from the shoulder, and of the forearm from the elbow."""
+        """Mass moments ``sum m p`` of both links and of the forearm about their proximal joints."""
         lower = self.forearm_hand_kg * self.forearm_hand_com_m / self.forearm_hand_m
         forearm = lower * self._forearm(q)
         upper = self.upper_arm_kg * self.upper_arm_com_m / self.upper_arm_m + self.forearm_hand_kg
@@ -189,7 +189,7 @@ class TwoLinkArm:
 
     @property
     def _coupling(self) -> float:
-        """``m2 l1 r2``, what the elbow angle modulates in M (kg m^2)."""
+        """Term of M that varies with the elbow angle, ``m2 l1 r2`` (kg m^2)."""
         return self.forearm_hand_kg * self.upper_arm_m * self.forearm_hand_com_m
 
 
@@ -204,12 +204,12 @@ def _angles(values: ArrayLike) -> FloatArray:
     return array
 
 
-# The arm's dynamics seen at the hand: Tsuji (1997), eqs. (14)-(20).
+# Dynamics of the arm at the hand: Tsuji (1997), eqs. (14)-(20).
 #
 # ``M qdd + h + g = tau`` becomes ``Lambda_e Xdd + h_e + g_e = Jbar^T tau`` for an arm of n >= d
 # joints. Every function takes leading batch axes: J (..., d, n), M (..., n, n).
 
-#: Above this condition of J the hand cannot move along some direction, to rounding.
+#: Above this condition number of J the hand cannot move along some direction.
 SINGULAR_CONDITION = 1e8
 
 
@@ -225,7 +225,7 @@ def _checked(J: ArrayLike, M: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def require_full_rank(J: FloatArray) -> None:
-    """Raise NotIdentifiableError where the hand cannot move along some direction.
+    """Raise NotIdentifiableError if the hand cannot move along some direction.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def require_full_rank(J: FloatArray) -> None:
 
 
 def hand_inertia(J: ArrayLike, M: ArrayLike) -> FloatArray:
-    """``Lambda_e = (J M^-1 J^T)^-1``, eq. (17), kg, (..., d, d).
+    """Inertia at the hand ``Lambda_e = (J M^-1 J^T)^-1``, eq. (17), kg, (..., d, d).
 
     Parameters
     ----------
@@ -271,7 +271,7 @@ def hand_inertia(J: ArrayLike, M: ArrayLike) -> FloatArray:
 
 
 def dynamic_inverse(J: ArrayLike, M: ArrayLike) -> FloatArray:
-    """``Jbar = M^-1 J^T Lambda_e``, eq. (20): ``J Jbar = I``.
+    """Dynamically consistent inverse ``Jbar = M^-1 J^T Lambda_e``, eq. (20): ``J Jbar = I``.
 
     `J` (..., d, n): Jacobian of the hand.
     `M` (..., n, n): inertia of the joints, kg m^2.
@@ -285,7 +285,7 @@ def dynamic_inverse(J: ArrayLike, M: ArrayLike) -> FloatArray:
 
 
 def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> FloatArray:
-    """``h_e = Jbar^T h - Lambda_e Jdot qd``, eq. (18).
+    """Coriolis and centrifugal force at the hand ``h_e = Jbar^T h - Lambda_e Jdot qd``, eq. (18).
 
     `J` (..., d, n): Jacobian of the hand.
     `Jdot_qd` (..., d): ``dJ/dt qd``, m/s^2.
@@ -301,7 +301,7 @@ def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> F
 
 
 def hand_gravity(J: ArrayLike, M: ArrayLike, g: ArrayLike) -> FloatArray:
-    """``g_e = Jbar^T g``, eq. (19).
+    """Gravity force at the hand ``g_e = Jbar^T g``, eq. (19).
 
     `J` (..., d, n): Jacobian of the hand.
     `M` (..., n, n): inertia of the joints, kg m^2.

@@ -1,4 +1,4 @@
-"""From markers to joint angles: `joint_motion`."""
+"""Joint angles from markers: `joint_motion`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.limb.mocap.kinematics import MarkerTree, marker_places, marker
 from armimpedance.limb.mocap.posture import BRIDGE_M, Postures, bridge, fit_postures, short_frames
 from armimpedance.limb.mocap.track import track_postures
 
-#: A root that leans further than this from upright loses its heading (its turns are about z, y, x).
+#: Largest lean of the root; beyond it the heading is not defined (its turns are about z, y, x).
 _STEEPEST_RAD: Final = np.deg2rad(80.0)
 
 _BLOCK_FRAMES: Final = 4096
@@ -25,15 +25,15 @@ _BLOCK_FRAMES: Final = 4096
 
 @dataclass(frozen=True, repr=False, eq=False)
 class MarkerFit(FrozenRecord):
-    """Joint motion, and how well the skeleton follows the markers.
+    """Joint motion, and the fit of the skeleton to the markers.
 
     `names`: the markers that were used.
-    `residual_rms_m` (P,): distance of each marker from the skeleton's, over the frames in which it
-    was seen.
-    `bridged` (N,) bool: frames in which lost markers left the posture open: what they leave open is
-    on a spline.
+    `residual_rms_m` (P,): rms distance of each marker from the skeleton's, over the frames in which
+    it was seen.
+    `bridged` (N,) bool: frames in which the remaining markers do not determine the posture; the
+    undetermined coordinates are interpolated by a spline.
     `free` (n,): share of each coordinate that the natural posture determines, mean of all frames.
-    `steps` (N,) int: iterations of each frame.
+    `steps` (N,) int: number of iterations of each frame.
     """
 
     motion: MotionRecording
@@ -46,13 +46,13 @@ class MarkerFit(FrozenRecord):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How well the skeleton follows the markers, and the warnings."""
+        """Sentences on the fit of the skeleton to the markers, and the warnings."""
         worst = int(self.residual_rms_m.argmax())
-        follows = (
+        fit = (
             f"skeleton follows {len(self.names)} markers; {self.names[worst]} worst, "
             f"{1e3 * self.residual_rms_m[worst]:.1f} mm rms"
         )
-        return (follows, *self.warnings)
+        return (fit, *self.warnings)
 
     def __repr__(self) -> str:
         return "\n".join(self.notes[:12])
@@ -67,11 +67,12 @@ def joint_motion(
     natural: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> MarkerFit:
-    """Joint motion by least squares on the skeleton, from the markers that each frame shows.
+    """Fit the joint motion of the skeleton to the markers of each frame, by least squares.
 
-    A lost marker is not filled in: the others of its frame go on to determine the posture. Where
-    they do not, what they leave open is bridged by a spline through the trial's other frames, for
-    at most `longest_gap_s`; at a trial's ends the nearest posture is held, for half as long.
+    A lost marker is not filled in: the other markers of the frame determine the posture.
+    Coordinates that they do not determine are interpolated by a spline through the trial's other
+    frames, for at most `longest_gap_s`. At a trial's ends the nearest posture is repeated, for half
+    as long.
 
     Parameters
     ----------
@@ -83,9 +84,9 @@ def joint_motion(
     largest_residual_m : float
         A trial with a marker further (rms) from the skeleton's is refused.
     natural : mapping str -> float, optional
-        Angles (rad) of the posture that holds where the markers leave freedom; zero if absent.
+        Angles (rad) of the posture for coordinates that the markers do not determine; default: 0.
     progress : function, optional
-        Called with how many frames are done, of how many.
+        Called with the number of frames done and their total.
 
     Returns
     -------
@@ -131,7 +132,7 @@ def joint_motion(
 
 
 def _known(markers: MarkerRecording, skeleton: Skeleton) -> tuple[str, ...]:
-    """The markers that the skeleton has a site for."""
+    """Markers for which the skeleton has a site."""
     names = tuple(n for n in markers.names if n in skeleton.marker_names)
     if not names:
         known = ", ".join(skeleton.marker_names) or "none"
@@ -155,16 +156,16 @@ def _bridged(
     markers: MarkerRecording,
     longest_gap_s: float,
 ) -> Postures:
-    """The postures with short frames solved again about the spline that bridges them."""
+    """Fit underdetermined frames again, with the spline that bridges them as natural posture."""
     if not short.any():
         return tracked
     names = tuple(site.name for site in tree.sites)
     near = bridge(tracked.q, short, markers, names, targets, longest_gap_s)[short]
-    again = fit_postures(tree, targets[short], near, near, pull_m=BRIDGE_M)
+    refitted = fit_postures(tree, targets[short], near, near, pull_m=BRIDGE_M)
     merged = {}
     for name in ("q", "cost", "free", "steps", "settled", "converged"):
         values = getattr(tracked, name).copy()
-        values[short] = getattr(again, name)
+        values[short] = getattr(refitted, name)
         merged[name] = values
     return Postures(**merged)
 
@@ -178,7 +179,7 @@ def _without_jumps(tree: MarkerTree, q: FloatArray, offsets: IntArray) -> FloatA
 
 
 def _distances(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
-    """Distance (N, P) of each marker from the skeleton's; NaN where it was not seen."""
+    """Distance (N, P) of each marker from the skeleton's marker, m; NaN where it was not seen."""
     distance = np.empty(targets.shape[:2])
     for i in range(0, len(q), _BLOCK_FRAMES):
         rows = slice(i, i + _BLOCK_FRAMES)
@@ -188,7 +189,7 @@ def _distances(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArr
 
 
 def _rms(distance: FloatArray) -> FloatArray:
-    """Rms (P,) over the frames that show a marker; 0 for one that is never seen."""
+    """Rms (P,) over the frames that show a marker; 0 for a marker that is never seen."""
     seen = np.isfinite(distance).sum(axis=0)
     return np.asarray(np.sqrt(np.nansum(distance**2, axis=0) / np.maximum(seen, 1)))
 
@@ -251,9 +252,9 @@ def _warnings(
     return tuple(warnings)
 
 
-# Joint motion of a recording of a moving body, from its markers where it holds those.
+# Joint motion of a recording of a moving body, or from its markers.
 
-#: Longest loss of a marker that is bridged where nothing else is said, s.
+#: Default of the longest loss of a marker that is bridged, s.
 _USUAL_GAP_S = 0.2
 
 
@@ -264,7 +265,7 @@ def motion_of(
     forces: bool = False,
     progress: Progress | None = None,
 ) -> tuple[MotionRecording, tuple[str, ...]]:
-    """The joint motion, with notes on how it was estimated.
+    """Return the joint motion of a recording, and notes on how it was estimated.
 
     Parameters
     ----------
@@ -272,9 +273,9 @@ def motion_of(
     longest_gap_s : float, optional
         Longest loss of markers to bridge, s (default: 0.2).
     forces : bool
-        Refuse a recording without force plates before its markers are followed.
+        Refuse a recording without force plates, before its markers are fitted.
     progress : function, optional
-        Called with how many frames are done, of how many.
+        Called with the number of frames done and their total.
 
     Returns
     -------
@@ -296,5 +297,5 @@ def motion_of(
         return recording, ()
     if forces and recording.wrenches is None:
         raise InputError("markers without force plates", expected="the forces of all contacts")
-    followed = joint_motion(recording, longest_gap_s=gap, progress=progress)
-    return followed.motion, followed.notes
+    fit = joint_motion(recording, longest_gap_s=gap, progress=progress)
+    return fit.motion, fit.notes

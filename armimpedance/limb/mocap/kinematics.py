@@ -19,13 +19,13 @@ from armimpedance.core.motion import MarkerRecording
 from armimpedance.core.skeleton import MarkerSite, Skeleton
 
 _UNIT: Final = np.eye(3)
-#: A floating root turns about z, then y, then x, each carried by those before.
+#: Axes of a floating root's turns: z, then y, then x, each carried by the turns before.
 _ROOT_AXES: Final = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)
 class Turn:
-    """One angle: which coordinate it is, its axis e (3,), ``[e]x`` and ``[e]x^2`` (3, 3)."""
+    """One angle: index of its coordinate, axis e (3,), ``[e]x`` and ``[e]x^2`` (3, 3)."""
 
     coordinate: int
     axis: FloatArray
@@ -35,13 +35,13 @@ class Turn:
 
 @dataclass(frozen=True)
 class MarkerTree(FrozenRecord):
-    """A skeleton as its markers need it.
+    """A skeleton prepared for the places of its markers.
 
-    `sites`: the markers in the order that is wanted.
+    `sites`: the markers in the requested order.
     `parents`: -1 for the root.
     `turns`: angles of each segment, from its parent outwards.
-    `segment` (P,) int: on which segment each marker sits.
-    `moves` (n, P) bool: whether a coordinate moves a marker.
+    `segment` (P,) int: index of the segment of each marker.
+    `moves` (n, P) bool: True if the coordinate moves the marker.
     """
 
     skeleton: Skeleton
@@ -53,14 +53,14 @@ class MarkerTree(FrozenRecord):
 
     @property
     def angles(self) -> BoolArray:
-        """Which coordinates (n,) are hinges: all but a floating root's."""
+        """True for coordinates (n,) that are hinges, False for those of a floating root."""
         hinges = np.ones(len(self.skeleton.coordinates), bool)
         hinges[: len(self.skeleton.root_coordinates)] = False
         return hinges
 
 
 def marker_tree(skeleton: Skeleton, names: tuple[str, ...] | None = None) -> MarkerTree:
-    """The skeleton with these of its markers (all if None), in this order.
+    """Prepare a skeleton with the named markers (all if None), in this order.
 
     Raises KeyError: the skeleton has no such marker.
     """
@@ -74,25 +74,25 @@ def marker_tree(skeleton: Skeleton, names: tuple[str, ...] | None = None) -> Mar
 
 
 def _turns(skeleton: Skeleton) -> tuple[tuple[Turn, ...], ...]:
-    """The angles of each segment, from its parent outwards."""
+    """Angles of each segment, from its parent outwards."""
     axes = [[hinge.axis for hinge in segment.hinges] for segment in skeleton.segments]
     number = count(0)
     if skeleton.floating:
         axes[0] = [np.array(axis) for axis in _ROOT_AXES]
         number = count(3)
-    return tuple(tuple(_turn(next(number), axis) for axis in own) for own in axes)
+    return tuple(tuple(_turn(next(number), axis) for axis in hinge_axes) for hinge_axes in axes)
 
 
 def _movers(
     skeleton: Skeleton, parents: tuple[int, ...], turns: tuple[tuple[Turn, ...], ...]
 ) -> BoolArray:
-    """Which of the coordinates move which segment, (n, S)."""
+    """True where a coordinate moves a segment, (n, S)."""
     moves = np.zeros((len(skeleton.coordinates), len(turns)), bool)
     moves[: 3 if skeleton.floating else 0] = True
-    for i, (parent, own) in enumerate(zip(parents, turns, strict=True)):
+    for i, (parent, own_turns) in enumerate(zip(parents, turns, strict=True)):
         if parent >= 0:
             moves[:, i] = moves[:, parent]
-        moves[[turn.coordinate for turn in own], i] = True
+        moves[[turn.coordinate for turn in own_turns], i] = True
     return moves
 
 
@@ -102,7 +102,7 @@ def marker_places(tree: MarkerTree, q: FloatArray) -> FloatArray:
 
 
 def marker_jacobian(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places of the markers and how the coordinates move them.
+    """Places of the markers and their derivatives by the coordinates.
 
     Returns: `places` (N, P, 3).
     `jacobian` (N, 3, P, n): ``d place / d q``; a hinge's column is ``e x (p - c)``, e its axis, c
@@ -158,9 +158,9 @@ def _move(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray, Floa
     return places, axes, centres
 
 
-# Where the markers sit on a subject, from a trial in which the subject stands.
+# Sites of the markers on a subject, from a trial in which the subject stands.
 
-#: Somebody who stands sways by a few mm; a marker that moves more (rms) shows a movement.
+#: Largest rms motion of a marker in standing, where a person sways by a few mm.
 LARGEST_SWAY_M: Final = 0.02
 
 
@@ -170,20 +170,20 @@ def calibrate_sites(
     *,
     segments: Mapping[str, str] | None = None,
 ) -> Skeleton:
-    """The skeleton with the markers where this subject wears them.
+    """Calibrate the sites of the markers on the skeleton for this subject.
 
-    The subject stands upright at zero coordinates (arms hanging, palms to the thighs), in any
-    place and heading: both come from the sites that the skeleton has already, by least squares.
-    Only how a marker lies to its own segment is taken from the trial; lengths stay.
+    The subject stands upright at zero coordinates (arms hanging, palms to the thighs), in any place
+    and heading; both are estimated from the skeleton's present sites by least squares. Only the
+    sites of markers in their segments are taken from the trial; lengths do not change.
 
     Parameters
     ----------
     skeleton : Skeleton
         Skeleton with a first guess of two or more sites, for example from a model.
     standing : MarkerRecording
-        Recording of a second or more; the mean over the frames that show a marker counts.
+        Recording of a second or more; places are averaged over the frames that show a marker.
     segments : mapping str -> str, optional
-        On which segment a marker sits that the skeleton does not know.
+        Segments of markers that are not on the skeleton.
 
     Returns
     -------
@@ -192,30 +192,32 @@ def calibrate_sites(
     Raises
     ------
     InputError
-        A marker moves, is never seen or sits on no known segment; fewer than two have a first
-        guess, or those lie above each other.
+        A marker moves, is never seen or is on an unknown segment; fewer than two have a first
+        guess, or those are vertically above each other.
     """
     place = _mean_places(standing)
-    new = dict(segments or {})
-    for name in new:
-        skeleton.index(new[name])
+    stated = dict(segments or {})
+    for name in stated:
+        skeleton.index(stated[name])
         if name not in place:
             raise InputError(f"no marker {name} in the trial", expected=", ".join(place))
-    known = [n for n in skeleton.marker_names if n in place]
-    c, s, root = _upright_place(skeleton, known, place)
+    guessed = [n for n in skeleton.marker_names if n in place]
+    c, s, root = _upright_place(skeleton, guessed, place)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    on = {site.name: site.segment for site in skeleton.markers if site.name in place} | new
+    segment_of = {
+        site.name: site.segment for site in skeleton.markers if site.name in place
+    } | stated
     origins = _origins(skeleton)
     # R^T (p - p_root) is the marker in the root's frame; all frames are parallel at zero
     sites = tuple(
         MarkerSite(name, segment, turn.T @ (place[name] - root) - origins[segment])
-        for name, segment in on.items()
+        for name, segment in segment_of.items()
     )
     return replace(skeleton, markers=sites)
 
 
 def _mean_places(standing: MarkerRecording) -> dict[str, FloatArray]:
-    """Mean place of every marker that is ever seen."""
+    """Mean place of every marker that is seen in the trial, by its name."""
     places = {}
     for m, name in enumerate(standing.names):
         path = standing.positions[:, m]
@@ -241,10 +243,10 @@ def _upright_place(
         raise InputError(f"{len(known)} markers with a first guess", expected=expected)
     tree = marker_tree(skeleton, tuple(known))
     model = marker_places(tree, np.zeros((1, len(skeleton.coordinates))))[0]
-    seen = np.array([place[name] for name in known])
+    measured = np.array([place[name] for name in known])
     if not skeleton.floating:
         return 1.0, 0.0, np.zeros(3)
-    a, b = (model - model.mean(axis=0))[:, :2], (seen - seen.mean(axis=0))[:, :2]
+    a, b = (model - model.mean(axis=0))[:, :2], (measured - measured.mean(axis=0))[:, :2]
     # the turn about z that carries a onto b: tan = sum (a x b) / sum (a . b)
     sine, cosine = float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()), float((a * b).sum())
     size = np.hypot(sine, cosine)
@@ -252,7 +254,7 @@ def _upright_place(
         raise InputError("the markers do not show a heading", expected="some beside each other")
     c, s = cosine / size, sine / size
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return c, s, seen.mean(axis=0) - turn @ model.mean(axis=0)
+    return c, s, measured.mean(axis=0) - turn @ model.mean(axis=0)
 
 
 def _origins(skeleton: Skeleton) -> dict[str, FloatArray]:

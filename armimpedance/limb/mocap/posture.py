@@ -1,11 +1,12 @@
-"""Postures that bring a skeleton's markers onto where they were seen; frames that do not say.
+"""Least-squares postures of a skeleton from its markers, and frames that do not determine them.
 
-Where the markers say nothing about a direction of the coordinates, a natural posture does. A plain
-pull towards it (Tikhonov) would bias what the markers do say, by ``(w / s)^2`` of the distance from
-the natural posture, s being how far a direction moves the markers. The pull is therefore iterated
-(iterated Tikhonov regularisation, King and Chillingworth 1979; Engl, Hanke and Neubauer 1996,
-section 5.1): with `PASSES` passes the bias is ``(w^2 / (s^2 + w^2))^PASSES``, nothing for a
-direction that moves markers by a few times w, and the natural posture still holds for s << w.
+Directions of the coordinates that the markers do not determine are set by a natural posture. A
+plain pull towards it (Tikhonov) would bias the other directions by ``(w / s)^2`` of the distance
+from the natural posture, where s is the motion of the markers per unit of the direction. The pull
+is therefore iterated (iterated Tikhonov regularisation, King and Chillingworth 1979; Engl, Hanke
+and Neubauer 1996, section 5.1). With `PASSES` passes the bias is ``(w^2 / (s^2 + w^2))^PASSES``:
+nearly zero for a direction that moves markers by a few times w, while the natural posture still
+determines directions with s << w.
 """
 
 from __future__ import annotations
@@ -21,18 +22,18 @@ from armimpedance.core.motion import MarkerRecording
 from armimpedance.core.progress import Progress
 from armimpedance.limb.mocap.kinematics import MarkerTree, marker_jacobian, marker_places
 
-#: w: a direction that moves the markers by less than this is left to the natural posture, m/rad.
+#: w: a direction that moves the markers by less is determined by the natural posture, m/rad.
 PULL_M: Final = 3e-3
 PASSES: Final = 6
 
 _DESCENT_STEPS: Final = 60
 _COARSE: Final = 1e-5
 _POLISH_STEPS: Final = 30
-#: A frame is solved when its coordinates move by less than this (rad, m).
+#: A frame has converged when its coordinates change by less than this (rad, m).
 _FINE: Final = 1e-9
-#: ... and good enough where rounding keeps it from getting there.
+#: Change that is still accepted if rounding prevents convergence.
 _GOOD: Final = 1e-6
-#: The largest turn in one step, rad: beyond it a linear model of a joint says little.
+#: Largest turn in one step, rad; beyond it the linear model of a joint is not valid.
 _LONGEST_STEP: Final = 0.5
 
 #: Numbers of a block's Jacobian: 2 million are 16 MB.
@@ -45,10 +46,11 @@ class Postures:
 
     `q` (N, n), `steps` (N,) int.
     `cost` (N,): sum of the squared distances of the seen markers, m^2.
-    `free` (N, n): share of each coordinate that the natural posture determines, 0 (markers alone)
+    `free` (N, n): share of each coordinate that the natural posture determines, 0 (markers only)
     to 1.
-    `settled` (N,) bool: False: the plain pull's minimum stands, biased by up to ``(w / s)^2``.
-    `converged` (N,) bool: False: the search came to no end at all.
+    `settled` (N,) bool: False: the result is the plain pull's minimum, biased by up to
+    ``(w / s)^2``.
+    `converged` (N,) bool: False: the search did not converge.
     """
 
     q: FloatArray
@@ -68,20 +70,25 @@ def fit_postures(
     pull_m: float = PULL_M,
     progress: Progress | None = None,
 ) -> Postures:
-    """The least-squares posture of every frame.
+    """Fit the posture of every frame by least squares.
 
-    `targets` (N, P, 3): where the markers were seen; NaN where they were not.
-    `start`, `natural` (N, n): where the search starts, and what holds where the markers leave
-    freedom.
-    `pull_m`: w: what moves the markers by less than this is left to the natural posture, m/rad.
-    `progress`: called with how many frames are done, of how many.
+    `targets` (N, P, 3): measured places of the markers; NaN where they were not seen.
+    `start`, `natural` (N, n): start of the search, and posture for directions that the markers do
+    not determine.
+    `pull_m`: w: a direction that moves the markers by less is determined by the natural posture,
+    m/rad.
+    `progress`: called with the number of frames done and their total.
     """
     n, rows = start.shape[1], targets.shape[1] * 3
     block = max(1, _BLOCK_SIZE // max(1, rows * n))
     parts = []
     for i in range(0, len(start), block):
-        here = slice(i, i + block)
-        parts.append(_Search(tree, targets[here], natural[here], pull_m).run(start[here]))
+        rows_of_block = slice(i, i + block)
+        parts.append(
+            _Search(tree, targets[rows_of_block], natural[rows_of_block], pull_m).run(
+                start[rows_of_block]
+            )
+        )
         if progress is not None:
             progress(min(i + block, len(start)), len(start))
     if len(parts) == 1:
@@ -93,7 +100,7 @@ def fit_postures(
 
 @dataclass(frozen=True)
 class _Search:
-    """The search of a block of frames."""
+    """Search for the postures of a block of frames."""
 
     tree: MarkerTree
     targets: FloatArray
@@ -105,28 +112,28 @@ class _Search:
         return self._polish(q, steps, converged)
 
     def _descend(self, start: FloatArray) -> tuple[FloatArray, IntArray, BoolArray]:
-        """Levenberg and Marquardt on ``|r|^2 + w^2 |q - natural|^2``, each frame damped on its own.
+        """Minimise ``|r|^2 + w^2 |q - natural|^2`` (Levenberg-Marquardt, damped for each frame).
 
-        The sum never rises, whatever the start.
+        The sum never increases, whatever the start.
         """
         q, steps = start.copy(), np.zeros(len(start), np.int64)
         w2, identity = self.pull_m**2, np.eye(q.shape[1])
-        now = self._plain_pull(np.arange(len(q)), q)
+        present = self._plain_pull(np.arange(len(q)), q)
         active = np.arange(len(q))
         damping = np.full(len(q), 1e-3)
         for _ in range(_DESCENT_STEPS):
             if not len(active):
                 break
             # (J^T J + (w^2 + mu) 1) (n, n) dq (n,) = J^T r + w^2 (natural - q)
-            A = now.JtJ[active] + (w2 + damping[active])[:, None, None] * identity
-            dq = np.asarray(np.linalg.solve(A, now.g[active][..., None])[..., 0], np.float64)
+            A = present.JtJ[active] + (w2 + damping[active])[:, None, None] * identity
+            dq = np.asarray(np.linalg.solve(A, present.g[active][..., None])[..., 0], np.float64)
             dq = _shortened(dq)
-            there = self._plain_pull(active, q[active] + dq)
-            better = there.cost <= now.cost[active]
-            moved = active[better]
-            q[moved] += dq[better]
-            now.cost[moved], now.JtJ[moved], now.g[moved] = (
-                values[better] for values in (there.cost, there.JtJ, there.g)
+            trial = self._plain_pull(active, q[active] + dq)
+            better = trial.cost <= present.cost[active]
+            accepted = active[better]
+            q[accepted] += dq[better]
+            present.cost[accepted], present.JtJ[accepted], present.g[accepted] = (
+                values[better] for values in (trial.cost, trial.JtJ, trial.g)
             )
             steps[active] += 1
             factor = np.where(better, 0.1, 10.0)
@@ -137,17 +144,17 @@ class _Search:
         return q, steps, converged
 
     def _plain_pull(self, rows: IntArray, q: FloatArray) -> _Normal:
-        """The sum of some frames at q, and its normal equations."""
+        """Sum of squares with the plain pull for some frames at q, and its normal equations."""
         away = self.natural[rows] - q
         w2 = self.pull_m**2
         at = normal_equations(self.tree, q, self.targets[rows])
         return _Normal(at.cost + w2 * (away * away).sum(axis=1), at.JtJ, at.g + w2 * away)
 
     def _polish(self, start: FloatArray, steps: IntArray, converged: BoolArray) -> Postures:
-        """Newton's steps on the iterated pull, from a point so near that they need no guard.
+        """Take Newton steps on the iterated pull, from a start so near that no damping is needed.
 
-        Where they do not settle (markers that barely determine a direction, far from where they
-        should be), the start, the plain pull's minimum, is kept.
+        If they do not converge (markers that hardly determine a direction and fit badly), the
+        start, which is the plain pull's minimum, is kept.
         """
         q, steps = start.copy(), steps.copy()
         free = np.zeros_like(q)
@@ -180,7 +187,7 @@ class _Normal:
 
 
 def normal_equations(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> _Normal:
-    """Normal equations of the seen markers, r = seen - computed, in m."""
+    """Normal equations of the seen markers, r = measured - computed, in m."""
     places, jacobian = marker_jacobian(tree, q)
     r, lost = _residual(places, targets)
     if lost.any():
@@ -194,13 +201,13 @@ def normal_equations(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> _N
 def iterated_pull(
     JtJ: FloatArray, Jtr: FloatArray, away: FloatArray, pull_m: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The step to the iterated-Tikhonov solution of the linearised problem.
+    """Compute the step to the iterated-Tikhonov solution of the linearised problem.
 
     Each pass minimises ``|r - J x|^2 + w^2 |x - x_before|^2``, from x = natural - q = `away`.
 
     Returns: `step` (N, n).
-    `free` (N, n): how much of each coordinate is the natural posture's, the diagonal of ``(w^2 (J^T
-    J + w^2)^-1)^PASSES``.
+    `free` (N, n): share of the natural posture in each coordinate, the diagonal of ``(w^2 (J^T J +
+    w^2)^-1)^PASSES``.
     """
     A = np.linalg.inv(JtJ + pull_m**2 * np.eye(JtJ.shape[1]))
     b = (A @ Jtr[..., None])[..., 0]
@@ -213,7 +220,7 @@ def iterated_pull(
 
 
 def _residual(places: FloatArray, targets: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """What is left (N, P, 3), 0 for a lost marker, and which markers are lost (N, P)."""
+    """Residuals (N, P, 3), 0 for a lost marker; and the mask of lost markers (N, P)."""
     lost = np.isnan(targets[..., 0])
     return np.where(lost[..., None], 0.0, targets - places), lost
 
@@ -224,27 +231,27 @@ def _cost(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
 
 
 def _shortened(dq: FloatArray) -> FloatArray:
-    """No step longer than `_LONGEST_STEP` in any coordinate."""
+    """Shorten steps to at most `_LONGEST_STEP` in any coordinate."""
     longest = np.abs(dq).max(axis=1, keepdims=True)
     return np.asarray(dq * np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300)))
 
 
-# Frames in which the markers that are seen do not say where the body is.
+# Frames in which the seen markers do not determine the posture.
 
-#: What the seen markers move by less than this is bridged, m/rad: at 0.5 mm of noise an angle
-#: that rests on less would be worse than a spline across a fifth of a second.
+#: A direction that moves the seen markers by less than this is bridged, m/rad: with 0.5 mm of
+#: noise, its estimate would be worse than a spline across a fifth of a second.
 BRIDGE_M: Final = 20e-3
 
-#: How much freedom (in coordinates) the loss of markers may add before a frame counts as short.
+#: Additional undetermined coordinates, by loss of markers, above which a frame counts as short.
 _MORE_FREEDOM: Final = 0.1
 
-#: At a trial's ends there is nothing to bridge to: the posture is held for this part of the gap
-#: that is allowed inside.
+#: At a trial's ends the nearest posture is repeated for at most this share of the gap that is
+#: allowed inside.
 END_SHARE: Final = 0.5
 
 
 def short_frames(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> BoolArray:
-    """Frames (N,) in which lost markers leave more freedom than all markers would."""
+    """True for frames (N,) whose lost markers leave more coordinates undetermined."""
     lost = np.flatnonzero(np.isnan(targets[..., 0]).any(axis=1))
     short = np.zeros(len(targets), bool)
     for rows in np.array_split(lost, max(1, len(lost) // 256)):
@@ -256,7 +263,7 @@ def short_frames(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> BoolAr
 
 
 def _freedom(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
-    """How many coordinates (N,) these markers leave free."""
+    """Number of coordinates (N,) that these markers leave undetermined, not necessarily whole."""
     at = normal_equations(tree, q, targets)
     _, free = iterated_pull(at.JtJ, at.g, np.zeros_like(q), BRIDGE_M)
     return np.asarray(free.sum(axis=1))
@@ -270,9 +277,9 @@ def bridge(
     targets: FloatArray,
     longest_gap_s: float,
 ) -> FloatArray:
-    """Coordinates (N, n) with those of short frames on a spline through their trial's others.
+    """Interpolate the coordinates (N, n) of short frames through the other frames of their trial.
 
-    Inside of a trial a cubic spline; at its ends the nearest posture is held.
+    Inside a trial by a cubic spline; at its ends the nearest posture is repeated.
 
     Raises InputError: a run of short frames is longer than `longest_gap_s`, or than half of it at a
     trial's ends.
@@ -320,10 +327,10 @@ def _refuse_long(
         lost = np.isnan(targets[start:end, :, 0]).mean(axis=0)
         missing = [names[m] for m in np.argsort(-lost, kind="stable") if lost[m] > 0.5][:3]
         time = markers.time_s[markers.samples_of(trial)]
-        where = " at the trial's end" if at_end else ""
+        suffix = " at the trial's end" if at_end else ""
         raise InputError(
             f"trial {markers.trials['trial'].iloc[trial]}: {', '.join(missing) or 'markers'} lost "
-            f"from {time[start]:.3f} to {time[end - 1]:.3f} s ({length:.3f} s{where}), and the "
+            f"from {time[start]:.3f} to {time[end - 1]:.3f} s ({length:.3f} s{suffix}), and the "
             "others do not determine the posture",
             expected=f"at most {allowed:g} s",
         )

@@ -1,4 +1,4 @@
-"""Every assumption of an analysis held against the data, and what then may be done."""
+"""Checks of every assumption of an analysis against the data, and their consequences."""
 
 import lazy_loader
 

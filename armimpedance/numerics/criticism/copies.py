@@ -1,4 +1,4 @@
-"""Trials that stand twice in a recording: their intervals would be too narrow by sqrt 2."""
+"""Trials that a recording holds twice: intervals would be too narrow by sqrt 2."""
 
 from __future__ import annotations
 
@@ -12,49 +12,49 @@ from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording, Window
 
-#: Samples that are averaged: what is left lies below some 100 Hz, where resampling changes little.
+#: Averaging time: it leaves frequencies below about 100 Hz, which resampling hardly changes, s.
 AVERAGED_S: Final = 0.004
-#: Noise of two trials that is as alike as this is the same noise.
+#: Noise of two trials with this correlation or more is the same noise.
 ALIKE: Final = 0.9
-#: And it must be this many times as alike as the noise of other trials is.
+#: In addition, its distance from correlation 1 must be this many times less than that of others.
 APART: Final = 10.0
-#: And chance must make any pair of the recording as alike less often than this.
+#: In addition, the probability of such a pair by chance in the recording must be below this.
 CHANCE: Final = 1e-3
-#: Fewer means than this per trial say nothing.
+#: Fewest means per trial for a comparison.
 FEWEST: Final = 12
-#: Numbers of a trial's noise that are independent, at the least.
+#: Least effective number of independent values in a trial's noise.
 FEWEST_INDEPENDENT: Final = 2.0
-#: More trials than this are not compared with one another.
+#: Most trials that are compared with one another.
 MOST_TRIALS: Final = 3000
-#: Of longer trials as many samples are compared.
+#: Most samples of a trial that are compared.
 MOST_SAMPLES: Final = 1 << 18
-#: Less than this part of the signal's range is no noise: a simulation without any.
+#: Noise below this share of the signal's range counts as none, as in a simulation without noise.
 LEAST_NOISE: Final = 1e-6
-#: The mains and their first harmonic: two trials may happen to begin at one phase of them (Hz).
+#: Mains frequencies and first harmonics, Hz: two trials may begin at the same phase of them.
 MAINS_HZ: Final = (50.0, 60.0, 100.0, 120.0)
-#: Noise is compared over this much rest before the onset, or else over the whole of the trials (s).
+#: Least rest before the onset to compare noise in, s; with less, whole trials are compared.
 REST_S: Final = 0.05
 
 
 def check_copies(recording: Recording, window: Window | None = None) -> Finding:
-    """Whether two trials hold the same noise, sample by sample.
+    """Check that no two trials hold the same noise, sample by sample.
 
-    Third differences of means over 4 ms leave next to nothing of a limb's movement and most of the
-    sensors' noise. The noise of two trials that were measured is unlike; trials that were copied,
-    or resampled to another clock, share it.
+    Third differences of means over 4 ms remove nearly all of a limb's movement and keep most of the
+    sensors' noise. Two measured trials have different noise; trials that were copied, or resampled
+    to another clock, share it.
 
     Parameters
     ----------
     recording : Recording
     window : Window, optional
         Its trials around their onsets: the rest before the onsets is compared, so that a robot
-        that does the same in every trial is not taken for a copy, and copies shifted in time are
-        found too. Default: trials from their first samples on.
+        that repeats its motion in every trial is not taken for a copy, and copies shifted in time
+        are detected too. Default: trials from their first samples on.
 
     Returns
     -------
     Finding
-        "copies"; unusable where there are any.
+        "copies"; unusable if there are any.
 
     Examples
     --------
@@ -69,19 +69,21 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     signals, numbers = _aligned(recording, window)
     step = max(1, round(AVERAGED_S * recording.sample_rate_hz))
     least = [
-        LEAST_NOISE * max(float(np.ptp(axis)) for axis in each.T)
-        for each in (recording.force, recording.position)
+        LEAST_NOISE * max(float(np.ptp(axis)) for axis in signal.T)
+        for signal in (recording.force, recording.position)
     ]
     rate = recording.sample_rate_hz
-    found = [_noise(each, step, rate, size) for each, size in zip(signals, least, strict=True)]
-    noise = [each for each in found if each is not None]
+    by_signal = [
+        _noise(signal, step, rate, size) for signal, size in zip(signals, least, strict=True)
+    ]
+    noise = [signal for signal in by_signal if signal is not None]
     if len(numbers) < 2 or not noise:
         return Finding("copies", "ok", "no noise by which trials could be told apart")
-    most, partner, copied = _partners(noise, _repeats(window))
+    largest, partner, copied = _partners(noise, _repeats(window))
     if not copied.any():
-        text = f"the most alike trials share {max(100 * most, 0):.0f} % of their noise"
+        text = f"the most alike trials share {max(100 * largest, 0):.0f} % of their noise"
         seen = f"{100 * ALIKE:.0f} %"
-        if most > ALIKE:
+        if largest > ALIKE:
             text += ", which chance does in records that were filtered as much"
             seen = "the same samples twice"
         return Finding("copies", "ok", text, smallest=seen)
@@ -98,24 +100,24 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
 def _partners(
     noise: list[FloatArray], repeats: BoolArray | None
 ) -> tuple[float, IntArray, BoolArray]:
-    """The largest share of noise that two trials have in common; each one's partner; the copies."""
-    shared = [each @ each.T for each in noise]
-    alike = reduce(np.minimum, shared)
-    np.fill_diagonal(alike, -1.0)
-    best = alike.max(axis=1)
-    partner = alike.argmax(axis=1)
+    """Largest correlation of two trials' noise, partner of each trial, and the copies (T,)."""
+    shared = [noise_of @ noise_of.T for noise_of in noise]
+    similarity = reduce(np.minimum, shared)
+    np.fill_diagonal(similarity, -1.0)
+    best = similarity.max(axis=1)
+    partner = similarity.argmax(axis=1)
     copied = best > ALIKE
-    usual = np.median(alike[copied], axis=1)
+    usual = np.median(similarity[copied], axis=1)
     copied[copied] = APART * (1 - best[copied]) < 1 - usual
     if copied.any():
-        tried = len(alike) * (len(alike) - 1) / 2
-        likely = np.max([_chance(each, partner, repeats) for each in shared], axis=0)
-        copied &= likely < np.log(CHANCE / tried)
+        pairs = len(similarity) * (len(similarity) - 1) / 2
+        likely = np.max([_chance(noise_of, partner, repeats) for noise_of in shared], axis=0)
+        copied &= likely < np.log(CHANCE / pairs)
     return float(best.max()), partner, copied
 
 
 def _repeats(window: Window | None) -> BoolArray | None:
-    """Which trials repeat each other's disturbance, (T, T); None where nobody knows."""
+    """Pairs of trials with the same disturbance, (T, T) bool; None if that is not known."""
     if window is None or window.disturbance is None:
         return None
     labels = window.disturbance[np.flatnonzero(window.usable)[:MOST_TRIALS]]
@@ -123,18 +125,18 @@ def _repeats(window: Window | None) -> BoolArray | None:
 
 
 def _chance(shared: FloatArray, partner: IntArray, repeats: BoolArray | None) -> FloatArray:
-    """Logarithm of how often chance makes a trial and its partner as alike, (T,).
+    """Logarithm of the probability of such a correlation with the partner by chance, (T,).
 
-    A filter leaves few numbers of a trial's noise that are independent, and smears the response
-    into the rest before it, which repeats have in common. Two vectors of n independent numbers have
-    a correlation r with ``r^2 ~ Beta(1/2, (n - 1)/2)``, mean ``1/n``, which tells n.
+    A filter leaves few independent values in a trial's noise, and smears the response into the rest
+    before it; repeats of a disturbance have this in common. Two vectors of n independent values
+    have a correlation r with ``r^2 ~ Beta(1/2, (n - 1)/2)``, whose mean ``1/n`` gives n.
     """
     every = np.arange(len(shared))
     others = ~np.eye(len(shared), dtype=bool)
     # a trial's copy is not one of the others
     others[every, np.where(others, shared, -2.0).argmax(axis=1)] = False
     kinds = [others] if repeats is None else [others, others & repeats]
-    means = [float((shared[each] ** 2).mean()) for each in kinds if each.any()]
+    means = [float((shared[mask] ** 2).mean()) for mask in kinds if mask.any()]
     independent = max(1 / max(means, default=1 / FEWEST), FEWEST_INDEPENDENT)
     # P(r^2 > x) = I_(1-x)((n - 1)/2, 1/2), of positive r half of it
     rest = np.clip(1 - np.clip(shared[every, partner], 0.0, 1.0) ** 2, 0.0, 1.0)
@@ -145,7 +147,7 @@ def _chance(shared: FloatArray, partner: IntArray, repeats: BoolArray | None) ->
 def _aligned(
     recording: Recording, window: Window | None
 ) -> tuple[tuple[FloatArray, FloatArray], IntArray]:
-    """Force and position (T, S, d) of trials over the same time, and their numbers."""
+    """Force and position (T, S, d) of trials over the same time, and the trials' numbers."""
     if window is not None:
         used = np.flatnonzero(window.usable)[:MOST_TRIALS]
         rest = window.lag_s <= (0 if -window.lag_s[0] >= REST_S else np.inf)
@@ -157,7 +159,7 @@ def _aligned(
 
 
 def _noise(signal: FloatArray, step: int, rate_hz: float, least: float) -> FloatArray | None:
-    """Changes of every trial that no limb makes (T, n), of length 1; None where there are none."""
+    """Changes of every trial that no limb can make, (T, n), of length 1; None if there are none."""
     trials, samples, d = signal.shape
     means = signal[:, : samples // step * step].reshape(trials, -1, step, d).mean(axis=2)
     if means.shape[1] < FEWEST:
@@ -170,7 +172,7 @@ def _noise(signal: FloatArray, step: int, rate_hz: float, least: float) -> Float
 
 
 def _without_mains(changes: FloatArray, rate_hz: float) -> FloatArray:
-    """Less the hum that each trial and axis holds, (T, n, d)."""
+    """Changes (T, n, d) without the mains hum of each trial and axis."""
     phase = 2 * np.pi * np.outer(np.arange(changes.shape[1]) / rate_hz, MAINS_HZ)
     hum = np.column_stack([np.cos(phase), np.sin(phase)])
     if 2 * hum.shape[1] > len(hum):

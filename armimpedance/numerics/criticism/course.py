@@ -1,8 +1,8 @@
-"""Whether the inertia of a limb changes in a session, by the estimates of its parts.
+"""Check for a change of the limb's inertia during a session, from estimates of its parts.
 
-Inertia does not change while a person is measured. A number in part i of the session (a trial, a
-block of trials), known to s_i, is ``y (1 + g w_i)``, w the course of a change: 0 before a part and
-1 from it on, or rising from 0 to 1. g is the change as a part of what was before.
+Inertia does not change while a person is measured. A parameter in part i of the session (a trial, a
+block of trials), with standard error s_i, is modelled as ``y (1 + g w_i)``. w is the course of the
+change: 0 before some part and 1 from it on, or rising from 0 to 1. g is the relative change.
 """
 
 from __future__ import annotations
@@ -16,24 +16,25 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.findings import Finding
 
-#: A change is told from this many standard errors and from this part on; some ten are tried.
+#: A change is reported above this many standard errors, since some ten courses are tried, and
+#: above this relative size.
 SIGNIFICANT: Final = 4.0
 LEAST: Final = 0.03
-#: Parts of a change by which numbers that are scaled alike may differ.
+#: Share of a change by which the changes of parameters that are scaled alike may differ.
 NEARLY: Final = 0.2
-#: Below this change a number has the other sign.
+#: Below this relative change a parameter has reversed its sign.
 TURNED: Final = -1.5
-#: Fewer trials say nothing of a course.
+#: Fewest trials for a course.
 FEWEST: Final = 3
 
 
 @dataclass(frozen=True)
 class TrialsChange:
-    """The change that explains most: its part of the first number, standard error and course.
+    """The most significant change: relative change of the first parameter, standard error, course.
 
-    `first`: the trial from which on it holds, counted from 0; None: it grows from first to last.
-    `others` (p - 1,), `others_sd`: parts by which the other numbers change along the same course.
-    `limit`: standard errors that chance does not reach in all that was tried.
+    `first`: the first trial after the change, counted from 0; None: it grows from first to last.
+    `others` (p - 1,), `others_sd`: relative changes of the other parameters along the same course.
+    `limit`: significance limit in standard errors, for all courses that were tried.
     """
 
     size: float
@@ -45,33 +46,36 @@ class TrialsChange:
 
     @property
     def least(self) -> float:
-        """The smallest part that is more than chance, and matters."""
+        """Detection limit: the smallest relative change that is significant and matters."""
         return max(self.limit * self.error, LEAST)
 
     @property
     def seen(self) -> bool:
-        """Whether it is more than chance, and matters."""
+        """True if the change is significant and matters."""
         return abs(self.size) > self.least
 
     @property
     def alike(self) -> bool:
-        """Whether the other numbers change by the same part, within its errors or nearly."""
-        apart, allowed = np.abs(self.others - self.size), 3 * np.hypot(self.others_sd, self.error)
-        return bool((apart < np.maximum(allowed, NEARLY * abs(self.size))).all())
+        """True if the other parameters change by the same share, within errors or nearly."""
+        distance, allowed = (
+            np.abs(self.others - self.size),
+            3 * np.hypot(self.others_sd, self.error),
+        )
+        return bool((distance < np.maximum(allowed, NEARLY * abs(self.size))).all())
 
 
 def change_over_trials(values: FloatArray, sd: FloatArray) -> TrialsChange | None:
-    """The change of the first of p numbers over n trials.
+    """Return the most significant change of the first of p parameters over n trials.
 
     Parameters
     ----------
     values, sd : (n, p)
-        Numbers of each trial in the order of the session, and their standard errors.
+        Parameters of each trial in the order of the session, and their standard errors.
 
     Returns
     -------
     TrialsChange or None
-        None with fewer than three trials, or where a number is not finite.
+        None with fewer than three trials, or if a number is not finite.
 
     Examples
     --------
@@ -83,16 +87,18 @@ def change_over_trials(values: FloatArray, sd: FloatArray) -> TrialsChange | Non
     """
     if len(values) < FEWEST or not (np.isfinite(sd).all() and np.isfinite(values).all()):
         return None
-    tried = []
+    candidates = []
     for first, w in _courses(len(values)):
         change, error, before = _along(values, sd, w)
-        tried.append((abs(change[0]) / error[0], first, change / before, error / np.abs(before)))
-    _, first, g, error = max(tried, key=lambda one: one[0])
+        candidates.append(
+            (abs(change[0]) / error[0], first, change / before, error / np.abs(before))
+        )
+    _, first, g, error = max(candidates, key=lambda candidate: candidate[0])
     return TrialsChange(float(g[0]), float(error[0]), first, g[1:], error[1:])
 
 
 def _courses(n: int) -> Iterator[tuple[int | None, FloatArray]]:
-    """Where a change may begin, and w (n,)."""
+    """Yield the first part after the change (None: a ramp) and its course w (n,)."""
     for first in range(1, n):
         yield first, (np.arange(n) >= first).astype(float)
     yield None, np.linspace(0.0, 1.0, n)
@@ -101,31 +107,31 @@ def _courses(n: int) -> Iterator[tuple[int | None, FloatArray]]:
 def _along(
     values: FloatArray, sd: FloatArray, w: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Changes (p,), their standard errors, which what is left between parts makes larger, and y."""
+    """Changes (p,), their standard errors (enlarged by scatter), and initial values y (p,)."""
     weight = sd**-2
-    whole = weight.sum(axis=0)
+    total = weight.sum(axis=0)
     # w and values (n, p) about their weighted means: sum u w~ y~ = change sum u w~^2, u the weights
-    middle, mean = (weight * w[:, None]).sum(axis=0) / whole, (weight * values).sum(axis=0) / whole
-    moved, about = w[:, None] - middle, values - mean
-    known = (weight * moved**2).sum(axis=0)
-    change = (weight * moved * about).sum(axis=0) / known
-    left = (weight * (about - change * moved) ** 2).sum(axis=0) / max(len(w) - 2, 1)
-    return change, np.sqrt(np.maximum(left, 1.0) / known), mean - change * middle
+    middle, mean = (weight * w[:, None]).sum(axis=0) / total, (weight * values).sum(axis=0) / total
+    course, deviation = w[:, None] - middle, values - mean
+    information = (weight * course**2).sum(axis=0)
+    change = (weight * course * deviation).sum(axis=0) / information
+    scatter = (weight * (deviation - change * course) ** 2).sum(axis=0) / max(len(w) - 2, 1)
+    return change, np.sqrt(np.maximum(scatter, 1.0) / information), mean - change * middle
 
 
 def sizes_beside(
     values: FloatArray, covariance: FloatArray, whole: FloatArray
 ) -> tuple[float, float]:
-    """By which factor x the whole's numbers become a part's, ``values = x whole``.
+    """Estimate the factor x between a part's parameters and the whole's, ``values = x whole``.
 
     Parameters
     ----------
     values : (k,)
-        Of the part.
+        Parameters of the part.
     covariance : (k, k)
-        Of `values`.
+        Covariance of `values`.
     whole : (k,)
-
+        Parameters of the whole.
     Returns
     -------
     tuple of float
@@ -139,13 +145,13 @@ def sizes_beside(
     2.0
     """
     weight = np.linalg.inv(covariance)
-    known = float(whole @ weight @ whole)
-    return float(whole @ weight @ values) / known, known**-0.5
+    information = float(whole @ weight @ whole)
+    return float(whole @ weight @ values) / information, information**-0.5
 
 
 @dataclass(frozen=True)
 class SessionWords:
-    """What the parts of a session are, and what may have changed where their inertia does."""
+    """Terms of a topic for a change of inertia: part of a session, symbol, possible causes."""
 
     part: str
     symbol: str
@@ -153,7 +159,7 @@ class SessionWords:
     limb: str
 
 
-#: Of a hand that a robot moves.
+#: Terms for a hand that a robot moves.
 HAND_WORDS: Final = SessionWords(
     "part",
     "M",
@@ -167,14 +173,14 @@ def check_inertia_over(
     series: Mapping[str, tuple[FloatArray, FloatArray]],
     words: SessionWords,
 ) -> tuple[Finding, ...]:
-    """The finding "session"; none where there are fewer than three parts.
+    """Return the finding "session"; none if there are fewer than three parts.
 
     Parameters
     ----------
     labels : (n,) sequence of str
         Names of the parts in the order of the session.
     series : mapping of str to (n, 3), (n, 3)
-        Inertia, viscosity and stiffness of every part with their errors: of all axes (""), and of
+        Inertia, viscosity and stiffness of every part and their errors: over all axes (""), and for
         single axes of force by their names.
     words : SessionWords
 
@@ -191,24 +197,24 @@ def check_inertia_over(
     >>> one.message.split(",")[0]
     'M changes by -50 % (sd 1) from d on'
     """
-    asked = ((axis, change_over_trials(*numbers)) for axis, numbers in series.items())
-    found = {axis: change for axis, change in asked if change is not None}
-    if not found:
+    tested = ((axis, change_over_trials(*numbers)) for axis, numbers in series.items())
+    changes = {axis: change for axis, change in tested if change is not None}
+    if not changes:
         return ()
-    return clearest_finding(found, labels, words)
+    return clearest_finding(changes, labels, words)
 
 
 def clearest_finding(
     found: Mapping[str, TrialsChange], labels: Sequence[str], words: SessionWords
 ) -> tuple[Finding, ...]:
-    """The finding "session" of the changes that explain most.
+    """Return the finding "session" on the most significant change.
 
     Parameters
     ----------
     found : mapping of str to TrialsChange
-        Of all axes (""), and of single axes by their names.
+        Changes over all axes (""), and of single axes by their names.
     labels : sequence of str
-        Of the parts that a change may begin with.
+        Names of the parts that a change may begin with.
     words : SessionWords
 
     Returns
@@ -216,33 +222,34 @@ def clearest_finding(
     tuple of Finding
         One.
     """
-    axis = _whose(found)
+    axis = _changed_axis(found)
     change = found[axis]
     over = f"from the first {words.part} to the last"
     smallest = f"{100 * found[''].least:.2g} % of {words.symbol}"
     if not change.seen:
         text = f"inertia is the same {over}"
         return (Finding("session", "ok", text, smallest),)
-    where = over if change.first is None else f"from {labels[change.first]} on"
+    extent = over if change.first is None else f"from {labels[change.first]} on"
     along = f" along {axis}" if axis else ""
     if change.size < TURNED:
-        text = f"the sign of {words.symbol}{along} turns {where}: that of a channel was turned"
+        text = f"the sign of {words.symbol}{along} turns {extent}: that of a channel was turned"
         return (Finding("session", "warning", text, smallest),)
     cause = words.limb
     if change.alike:
         cause = "B and K alike: " + ("one channel's gain" if axis else words.gain)
     text = (
         f"{words.symbol}{along} changes by {100 * change.size:+.0f} % (sd "
-        f"{100 * change.error:.0f}) {where}, {cause}; fit the {words.part}s apart"
+        f"{100 * change.error:.0f}) {extent}, {cause}; fit the {words.part}s apart"
     )
     return (Finding("session", "warning", text, smallest),)
 
 
-def _whose(found: Mapping[str, TrialsChange]) -> str:
-    """Whose change is told: that of all axes where each of them shares it, else the clearest."""
+def _changed_axis(found: Mapping[str, TrialsChange]) -> str:
+    """Axis whose change is reported: "" if all axes share it, else the most significant."""
     whole = found[""]
     shared = all(
-        abs(one.size - whole.size) < 3 * np.hypot(one.error, whole.error) for one in found.values()
+        abs(change.size - whole.size) < 3 * np.hypot(change.error, whole.error)
+        for change in found.values()
     )
     if whole.seen and whole.alike and shared:
         return ""

@@ -1,4 +1,4 @@
-"""The gate before an analysis: a check that says STOP ends it, unless it is named."""
+"""The gate before an analysis: a finding of "unusable" ends it, unless the user overrules it."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from armimpedance.core.findings import Finding
 
 
 def refuse_stops(findings: Sequence[Finding], despite: Collection[str] = ()) -> tuple[Finding, ...]:
-    """Refuse what a check calls unusable; go on despite the checks that are named.
+    """Refuse data that a check calls unusable; go on if the check is named in `despite`.
 
     Parameters
     ----------
     findings : sequence of Finding
-        What was found before the analysis.
+        Findings of the checks before the analysis.
     despite : collection of str
-        Names of checks that the analysis goes on despite.
+        Names of checks whose verdict "unusable" is overruled.
 
     Returns
     -------
     tuple of Finding
-        The findings that were overruled: each result is marked with them.
+        The overruled findings; each result is marked with them.
 
     Raises
     ------
     InputError
-        A check says that no number is meant, or `despite` names no check.
+        A check says "unusable" and is not overruled, or `despite` holds a name of no check.
 
     Examples
     --------
@@ -36,18 +36,18 @@ def refuse_stops(findings: Sequence[Finding], despite: Collection[str] = ()) -> 
     >>> [one.name for one in refuse_stops(found, despite=["force sign"])]
     ['force sign']
     """
-    names = {one.name for one in findings}
+    names = {finding.name for finding in findings}
     for name in despite:
         if name not in names:
             raise InputError(
                 f"no check {name!r} here",
                 expected=f"one of {', '.join(sorted(n for n in names if n))}",
             )
-    stops = [one for one in findings if one.verdict == "unusable"]
-    for one in stops:
-        if one.name not in despite:
+    stops = [finding for finding in findings if finding.verdict == "unusable"]
+    for finding in stops:
+        if finding.name not in despite:
             raise InputError(
-                one.sentence,
-                expected=f"a recording without this, or --despite '{one.name}' to go on",
+                finding.sentence,
+                expected=f"a recording without this, or --despite '{finding.name}' to go on",
             )
     return tuple(stops)

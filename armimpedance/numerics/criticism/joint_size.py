@@ -1,4 +1,4 @@
-"""Can a person's joint or hand be of this size? What it is not betrays a unit: mN, kgf, degrees."""
+"""Check that inertia and stiffness of a joint or hand are possible; a wrong unit makes them not."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from armimpedance.core.errors import EstimationError
 from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.findings import Finding
 
-#: Standard errors by which a number must lie outside.
+#: Standard errors by which a number must lie outside the limits.
 SURE: Final = 3.0
 
 
 class _Size(NamedTuple):
-    """What a number can be at any joint of a person, in its unit."""
+    """Possible range of a quantity at any human joint, in its unit."""
 
     unit: str
     low: float
@@ -31,17 +31,18 @@ SIZES: Final[dict[Quantity, _Size]] = {
 }
 
 
-#: What a person's size leaves open: bodies differ by a fifth or two, a cuff and a handle add.
+#: Range about the value expected from a person's size: bodies differ by 20 to 40 %, and a cuff and
+#: a handle add inertia.
 BY_SIZE: Final = (1 / 4, 8.0)
 
 
 def check_joint_size(
     quantity: Quantity, value: float, sd: float, expected: float | None = None
 ) -> Finding:
-    """Whether a fitted number can be that of a person's joint.
+    """Check that a fitted number is possible for a human joint.
 
-    A violation by less than the distance to the limits is not seen: ``smallest`` says which factor
-    would have been.
+    An error smaller than the distance to the limits is not detected: ``smallest`` states the
+    smallest factor that would be.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def check_joint_size(
     sd : float
         Its standard error.
     expected : float, optional
-        What the person's size makes likely; the limits are then a few times less and more.
+        The value expected from the person's size; the limits are then a few times less and more.
 
     Returns
     -------
@@ -69,44 +70,44 @@ def check_joint_size(
         low, high = (part * expected for part in BY_SIZE)
         size = _Size(size.unit, float(f"{low:.2g}"), float(f"{high:.2g}"))
         whose = f"of no limb of this person, where some {expected:.2g} are likely"
-    told = f"{quantity} {value:.3g} {size.unit}"
+    text = f"{quantity} {value:.3g} {size.unit}"
     if size.low <= value + SURE * sd and value - SURE * sd <= size.high:
         inside = min(max(value, size.low), size.high)
         away = [size.high / inside] if inside else []
         away += [inside / size.low] if size.low else []
-        return Finding("units", "ok", told, f"a factor of {_short(min(away))}" if away else "")
+        return Finding("units", "ok", text, f"a factor of {_short(min(away))}" if away else "")
     limits = f"{size.low:g} to {size.high:g}" if size.low else f"below {size.high:g}"
     return Finding(
         "units",
         "warning",
-        f"{told} is that {whose} ({limits}): torque in N m and angle in rad are expected; check "
+        f"{text} is that {whose} ({limits}): torque in N m and angle in rad are expected; check "
         "the units (kgf m, mNm, degrees), and the mass and the length that were stated",
     )
 
 
-#: Mean inertia along the axes per body mass: of the hand of seated adults .02 to .03 (simulated
-#: arms after Winter, every posture); a hand in forces of kgf shows a tenth of it.
+#: Limits of the mean inertia along the axes per body mass. For the hand of seated adults it is .02
+#: to .03 (simulated arms after Winter, every posture); with forces in kgf it is a tenth of that.
 PER_BODY_MASS: Final = (0.006, 0.1)
-#: The same where the body's mass is not known, kg: from a child's to the arm of a giant.
+#: Limits if the body's mass is not known, kg: from a child's arm to a very large person's.
 HAND_INERTIA: Final = (0.22, 10.0)
 
 
 def check_hand_size(mean: float, error: float, mass_kg: float | None) -> Finding:
-    """Whether a fitted inertia can be that of a person's hand.
+    """Check that a fitted inertia is possible for a human hand.
 
     Parameters
     ----------
     mean : float
-        Of the inertia over the axes, kg.
+        Mean of the inertia over the axes, kg.
     error : float
         Its standard error.
     mass_kg : float or None
-        Of the person's body, where it is stated.
+        Mass of the person's body, if it is stated.
 
     Returns
     -------
     Finding
-        "units", a STOP where it cannot.
+        "units"; unusable if it is not possible.
 
     Examples
     --------
@@ -117,7 +118,7 @@ def check_hand_size(mean: float, error: float, mass_kg: float | None) -> Finding
     low, high = HAND_INERTIA
     whose = "any limb's"
     if mass_kg is not None:
-        low, high = (mass_kg * each for each in PER_BODY_MASS)
+        low, high = (mass_kg * share for share in PER_BODY_MASS)
         whose = f"that of a hand of a body of {mass_kg:g} kg"
     text = f"mean inertia {mean:.3g} kg, {whose} {low:.2g} to {high:.2g}"
     if low <= mean + SURE * error and mean - SURE * error <= high:
@@ -128,18 +129,18 @@ def check_hand_size(mean: float, error: float, mass_kg: float | None) -> Finding
 
 
 def refuse_size(one: ImpedanceEstimate, mass_kg: float | None) -> None:
-    """Refuse an estimate whose inertia is of another unit than it says.
+    """Refuse an estimate whose inertia must be in another unit than stated.
 
     Parameters
     ----------
     one : ImpedanceEstimate
     mass_kg : float or None
-        Of the person's body, where it is stated.
+        Mass of the person's body, if it is stated.
 
     Raises
     ------
     EstimationError
-        No person's hand, or joints, have such an inertia.
+        No human hand or joint has such an inertia.
 
     Examples
     --------
@@ -149,17 +150,17 @@ def refuse_size(one: ImpedanceEstimate, mass_kg: float | None) -> None:
     >>> hand = ai.estimate(simulate("cocontraction", seed=1, conditions=["cocontraction_20"])[0])
     >>> refuse_size(hand.estimates[0], 65.0)
     """
-    own, sd = np.diag(one.inertia), np.diag(one.sd[0])
+    inertias, sd = np.diag(one.inertia), np.diag(one.sd[0])
     if one.level == "hand":
         largest = float(np.sqrt(np.diag(one.covariance)[: one.k**2].max()))
-        _refuse(check_hand_size(float(own.mean()), largest, mass_kg))
+        _refuse(check_hand_size(float(inertias.mean()), largest, mass_kg))
         return
-    for inertia, error in zip(own, sd, strict=True):
+    for inertia, error in zip(inertias, sd, strict=True):
         refuse_joint_size(float(inertia), float(error))
 
 
 def refuse_joint_size(inertia: float, sd: float) -> None:
-    """Refuse a joint whose inertia is of another unit than it says.
+    """Refuse a joint whose inertia must be in another unit than stated.
 
     Parameters
     ----------
@@ -171,7 +172,7 @@ def refuse_joint_size(inertia: float, sd: float) -> None:
     Raises
     ------
     EstimationError
-        No joint of a person has such an inertia.
+        No human joint has such an inertia.
 
     Examples
     --------
@@ -187,5 +188,5 @@ def _refuse(size: Finding) -> None:
 
 
 def _short(factor: float) -> str:
-    """Two digits, and no exponent."""
+    """Text of a factor with two digits and no exponent."""
     return f"{factor:.0f}" if factor >= 10 else f"{factor:.2g}"

@@ -1,8 +1,8 @@
 """Covariance of the parameters: classical, clustered, long-run, and by leaving trials out.
 
-All in the order of `Fit.parameters` (every regressor of output 1, then of output 2, ...), with
-the blocks between outputs. Residuals at 1 kHz are autocorrelated; the classical covariance, which
-takes them as independent, is far too small there and serves comparison with the sources only.
+All are in the order of `Fit.parameters` (every regressor of output 1, then of output 2, ...), with
+the blocks between outputs. Residuals at 1 kHz are autocorrelated. The classical covariance assumes
+them to be independent and is far too small; it is for comparison with the sources only.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from armimpedance.numerics.regression.diagnose import (
 )
 from armimpedance.numerics.regression.factors import TrialFactors
 
-#: Part of a slow sum that the fit leaves at least, for its mean to be made up.
+#: Least share of a slow sum that the fit leaves; limits the correction of its mean.
 _LEAST_LEFT: Final = 0.1
 
 CovarianceKind = Literal["cr1", "cr3", "replicates", "classical"]
@@ -36,11 +36,11 @@ def parameter_covariance(
     kind: CovarianceKind,
     strata: ArrayLike | None = None,
 ) -> FloatArray:
-    """Covariance (p q, p q) of one kind.
+    """Covariance (p q, p q) of the requested kind.
 
     Raises InputError: unknown kind, a single cluster for a clustered one, no more rows than
     parameters, or replicates without strata of two clusters or more.
-    Raises NotIdentifiableError: CR3 where one cluster alone informs a parameter.
+    Raises NotIdentifiableError: for CR3, if only one cluster informs a parameter.
     """
     if kind not in get_args(CovarianceKind):
         raise InputError(
@@ -65,7 +65,7 @@ def parameter_covariance(
 
 
 def clustered_dof(factors: TrialFactors, kind: CovarianceKind, strata: ArrayLike | None) -> int:
-    """Degrees of freedom of a clustered covariance: clusters less means taken off them."""
+    """Degrees of freedom of a clustered covariance: clusters less means subtracted from them."""
     means = len(np.unique(np.asarray(strata))) if kind == "replicates" else 1
     return factors.n_clusters - means
 
@@ -73,7 +73,7 @@ def clustered_dof(factors: TrialFactors, kind: CovarianceKind, strata: ArrayLike
 def check_strata(n_clusters: int, strata: ArrayLike | None) -> IntArray:
     """Number of the stratum of each cluster, (T,).
 
-    Raises InputError: no labels, not one per cluster, or a stratum of a single cluster.
+    Raises InputError: there is not one label per cluster, or a stratum has a single cluster.
     """
     labels = np.asarray([] if strata is None else strata)
     if labels.shape != (n_clusters,):
@@ -87,27 +87,30 @@ def check_strata(n_clusters: int, strata: ArrayLike | None) -> IntArray:
 
 
 def residual_dof(factors: TrialFactors) -> int:
-    """Rows less regressors less nuisance parameters already projected out."""
+    """Rows less regressors less nuisance parameters projected out before."""
     return factors.effective_rows - factors.n_regressors
 
 
 def residual_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
-    """``E^T E / dof`` (q, q)."""
+    """Covariance of the residuals, ``E^T E / dof`` (q, q)."""
     R_E = pooled.residual_triangle
     return np.asarray(R_E.T @ R_E / max(residual_dof(factors), 1))
 
 
 def classical_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
-    """Independent residuals: ``Sigma (x) (W^T W)^-1``, Sigma (q, q) the residuals' covariance."""
+    """Covariance for independent residuals: ``Sigma (x) (W^T W)^-1``.
+
+    Sigma (q, q) is the residuals' covariance.
+    """
     inverse = pooled.to_si(np.eye(factors.n_regressors))
     # C (q p, q p) = Sigma (q, q) (x) R^-1 R^-T (p, p)
     return np.asarray(np.kron(residual_covariance(factors, pooled), inverse @ inverse.T))
 
 
 def cr1_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
-    """Clustered: outer products of the clusters' scores times ``G/(G-1) (N-1)/(N-p)``.
+    """Clustered covariance CR1: outer products of the clusters' scores.
 
-    N counts the rows less the nuisance parameters, G the clusters.
+    Times ``G/(G-1) (N-1)/(N-p)``, N the rows less the nuisance parameters, G the clusters.
     """
     N, G = factors.effective_rows, factors.n_clusters
     small_sample = G / (G - 1) * (N - 1) / (N - factors.n_regressors)
@@ -115,32 +118,34 @@ def cr1_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
 
 
 def cr3_covariance(pooled: Pooled) -> FloatArray:
-    """Clustered, jackknife: ``(G-1)/G sum_t (Theta_(t) - Theta)(Theta_(t) - Theta)^T``.
+    """Clustered covariance CR3, by jackknife.
 
-    Theta_(t) is the fit without cluster t.
+    ``(G-1)/G sum_t (Theta_(t) - Theta)(Theta_(t) - Theta)^T``, Theta_(t) the fit without cluster t.
     """
     G = len(pooled.gram)
     return (G - 1) / G * _outer(_influence(pooled, leave_out_scores(pooled)))
 
 
 def replicate_covariance(pooled: Pooled, strata: IntArray) -> FloatArray:
-    """Clustered, from replicates: scores about the mean of their stratum, ``n_s/(n_s - 1)`` each.
+    """Clustered covariance from replicates: scores about the mean of their stratum.
 
-    ``C = sum_s n_s/(n_s - 1) sum_(t in s) (d_t - mean_s d)(d_t - mean_s d)^T``, d_t what cluster t
-    moves the solution by. What is the same in every replicate of a stratum, such as a limb's
-    non-linearity along one direction, repeats in every experiment: it is no chance and adds
-    nothing, where CR1 and CR3 count it. Replicates share their regressors, so that the residuals'
-    shrinkage by the fit is common to a stratum and needs no correction.
+    ``C = sum_s n_s/(n_s - 1) sum_(t in s) (d_t - mean_s d)(d_t - mean_s d)^T``, d_t the change of
+    the solution by cluster t. A deviation that is the same in every replicate of a stratum, such as
+    a limb's non-linearity along one direction, repeats in every experiment: it is not random and
+    adds nothing here, while CR1 and CR3 include it. Replicates share their regressors, so that the
+    fit shrinks the residuals of a stratum alike and no correction is needed.
     """
     return replicate_sum(_influence(pooled, pooled.score), strata)
 
 
-def replicate_sum(moved: FloatArray, strata: IntArray) -> FloatArray:
-    """``sum_s n_s/(n_s - 1) sum_(t in s) (d_t - mean_s d)(d_t - mean_s d)^T`` of d (T, n)."""
+def replicate_sum(changes: FloatArray, strata: IntArray) -> FloatArray:
+    """Compute ``sum_s n_s/(n_s - 1) sum_(t in s) (d_t - mean_s d)(d_t - mean_s d)^T``, d (T, n)."""
     counts = np.bincount(strata)
-    means = np.stack([np.bincount(strata, column) for column in moved.T], axis=1) / counts[:, None]
+    means = (
+        np.stack([np.bincount(strata, column) for column in changes.T], axis=1) / counts[:, None]
+    )
     weight = np.sqrt(counts / (counts - 1))[strata]
-    return _outer(weight[:, None] * (moved - means[strata]))
+    return _outer(weight[:, None] * (changes - means[strata]))
 
 
 def long_run_covariance(
@@ -149,9 +154,9 @@ def long_run_covariance(
     """Covariance (p, p) of one output's parameters for autocorrelated residuals.
 
     The long-run variance of the scores is the mean of squares of their slowest cosine sums (U. K.
-    Mueller, J. Econometrics 141 (2007) 1331-1352). The fit takes off residuals what they share
-    with the regressors, of a slow regressor most in the slow sums; the mean is made that of
-    independent residuals again, as HC2 does for single rows.
+    Mueller, J. Econometrics 141 (2007) 1331-1352). The fit removes from the residuals their share
+    along the regressors, which for a slow regressor reduces mostly the slow sums. The sums are
+    rescaled so that their mean for independent residuals is right, as HC2 does for single rows.
 
     Parameters
     ----------
@@ -162,7 +167,7 @@ def long_run_covariance(
     E : (N, 1)
         Residuals.
     cosines : int
-        How many sums are taken; the degrees of freedom of the t distribution.
+        Number of sums, which is the degrees of freedom of the t distribution.
 
     Returns
     -------
@@ -178,9 +183,11 @@ def long_run_covariance(
     sums = waves @ (Z * E)
     meat = 2 / cosines * sums.T @ sums
     # its mean for independent residuals: (2 / B) sum_j Z^T C_j^2 Z - (Z^T C_j Z)^2, C_j = diag
-    lost = [Z.T @ (wave[:, None] * Z) for wave in waves]
+    overlaps = [Z.T @ (wave[:, None] * Z) for wave in waves]
     power = (waves**2).sum(axis=0)
-    mean = 2 / cosines * (Z.T @ (power[:, None] * Z) - sum(one @ one for one in lost))
+    mean = (
+        2 / cosines * (Z.T @ (power[:, None] * Z) - sum(overlap @ overlap for overlap in overlaps))
+    )
     value, axes = np.linalg.eigh(mean)
     root = axes / np.sqrt(np.maximum(value, _LEAST_LEFT)) @ axes.T
     inverse = solve_triangular(triangle / scale, np.eye(len(scale))) / scale[:, None]
@@ -188,28 +195,28 @@ def long_run_covariance(
 
 
 def _influence(pooled: Pooled, scores: FloatArray) -> FloatArray:
-    """Change of the parameters (T, q p) that belongs to scores (T, p, q)."""
+    """Change of the parameters (T, q p) by scores (T, p, q)."""
     T, p, q = scores.shape
     side_by_side = scores.transpose(1, 0, 2).reshape(p, T * q)
-    moved = pooled.to_si(side_by_side).reshape(p, T, q)
-    return moved.transpose(1, 2, 0).reshape(T, q * p)
+    changes = pooled.to_si(side_by_side).reshape(p, T, q)
+    return changes.transpose(1, 2, 0).reshape(T, q * p)
 
 
 def _outer(influence: FloatArray) -> FloatArray:
     return np.asarray(influence.T @ influence)
 
 
-# Leaving trials out and drawing them again, on the factors alone.
+# Leave-one-out and bootstrap over clusters, from the factors only.
 
-#: More resamples than this part lost: what is left no longer stands for the data.
+#: Largest share of resamples that may lose rank; with more, the rest do not represent the data.
 _MOST_LOST = 0.1
 
-#: Numbers in the work space of one batch of resamples: small enough for a processor's cache.
+#: Numbers in one batch of resamples: small enough for a processor's cache.
 _BATCH_NUMBERS = 60_000
 
 
 def leave_one_out(factors: TrialFactors) -> FloatArray:
-    """Coefficients (T, p, q) of the fits without one cluster each.
+    """Coefficients (T, p, q) of the fits that leave out one cluster each.
 
     Parameters
     ----------
@@ -239,7 +246,7 @@ def bootstrap(
 ) -> FloatArray:
     """Coefficients (repeats, p, q) of fits to clusters drawn with replacement.
 
-    A resample that loses rank is drawn again from a stream of its own; the first n of N repeats
+    A resample that loses rank is replaced from a separate random stream. The first n of N repeats
     do not depend on N (up to rounding), and the same call gives the same bits.
 
     Parameters
@@ -272,8 +279,8 @@ def bootstrap(
     lost, draws = np.ones(repeats, np.bool_), np.empty((repeats, *pooled.coefficients.shape))
     for attempt in range(20):
         counts = draw_counts(factors.n_clusters, repeats, seed, strata, attempt)[lost]
-        draws[lost], again = _weighted_fits(pooled, counts)
-        lost[lost] = again
+        draws[lost], still_lost = _weighted_fits(pooled, counts)
+        lost[lost] = still_lost
         if lost.mean() > _MOST_LOST:
             raise EstimationError(
                 f"{lost.sum()} of {repeats} resamples of {factors.n_clusters} clusters lose rank: "
@@ -291,7 +298,7 @@ def draw_counts(
     strata: ArrayLike | None = None,
     attempt: int = 0,
 ) -> FloatArray:
-    """How often `bootstrap` draws each cluster, (repeats, T), each row summing to T.
+    """Number of times that `bootstrap` draws each cluster, (repeats, T); each row sums to T.
 
     `attempt`: 0 the first time; resamples that lose rank are replaced from attempts 1, 2, ...
     Raises InputError: not one label per cluster.
@@ -306,7 +313,7 @@ def draw_counts(
 
 
 def _weighted_fits(pooled: Pooled, counts: FloatArray) -> tuple[FloatArray, np.ndarray]:
-    """Coefficients (n, p, q) with clusters weighted by counts (n, T), and which lost rank."""
+    """Coefficients (n, p, q) with clusters weighted by counts (n, T), and lost fits (n,)."""
     T, p, q = pooled.score.shape
     grams, scores = pooled.gram.reshape(T, p * p).T, pooled.score.reshape(T, p * q).T
     change, pivots = [], []
@@ -317,15 +324,15 @@ def _weighted_fits(pooled: Pooled, counts: FloatArray) -> tuple[FloatArray, np.n
         d, pivot = solve_positive((grams @ c).reshape(p, p, -1), (scores @ c).reshape(p, q, -1))
         change.append(d)
         pivots.append(pivot)
-    moved = np.moveaxis(np.concatenate(change, axis=2), -1, 0)
+    changes = np.moveaxis(np.concatenate(change, axis=2), -1, 0)
     lost = np.concatenate(pivots) < LEAST_INFORMATION
-    return pooled.coefficients + _back(pooled, moved), lost
+    return pooled.coefficients + _back(pooled, changes), lost
 
 
-def _back(pooled: Pooled, moved: FloatArray) -> FloatArray:
-    """Bring changes (n, p, q) from the orthonormal basis to SI."""
-    n, p, q = moved.shape
-    in_si = pooled.to_si(moved.transpose(1, 0, 2).reshape(p, n * q))
+def _back(pooled: Pooled, changes: FloatArray) -> FloatArray:
+    """Transform changes (n, p, q) from the orthonormal basis to SI."""
+    n, p, q = changes.shape
+    in_si = pooled.to_si(changes.transpose(1, 0, 2).reshape(p, n * q))
     return in_si.reshape(p, n, q).transpose(1, 0, 2)
 
 
@@ -340,6 +347,6 @@ def _groups(n_clusters: int, strata: ArrayLike | None) -> list[IntArray]:
 
 def _stream(seed: int | np.random.SeedSequence, attempt: int) -> np.random.Generator:
     root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
-    # Not root.spawn: that would change the caller's sequence, and with it the next result.
+    # not root.spawn, which would change the caller's sequence and so the next result
     child = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, attempt))
     return np.random.default_rng(child)

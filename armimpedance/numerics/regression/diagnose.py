@@ -1,7 +1,7 @@
-"""Condition, rank and null space of a regressor, told by the names of its columns.
+"""Condition, rank and null space of a regressor, in terms of the names of its columns.
 
-Everything is read from the triangle R (p, p) of W = Q R, whose columns are scaled to unit length
-first: a unit of measurement must not decide what can be identified.
+All follow from the triangle R (p, p) of W = Q R, whose columns are scaled to unit length first: a
+unit of measurement must not decide what can be identified.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import NotIdentifiableError
 from armimpedance.numerics.regression.factors import TrialFactors
 
-#: A column takes part in a direction if its scaled weight is above this part of the largest.
+#: A column belongs to a direction if its scaled weight is above this share of the largest.
 _TAKES_PART = 0.05
 
 
 @dataclass(frozen=True)
 class NullDirection:
-    """A combination of the columns that the data cannot see: ``W @ weights = 0``.
+    """A combination of the columns that the data do not determine: ``W @ weights = 0``.
 
-    `regressors`: the columns that take part, the strongest first.
-    `weights` (p,): for the columns as given (SI), the strongest scaled one 1.
-    `sentence`: for a user.
+    `regressors`: the columns in it, the largest weight first.
+    `weights` (p,): for the unscaled columns (SI); the largest scaled weight is 1.
+    `sentence`: message for a user.
     """
 
     regressors: tuple[str, ...]
@@ -46,7 +46,7 @@ class Conditioning:
         Rows: right singular vectors of the scaled R.
     cond_raw, cond_scaled : float
     tolerance : float
-        Singular values below this part of the largest are zero.
+        Singular values below this share of the largest count as zero.
     zero : (p,) bool
         Columns of zeros.
     """
@@ -101,7 +101,7 @@ def conditioning(triangle: FloatArray, n_rows: int) -> Conditioning:
 
 
 def null_space(factors: TrialFactors) -> tuple[NullDirection, ...]:
-    """What the data cannot see, as combinations of named columns; empty at full rank.
+    """Combinations of named columns that the data do not determine; empty at full rank.
 
     Columns of zeros come first, one direction each; the others are combined so that each
     direction has a column of its own.
@@ -113,19 +113,19 @@ def null_space(factors: TrialFactors) -> tuple[NullDirection, ...]:
 
 def null_directions(state: Conditioning, names: tuple[str, ...]) -> tuple[NullDirection, ...]:
     """The directions of `null_space`, from a `Conditioning`."""
-    found = []
+    directions = []
     for j in np.flatnonzero(state.zero):
         weights = np.zeros(len(names))
         weights[j] = 1.0
-        found.append(NullDirection((names[j],), weights, f"the column {names[j]} is zero"))
+        directions.append(NullDirection((names[j],), weights, f"the column {names[j]} is zero"))
     null = state.directions[state.rank :].copy()
     null[:, state.zero] = 0.0
-    for row in _simple_basis(null, len(null) - len(found)):
+    for row in _simple_basis(null, len(null) - len(directions)):
         involved = _involved(row, names)
         weights = row / state.scale
         text = f"the columns {', '.join(involved)} are linearly dependent"
-        found.append(NullDirection(involved, weights / np.abs(row).max(), text))
-    return tuple(found)
+        directions.append(NullDirection(involved, weights / np.abs(row).max(), text))
+    return tuple(directions)
 
 
 def refuse_rank_loss(state: Conditioning, names: tuple[str, ...]) -> None:
@@ -175,42 +175,42 @@ def _involved(direction: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _simple_basis(null: FloatArray, size: int) -> FloatArray:
-    """A basis (size, p) of the rows of `null` with an identity in it, by pivoted elimination."""
-    rows, left = null.copy(), list(range(len(null)))
+    """Basis (size, p) of the rows of `null` that contains an identity, by pivoted elimination."""
+    rows, remaining = null.copy(), list(range(len(null)))
     done: list[int] = []
     for _ in range(size):
         i, j = max(
-            ((a, int(np.abs(rows[a]).argmax())) for a in left),
+            ((a, int(np.abs(rows[a]).argmax())) for a in remaining),
             key=lambda at: float(abs(rows[at[0], at[1]])),
         )
         rows[i] /= rows[i, j]
         others = [a for a in range(len(rows)) if a != i]
         rows[others] -= np.outer(rows[others, j], rows[i])
-        left.remove(i)
+        remaining.remove(i)
         done.append(i)
     return rows[done]
 
 
 # All clusters in the basis in which the pooled regressors are orthonormal.
 #
-# In that basis the pooled Gram matrix is the identity, so that Gram matrices of single clusters are
-# harmless whatever the condition of the raw columns: leaving out, weighting and summing clusters
-# is done there, and one triangular solve brings the answer back to SI.
+# In that basis the pooled Gram matrix is the identity, so that Gram matrices of single clusters
+# lose no accuracy, whatever the condition of the raw columns. Clusters are left out, weighted and
+# summed there, and one triangular solve transforms the result back to SI.
 
-#: What must remain of the information about any direction when clusters are left out.
+#: Least share of the information about any direction that must remain without a cluster.
 LEAST_INFORMATION = 1e-10
 
 
 @dataclass(frozen=True)
 class Pooled:
-    """The least-squares solution over all clusters and each cluster's part in it.
+    """The least-squares solution over all clusters, and each cluster's contribution.
 
     `triangle` (p, p): R of the stacked W = Z R.
     `coefficients` (p, q): theta, SI.
     `residual_triangle` (q, q): triangle of the residuals E = Y - W Theta: ``E^T E`` is its cross
     product.
-    `total_squares` (q,): sums of squares of Y: about the mean where the model has an intercept,
-    else about zero.
+    `total_squares` (q,): sums of squares of Y: about the mean if the model has an intercept, else
+    about zero.
     `gram` (T, p, p): ``Z_t^T Z_t``; they sum to the identity.
     `score` (T, p, q): ``Z_t^T E_t``; they sum to zero.
     """
@@ -224,7 +224,7 @@ class Pooled:
     state: Conditioning
 
     def to_si(self, orthonormal: FloatArray) -> FloatArray:
-        """Bring (p, n) from the orthonormal basis back: solve ``R x = z``."""
+        """Transform (p, n) from the orthonormal basis to SI: solve ``R x = z``."""
         scale = self.state.scale[:, None]
         # (R / scale) (p, p) (scale x) (p, n) = z (p, n)
         scaled = solve_triangular(self.triangle / self.state.scale, orthonormal, check_finite=False)
@@ -234,7 +234,7 @@ class Pooled:
 def pool(factors: TrialFactors) -> Pooled:
     """Solve over all clusters and express each in the pooled orthonormal basis.
 
-    The solution stays with the factors, which cannot change: fit, leave-one-out and bootstrap of
+    The solution is cached in the factors, which cannot change: fit, leave-one-out and bootstrap of
     the same clusters share it.
 
     Parameters
@@ -251,11 +251,11 @@ def pool(factors: TrialFactors) -> Pooled:
     NotIdentifiableError
         The columns of W lose rank; names the regressors.
     """
-    known: Pooled | None = getattr(factors, "_pooled", None)
-    if known is None:
-        known = _pool(factors)
-        object.__setattr__(factors, "_pooled", known)
-    return known
+    pooled: Pooled | None = getattr(factors, "_pooled", None)
+    if pooled is None:
+        pooled = _pool(factors)
+        object.__setattr__(factors, "_pooled", pooled)
+    return pooled
 
 
 def _pool(factors: TrialFactors) -> Pooled:
@@ -282,10 +282,9 @@ def _pool(factors: TrialFactors) -> Pooled:
 
 
 def leave_out_scores(pooled: Pooled) -> FloatArray:
-    """``(I - G_t)^-1 s_t`` (T, p, q): how far each cluster moved the solution.
+    """Change of the solution by each cluster, ``(I - G_t)^-1 s_t`` (T, p, q).
 
-    Raises NotIdentifiableError: one cluster alone informs some direction: the others cannot do
-    without it.
+    Raises NotIdentifiableError: only one cluster informs some direction.
     """
     p = len(pooled.triangle)
     rest = np.eye(p) - pooled.gram
@@ -302,8 +301,8 @@ def leave_out_scores(pooled: Pooled) -> FloatArray:
 def solve_positive(A: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Solve many small positive definite systems at once by Cholesky elimination.
 
-    The systems lie along the **last** axis, so that each step is one long vector operation:
-    for 1,000 systems of 6 unknowns several times faster than one library call per system.
+    The systems are along the **last** axis, so that each step is one long vector operation: for
+    1,000 systems of 6 unknowns several times faster than one library call per system.
 
     `A` (p, p, n), `b` (p, q, n).
     Returns: `x` (p, q, n): meaningless where the pivot is not positive, but finite.
@@ -329,6 +328,6 @@ def _total_squares(factors: TrialFactors, stack: FloatArray) -> FloatArray:
     Y = stack[:, factors.n_regressors :]
     if factors.intercept is not None:
         constant = stack[:, factors.regressors.index(factors.intercept)]
-        # In the factor the column of ones is no longer ones, but still that direction.
+        # in the factor this column no longer holds ones, but it spans the same direction
         Y = Y - np.outer(constant, constant @ Y) / (constant @ constant)
     return np.asarray((Y**2).sum(axis=0))

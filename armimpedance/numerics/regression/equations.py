@@ -1,9 +1,9 @@
-"""Estimating equations per trial: what weighted, instrumental and compensated fits share.
+"""Estimating equations per trial, for weighted, instrumental and compensated fits.
 
 An estimator that is not plain least squares still solves ``sum_t (b_t - A_t theta) = 0`` for its n
 parameters: generalised least squares with ``A_t = W_t^T V W_t``, instruments with
-``A_t = Z_t^T W_t``, a likelihood with the curvature and the score at its maximum. Small matrices
-per trial are all that standard errors, leaving out and drawing again need.
+``A_t = Z_t^T W_t``, a likelihood with the curvature and the score at its maximum. Standard errors,
+leave-one-out and bootstrap need only these small matrices per trial.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from armimpedance.core.errors import EstimationError, InputError, NotIdentifiabl
 from armimpedance.numerics.regression.covariance import check_strata, draw_counts, replicate_sum
 from armimpedance.numerics.regression.factors import TrialFactors
 
-#: Equations whose scaled condition number exceeds this have no solution worth the name.
+#: Largest scaled condition number of equations that count as solvable.
 WORST_CONDITION: Final = 1e12
-#: Draws of a bootstrap: its standard errors are then known to some 2 %.
+#: Draws of a bootstrap; its standard errors are then precise to about 2 %.
 BOOTSTRAP_REPEATS: Final = 1000
-#: More draws than this part lost: what is left no longer stands for the data.
+#: Largest share of draws that may lose rank; with more, the rest do not represent the data.
 MOST_LOST: Final = 0.1
 
 
@@ -62,8 +62,8 @@ class TrialEquations(FrozenRecord):
     ) -> TrialEquations:
         """Normal equations of a least-squares fit, parameters in the order of `Fit.parameters`.
 
-        For what permutes or reweights trials of any method; `solve.fit` itself keeps to the
-        factors, which lose fewer digits.
+        For methods that permute or reweight trials; `solve.fit` itself uses the factors, which lose
+        fewer digits.
 
         Parameters
         ----------
@@ -82,14 +82,14 @@ class TrialEquations(FrozenRecord):
         return cls(A.reshape(-1, q * p, q * p), b, tuple(names), tuple(units))
 
     def subset(self, clusters: ArrayLike) -> TrialEquations:
-        """The equations of these clusters only (a mask or indices, which may repeat)."""
+        """Return the equations of these clusters only (a mask or indices, which may repeat)."""
         chosen = np.arange(self.n_clusters)[np.asarray(clusters)]
         return replace(self, A=self.A[chosen], b=self.b[chosen])
 
 
 @dataclass(frozen=True)
 class Solution:
-    """A solved set of equations.
+    """Solution of a set of equations.
 
     `parameters` (n,).
     `covariance` (n, n): clustered by trial.
@@ -114,10 +114,10 @@ def solve_equations(
     ----------
     equations : TrialEquations
     covariance : {"cr3", "cr1", "replicates", "bootstrap"}
-        The first three are those of `solve.fit`; weights and instruments are taken as known.
+        The first three are those of `solve.fit`; weights and instruments are assumed exact.
         "bootstrap" is the spread of `BOOTSTRAP_REPEATS` draws of clusters with replacement.
     strata : (T,), optional
-        For replicates: clusters with the same label saw the same disturbance.
+        For replicates: clusters with the same label had the same disturbance.
     seed : int
         Seed of the bootstrap.
 
@@ -129,7 +129,7 @@ def solve_equations(
     Raises
     ------
     NotIdentifiableError
-        The equations do not determine the parameters, or one cluster alone does for some.
+        The equations do not determine the parameters, or only one cluster determines some.
     InputError
         A single cluster, an unknown kind, or replicates without strata.
     """
@@ -142,22 +142,22 @@ def solve_equations(
     total = equations.A.sum(axis=0)
     if covariance == "replicates":
         numbers = check_strata(T, strata)
-        moved = _solve_scaled(total, score.T).T
-        return Solution(theta, replicate_sum(moved, numbers), float(T - numbers.max() - 1))
+        changes = _solve_scaled(total, score.T).T
+        return Solution(theta, replicate_sum(changes, numbers), float(T - numbers.max() - 1))
     if covariance == "bootstrap":
         draws = bootstrap_equations(equations, BOOTSTRAP_REPEATS, seed)
         # drawing from the T trials at hand leaves (T - 1)/T of the variance
         spread = T / (T - 1) * np.cov(draws, rowvar=False)
         return Solution(theta, np.atleast_2d(spread), float(T - 1))
     if covariance == "cr1":
-        moved = np.sqrt(T / (T - 1)) * _solve_scaled(total, score.T).T
+        changes = np.sqrt(T / (T - 1)) * _solve_scaled(total, score.T).T
     elif covariance == "cr3":
-        moved = np.sqrt((T - 1) / T) * leave_one_out_shift(equations, theta)
+        changes = np.sqrt((T - 1) / T) * leave_one_out_shift(equations, theta)
     else:
         raise InputError(
             f"no covariance {covariance!r}", expected="cr3, cr1, replicates or bootstrap"
         )
-    return Solution(theta, np.asarray(moved.T @ moved), float(T - 1))
+    return Solution(theta, np.asarray(changes.T @ changes), float(T - 1))
 
 
 def solve_total(equations: TrialEquations) -> FloatArray:
@@ -182,7 +182,7 @@ def solve_total(equations: TrialEquations) -> FloatArray:
 
 
 def leave_one_out_shift(equations: TrialEquations, theta: FloatArray) -> FloatArray:
-    """``theta - theta_(t)`` (T, n): how far each cluster moved the solution.
+    """Change of the solution by each cluster, ``theta - theta_(t)`` (T, n).
 
     Parameters
     ----------
@@ -194,12 +194,12 @@ def leave_one_out_shift(equations: TrialEquations, theta: FloatArray) -> FloatAr
     Returns
     -------
     (T, n) array
-        The solution with all clusters less the one without cluster t, one row per cluster.
+        The solution with all clusters less the solution without cluster t, one row per cluster.
 
     Raises
     ------
     NotIdentifiableError
-        One cluster alone informs some direction.
+        Only one cluster informs some direction.
     """
     score = equations.b - equations.A @ theta
     rest = equations.A.sum(axis=0) - equations.A
@@ -210,11 +210,11 @@ def leave_one_out_shift(equations: TrialEquations, theta: FloatArray) -> FloatAr
 def bootstrap_equations(
     equations: TrialEquations, repeats: int, seed: int | np.random.SeedSequence
 ) -> FloatArray:
-    """Parameters (repeats, n) of clusters drawn with replacement, as `resample.bootstrap` draws.
+    """Parameters (repeats, n) from clusters drawn with replacement, as `resample.bootstrap` does.
 
     Draws that do not determine the parameters are left out.
 
-    Raises EstimationError: more than a tenth of the draws do not: too few clusters.
+    Raises EstimationError: more than a tenth of the draws do not, since there are too few clusters.
     """
     counts, n = draw_counts(equations.n_clusters, repeats, seed), len(equations.names)
     A = (counts @ equations.A.reshape(-1, n * n)).reshape(-1, n, n)
@@ -246,7 +246,7 @@ def _solve_scaled(A: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _worst_condition(A: FloatArray) -> float:
-    """Largest 1-norm condition of a stack, from one inversion each; inf where there is none."""
+    """Largest 1-norm condition number of a stack of matrices; inf if one is singular."""
     try:
         inverse = np.linalg.inv(A)
     except np.linalg.LinAlgError:

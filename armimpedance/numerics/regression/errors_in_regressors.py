@@ -1,13 +1,13 @@
-"""Least squares whose regressors carry errors of known size: moments corrected.
+"""Least squares for regressors with errors of known size, by corrected moments.
 
-``y = X beta + e`` is wanted, but ``W = X + U`` is seen, with errors U that are independent of X and
-of e and have a known covariance. Then ``E[W^T W] = X^T X + S`` with ``S = E[U^T U]``, while
-``E[W^T y] = X^T X beta``: least squares is drawn towards zero (attenuated) by
+The model is ``y = X beta + e``, but ``W = X + U`` is observed, with errors U that are independent
+of X and of e and have a known covariance. Then ``E[W^T W] = X^T X + S``, ``S = E[U^T U]``, while
+``E[W^T y] = X^T X beta``: least squares is biased towards zero (attenuated) by
 ``(W^T W)^-1 (W^T W - S)``, and ``(W^T W - S) beta = W^T y`` is not (W. A. Fuller, Measurement Error
 Models, 1987, chapters 2 and 3).
 
-Every cluster of rows (a point of a law, a stretch of a record) keeps its own three moments, so that
-the covariance is the regression core's, from clusters that are left out one at a time.
+Every cluster of rows (a point of a curve, a section of a record) has its own three moments, so that
+the covariance is computed as elsewhere, by leaving out one cluster at a time.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.numerics.regression.equations import TrialEquations, solve_equations
 
-#: Reliability (the part of a direction's length that errors do not explain) below which a
-#: direction is refused, however many points there are, and below which it is warned of.
+#: Reliability (the share of a direction's squared length that errors do not explain) below which a
+#: direction is refused, however many points there are, and below which there is a warning.
 REFUSED, DOUBTFUL = 0.2, 0.8
-#: A direction as long as errors alone make it in one sample of so many is refused too.
+#: A direction is refused too if errors alone reach its length with this probability.
 BY_CHANCE: Final = 0.05
-#: A regressor takes part in a direction above this part of the largest weight.
+#: A regressor belongs to a direction above this share of the largest weight.
 _TAKES_PART: Final = 0.3
 
 
@@ -43,7 +43,7 @@ class ErrorMoments(FrozenRecord):
     cross : (C, p)
         ``W_c^T y_c``.
     error : (C, p, p)
-        ``E[U_c^T U_c]``: what errors of the regressors add to `gram`.
+        ``E[U_c^T U_c]``: the contribution of the regressors' errors to `gram`.
     names, units : tuples of str
         Names and units of the p coefficients.
     """
@@ -56,12 +56,12 @@ class ErrorMoments(FrozenRecord):
 
     @property
     def corrected(self) -> TrialEquations:
-        """``sum_c (W_c^T y_c - (W_c^T W_c - S_c) beta) = 0``."""
+        """The corrected equations, ``sum_c (W_c^T y_c - (W_c^T W_c - S_c) beta) = 0``."""
         return TrialEquations(self.gram - self.error, self.cross, self.names, self.units)
 
     @property
     def naive(self) -> TrialEquations:
-        """Least squares: errors of the regressors not known of."""
+        """The equations of least squares, which ignore errors of the regressors."""
         return TrialEquations(self.gram, self.cross, self.names, self.units)
 
 
@@ -76,8 +76,8 @@ class Corrected:
     dof : float
         Degrees of freedom of the t distribution.
     reliability : float
-        Part of the length of the least certain combination of regressors that errors do not
-        explain, 0..1.
+        Share of the squared length of the least certain combination of regressors that errors do
+        not explain, 0..1.
     least_certain : tuple of str
         The regressors in that combination.
     """
@@ -92,7 +92,7 @@ class Corrected:
 
     @property
     def doubtful(self) -> bool:
-        """Whether errors explain so much of some combination that the correction is rough."""
+        """True if errors explain so much of some combination that the correction is rough."""
         return self.reliability < DOUBTFUL
 
 
@@ -103,7 +103,7 @@ def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = Non
     ----------
     moments : ErrorMoments
     small_sample : (p, p), optional
-        Takes off the bias of second order: `small_sample_term`.
+        Removes the bias of second order: `small_sample_term`.
 
     Returns
     -------
@@ -123,7 +123,7 @@ def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = Non
     reliability, names = refuse_unreliable(moments)
     equations = moments.corrected
     if small_sample is not None:
-        # it belongs to all clusters alike, so that leaving one out takes its share
+        # divided among the clusters, so that leaving one out removes its share
         A = equations.A + small_sample / C
         equations = TrialEquations(A, equations.b, moments.names, moments.units)
     solution = solve_equations(equations, covariance="cr3")
@@ -140,15 +140,15 @@ def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = Non
 
 
 def small_sample_term(moments: ErrorMoments) -> FloatArray:
-    """What to add to ``M = W^T W - S`` so that the solution is unbiased to second order, (p, p).
+    """Term (p, p) to add to ``M = W^T W - S`` so that the solution is unbiased to second order.
 
     For points with one row ``w_c = x_c + u_c`` and normal errors, expanding ``M^-1 W^T y`` in u
     gives the bias ``M^-1 T beta`` with
 
         T = sum_c x_c x_c^T M^-1 S_c + (x_c^T M^-1 x_c) S_c + S_c M^-1 S_c + tr(M^-1 S_c) S_c
 
-    (of p regressors with equal errors: about ``(p + 1) S / C``). It serves what Fuller's modified
-    estimators serve: without it the denominator may come near zero.
+    (for p regressors with equal errors: about ``(p + 1) S / C``). Its purpose is that of Fuller's
+    modified estimators: without it the denominator may come near zero.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def small_sample_term(moments: ErrorMoments) -> FloatArray:
     S = moments.error
 
     def term(inverse: FloatArray) -> FloatArray:
-        # x x^T is known as w w^T - S, so that the four terms become two:
+        # x x^T is estimated by w w^T - S, so that the four terms become two:
         # T (p, p) = sum_c w w^T M^-1 S_c + tr(M^-1 w w^T) S_c
         traces = np.einsum("ij,cji->c", inverse, moments.gram)
         first = moments.gram @ inverse @ S
@@ -177,26 +177,27 @@ def small_sample_term(moments: ErrorMoments) -> FloatArray:
 def refuse_unreliable(
     moments: ErrorMoments, points: int | None = None
 ) -> tuple[float, tuple[str, ...]]:
-    """Reliability of the least certain combination of regressors, and who is in it.
+    """Reliability of the least certain combination of regressors, and its regressors.
 
     Parameters
     ----------
     moments : ErrorMoments
     points : int, optional
-        Rows with independent errors, where that many are known: few show by chance what is none.
+        Number of rows with independent errors, if known: with few, errors alone can look like a
+        signal by chance.
 
     Returns
     -------
     reliability : float
-        Share of the combination's length that errors do not explain, 0 to 1.
+        Share of the combination's squared length that errors do not explain, 0 to 1.
     names : tuple of str
         Regressors that make up the combination.
 
     Raises
     ------
     NotIdentifiableError
-        Errors explain most of it, or alone could show as much (chi squared of the points less
-        one); a regressor is zero throughout.
+        Errors explain most of it, or errors alone could reach as much by chance (chi squared with
+        one degree of freedom less than points); or a regressor is zero throughout.
     """
     reliability, names = _least_reliable(moments)
     least = REFUSED
@@ -218,7 +219,7 @@ def _least_reliable(moments: ErrorMoments) -> tuple[float, tuple[str, ...]]:
     gram, error = moments.gram.sum(axis=0), moments.error.sum(axis=0)
     length = np.sqrt(np.diag(gram))
     if not (length > 0).all():
-        zero = tuple(n for n, one in zip(moments.names, length, strict=True) if not one > 0)
+        zero = tuple(n for n, size in zip(moments.names, length, strict=True) if not size > 0)
         raise NotIdentifiableError(f"{', '.join(zero)}: nothing but zeros", zero)
     unit = np.outer(length, length)
     scaled = gram / unit
@@ -226,7 +227,7 @@ def _least_reliable(moments: ErrorMoments) -> tuple[float, tuple[str, ...]]:
         return 0.0, moments.names
     # S v = (1 - reliability) W^T W v
     explained, v = eigh(error / unit, scaled)
-    # a regressor without errors is never the reason
+    # a regressor without errors is never the cause
     weight = np.abs(v[:, -1]) * (np.diag(error) > 0)
     weight = weight if weight.any() else np.ones(len(weight))
     names = tuple(np.array(moments.names)[weight > _TAKES_PART * weight.max()].tolist())

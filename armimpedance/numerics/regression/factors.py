@@ -1,9 +1,9 @@
-"""Per-trial triangular factors: all that a regression needs to remember of the samples.
+"""Per-trial triangular factors: all that a regression needs from the samples.
 
-For every cluster t (a trial, or a block of a long one) the upper triangle r_t of
-``[W_t Y_t] = Q_t r_t`` is kept. Any set of clusters can then be fitted, weighted or left out
-without the samples, at the accuracy of an orthogonal factorisation of the samples themselves:
-normal equations would square the condition number.
+For every cluster t (a trial, or a block of a long trial) the upper triangle r_t of
+``[W_t Y_t] = Q_t r_t`` is stored. Any set of clusters can then be fitted, weighted or left out
+without the samples, at the accuracy of an orthogonal factorisation of the samples themselves.
+Normal equations would square the condition number.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.core.errors import InputError
 
-#: A column whose relative range is below this is the model's constant.
+#: A column whose relative range is below this is the intercept.
 _CONSTANT_TOLERANCE = 1e-12
 
-#: Numbers factored at once: work space that is used again instead of asked for and given back,
-#: which costs more than the factorisation itself.
+#: Numbers factored at once: a small work space can be reused, while allocating a large one takes
+#: longer than the factorisation itself.
 _BATCH_NUMBERS = 60_000
 
 
@@ -34,14 +34,14 @@ class TrialFactors:
     r : (T, k, k)
         Upper triangular, ``k = p + q``; ``r_t^T r_t = [W_t Y_t]^T [W_t Y_t]``.
     rows : (T,) int
-        Rows that count in each cluster.
+        Rows in each cluster.
     regressors, outputs : tuple of str
         The p columns of W and the q columns of Y.
     regressor_units, output_units : tuple of str
         SI units; empty strings where unknown.
     nuisance_per_trial : int
-        Parameters per output already projected out of each cluster (an offset and a ramp: 2);
-        they cost degrees of freedom.
+        Parameters per output projected out of each cluster before (an offset and a ramp: 2); they
+        reduce the degrees of freedom.
     intercept : str or None
         The regressor that is the same in every row, if there is one: sums of squares are then
         taken about the mean, otherwise about zero.
@@ -92,11 +92,11 @@ class TrialFactors:
 
     @property
     def effective_rows(self) -> int:
-        """Rows of all clusters less the nuisance parameters already projected out."""
+        """Rows of all clusters less the nuisance parameters projected out before."""
         return int(self.rows.sum()) - self.nuisance_per_trial * self.n_clusters
 
     def subset(self, clusters: ArrayLike) -> TrialFactors:
-        """The factors of these clusters only (a mask or indices, which may repeat)."""
+        """Return the factors of these clusters only (a mask or indices, which may repeat)."""
         chosen = np.arange(self.n_clusters)[np.asarray(clusters)]
         return replace(self, r=self.r[chosen], rows=self.rows[chosen])
 
@@ -113,8 +113,8 @@ class TrialFactors:
         y2, yhat2 = float((measured**2).sum()), float((predicted**2).sum())
         if y2 == 0 or yhat2 == 0:
             return 0.0, 0.0
-        left = float(((measured - predicted) ** 2).sum())
-        return 1 - left / y2, float((measured * predicted).sum()) / float(np.sqrt(y2 * yhat2))
+        residual = float(((measured - predicted) ** 2).sum())
+        return 1 - residual / y2, float((measured * predicted).sum()) / float(np.sqrt(y2 * yhat2))
 
 
 def trial_factors(
@@ -254,15 +254,15 @@ def _check_columns(columns: FloatArray, names: Sequence[str], first_cluster: int
 
 
 def _triangles(W: FloatArray, Y: FloatArray) -> FloatArray:
-    """Triangles (T, k, k) of [W_t Y_t] (S, k); a cluster with fewer rows than k gets zero rows."""
+    """Triangles (T, k, k) of [W_t Y_t] (S, k); zero rows fill up clusters of fewer rows than k."""
     T, S, k = *W.shape[:2], W.shape[2] + Y.shape[2]
     r = np.zeros((T, k, k))
     at_once = max(_BATCH_NUMBERS // (max(S, k) * k), 1)
     for start in range(0, T, at_once):
-        some = slice(start, start + at_once)
+        batch = slice(start, start + at_once)
         # [W_t Y_t] (S, k) = Q_t (S, k) r_t (k, k)
-        table = np.concatenate([W[some], Y[some]], axis=2)
-        r[some, : min(S, k)] = np.linalg.qr(table, mode="r")
+        table = np.concatenate([W[batch], Y[batch]], axis=2)
+        r[batch, : min(S, k)] = np.linalg.qr(table, mode="r")
     return r
 
 
@@ -270,7 +270,7 @@ def _constant_column(W: FloatArray, regressors: Sequence[str]) -> str | None:
     """The first regressor that has the same value, not zero, in all rows of W (N, p)."""
     first = W[0]
     for j, name in enumerate(regressors):
-        # Two rows rule out nearly every column before a whole one is read.
+        # two rows rule out nearly every column before a whole column is read
         if first[j] == 0 or abs(W[-1, j] - first[j]) > _CONSTANT_TOLERANCE * abs(first[j]):
             continue
         if np.ptp(W[:, j]) <= _CONSTANT_TOLERANCE * abs(first[j]):

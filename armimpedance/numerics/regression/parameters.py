@@ -1,4 +1,4 @@
-"""Fitted numbers with names, units and uncertainty: what the results of all topics hold."""
+"""Fitted numbers with names, units and uncertainty, for the results of all topics."""
 
 from __future__ import annotations
 
@@ -82,13 +82,13 @@ class NamedParameter:
     ----------
     name, unit : str
     value, sd : float
-        `sd` as the source would print it.
+        `sd`: standard error as the source computes it.
     sd_robust : float
-        The one to trust: intervals are made of it.
+        Robust standard error, from which intervals are computed.
     dof : float
         Degrees of freedom of the t distribution for the interval; inf = normal.
     joint : int or None
-        Counted from 1; None where it has no meaning.
+        Number of the joint, counted from 1; None if it does not apply.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class NamedParameter:
 
     @property
     def well_identified(self) -> bool:
-        """Whether twice the relative standard error, the larger of the two, stays below 10 %.
+        """True if twice the larger of the two relative standard errors is below 10 %.
 
         The sources judge by `sd` alone; a parameter whose interval is wide is not well identified.
         """
@@ -134,7 +134,7 @@ class NamedParameter:
 
     @property
     def label(self) -> str:
-        """The name, and the joint where there is one."""
+        """Name, and the joint if there is one."""
         return self.name if self.joint is None else f"{self.name} of joint {self.joint}"
 
 
@@ -147,15 +147,15 @@ class Parameters(FrozenRecord):
     names, units : tuple of p str
     values : (p,)
     covariance : (p, p)
-        The one to trust: intervals are made of it.
+        Robust covariance, from which intervals are computed.
     covariance_kind : str
         Kind of the covariance: ``cr3``, ``cr1``, ``long-run``, ``fisher``, ...
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
     plain_covariance : (p, p) or None
-        The classical one, of independent residuals, as the sources print it; None: the same.
+        Classical covariance, for independent residuals, as in the sources; None: the same.
     notes : tuple of str
-        Remarks that a reader of these numbers must know.
+        Remarks that matter for these numbers.
 
     Examples
     --------
@@ -182,7 +182,7 @@ class Parameters(FrozenRecord):
 
     @property
     def plain_sd(self) -> FloatArray:
-        """Standard errors as a source would print them, (p,)."""
+        """Standard errors as a source computes them, (p,)."""
         return self.sd if self.plain_covariance is None else np.sqrt(np.diag(self.plain_covariance))
 
     def interval(self, level: float = 0.95) -> FloatArray:
@@ -196,9 +196,9 @@ class Parameters(FrozenRecord):
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, which: str | int) -> NamedParameter:
-        """One of them, by its name or its number from 0.
+        """Return one parameter, by its name or its index from 0.
 
-        Raises InputError: there is none of this name.
+        Raises InputError: there is no parameter of this name.
         """
         if isinstance(which, str):
             if which not in self.names:
@@ -267,12 +267,12 @@ class Parameters(FrozenRecord):
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: value, standard error, 95 % limits, unit."""
+        """Table with one row per parameter: value, standard error, 95 % limits, unit."""
         return parameter_frame(list(self))
 
     def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a parameter, of plain numbers and texts."""
-        return [parameter_dict(one) for one in self]
+        """List of one mapping per parameter, of plain numbers and texts."""
+        return [parameter_dict(parameter) for parameter in self]
 
     def __repr__(self) -> str:
         return "\n".join(map(repr, self))
@@ -283,26 +283,26 @@ class Parameters(FrozenRecord):
 
 @dataclass(frozen=True)
 class Derived:
-    """A number that follows from the parameters: what it is, and its function of them by name."""
+    """A number computed from the parameters: its meaning, and the function of them by name."""
 
     means: Meaning
     function: Callable[[Mapping[str, float]], float]
 
 
 def with_derived(parameters: Parameters, derived: Mapping[str, Derived]) -> Parameters:
-    """The parameters, and after them what follows from them, with the covariance of all.
+    """Append numbers computed from the parameters, with the covariance of all.
 
     Parameters
     ----------
     parameters : Parameters
         p of them.
     derived : mapping
-        Name -> what follows from them.
+        Name -> number computed from the parameters.
 
     Returns
     -------
     Parameters
-        Robust and classical covariance go the same way, by the delta method.
+        Robust and classical covariance are both propagated by the delta method.
 
     Raises
     ------
@@ -311,22 +311,22 @@ def with_derived(parameters: Parameters, derived: Mapping[str, Derived]) -> Para
     """
     if not derived:
         return parameters
-    own = parameters.names
+    direct_names = parameters.names
 
     def function(x: FloatArray) -> ArrayLike:
-        named = dict(zip(own, x.tolist(), strict=True))
-        return [*x, *(one.function(named) for one in derived.values())]
+        named = dict(zip(direct_names, x.tolist(), strict=True))
+        return [*x, *(number.function(named) for number in derived.values())]
 
-    units = (*parameters.units, *(one.means.unit for one in derived.values()))
-    names, plain = (*own, *derived), parameters.plain_covariance
-    every = replace(parameters.transform(function, names, units), notes=parameters.notes)
+    units = (*parameters.units, *(number.means.unit for number in derived.values()))
+    names, plain = (*direct_names, *derived), parameters.plain_covariance
+    extended = replace(parameters.transform(function, names, units), notes=parameters.notes)
     if plain is None:
-        return every
+        return extended
     classical = replace(parameters, covariance=plain).transform(function, names, units)
-    return replace(every, plain_covariance=classical.covariance)
+    return replace(extended, plain_covariance=classical.covariance)
 
 
-# What tables and files hold of a parameter, each number described once.
+# Columns of a parameter in tables and files, each described once.
 
 _JOINT: Final = Column[NamedParameter]("joint", "number of the joint, from 1", "1", optional=True)
 _UNIT: Final = Column[NamedParameter]("unit", "unit of the value, its errors and limits")
@@ -364,7 +364,7 @@ PARAMETER_ROW: Final = (
     _LOW,
     _HIGH,
 )
-#: A parameter as a row of a data frame, whose index are the names.
+#: A parameter as a row of a data frame, indexed by the names.
 _FRAME: Final = (
     _JOINT,
     _NUMBERS[0],
@@ -376,20 +376,22 @@ _FRAME: Final = (
 
 
 def parameter_frame(parameters: Sequence[NamedParameter]) -> pd.DataFrame:
-    """A table of parameters, one row each, with their 95 % limits."""
+    """Table of parameters, one row each, with their 95 % limits."""
     import pandas as pd
 
-    rows = [cells(_FRAME, one) for one in parameters]
-    return pd.DataFrame(rows, index=pd.Index([one.name for one in parameters], name="parameter"))
+    rows = [cells(_FRAME, parameter) for parameter in parameters]
+    return pd.DataFrame(
+        rows, index=pd.Index([parameter.name for parameter in parameters], name="parameter")
+    )
 
 
 def parameter_dict(parameter: NamedParameter) -> dict[str, Any]:
-    """What FIT.json says of a parameter."""
+    """Return a parameter as it is written to FIT.json."""
     return cells(PARAMETER_OBJECT, parameter)
 
 
 def parameter_rows(parameters: Sequence[NamedParameter]) -> tuple[tuple[str, ...], ...]:
-    """The parameters as a table of texts, as pages and notebooks show them.
+    """Return the parameters as a table of texts, for pages and notebooks.
 
     Parameters
     ----------
@@ -401,13 +403,19 @@ def parameter_rows(parameters: Sequence[NamedParameter]) -> tuple[tuple[str, ...
         One row each, its cells under `core.shown.PARAMETER_HEADS`.
     """
     return tuple(
-        parameter_row(one.label, one.value, one.ci95, one.unit, one.well_identified)
-        for one in parameters
+        parameter_row(
+            parameter.label,
+            parameter.value,
+            parameter.ci95,
+            parameter.unit,
+            parameter.well_identified,
+        )
+        for parameter in parameters
     )
 
 
 def parameter_html(parameters: Sequence[NamedParameter]) -> str:
-    """The table of them for notebooks."""
+    """Return the table of parameters for notebooks."""
     return html_table([PARAMETER_HEADS, *parameter_rows(parameters)])
 
 

@@ -1,4 +1,4 @@
-"""What a regression says: named parameters, their covariance, and how far to trust them."""
+"""Result of a regression: named parameters, their covariance, and quality of the fit."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from armimpedance.numerics.regression.parameters import (
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Parameters that a short text shows.
+#: Most parameters that a short text shows.
 _MOST_SHOWN: Final = 10
 
 
 @dataclass(frozen=True)
 class Validation:
-    """How well a fit predicts data that it may not have seen.
+    """Quality of a fit's prediction of data, which may be new.
 
     Attributes
     ----------
     r2 : float
-        ``1 - |Y - Yhat|^2 / |Y|^2`` over all outputs; ``|Y|`` about its mean where the fit has an
+        ``1 - |Y - Yhat|^2 / |Y|^2`` over all outputs; ``|Y|`` about its mean if the fit has an
         intercept, else about zero.
     vaf : float
-        The same with each output's mean taken off the residual and off Y: a constant offset is
-        forgiven.
+        The same with each output's mean subtracted from the residual and from Y: a constant offset
+        does not count.
     rms : (q,)
         Root mean square of the residual, in the outputs' units.
     correlation : float
-        ``sum Y Yhat / sqrt(sum Y^2 sum Yhat^2)`` over all outputs, about the mean where the fit
+        ``sum Y Yhat / sqrt(sum Y^2 sum Yhat^2)`` over all outputs, about the mean if the fit
         has an intercept, else about zero.
     """
 
@@ -74,17 +74,17 @@ class Fit(FrozenRecord):
         Degrees of freedom of the t distribution for intervals: clusters - 1 for clustered
         covariances, rows - p - nuisance for the classical one; inf = normal.
     cond_raw, cond_scaled : float
-        Condition of W as given and with unit columns.
+        Condition number of W unscaled and with unit columns.
     rank, n_trials, n_rows : int
         n_trials counts clusters.
     residual_covariance : (q, q)
         ``E^T E / (n_rows - p - nuisance)``.
     r2 : float
-        ``1 - |E|^2 / |Y|^2`` over all outputs together, outputs as given (SI, unweighted).
+        ``1 - |E|^2 / |Y|^2`` over all outputs together, unweighted (SI).
     centred : bool
-        ``|Y|^2`` is about each output's mean, which is done if and only if the model has an
-        intercept (a constant regressor). Otherwise it is about zero; once an offset per trial
-        has been projected out of both sides the two agree closely.
+        True: ``|Y|^2`` is about each output's mean, if and only if the model has an intercept (a
+        constant regressor). False: it is about zero. If an offset per trial was projected out of
+        both sides, the two agree closely.
     triangle : (p, p)
         R of W = Z R.
     warnings : tuple of str
@@ -116,12 +116,12 @@ class Fit(FrozenRecord):
 
     @property
     def parameters(self) -> FloatArray:
-        """(p q,): all regressors of output 1, then of output 2, and so on."""
+        """Parameters (p q,): all regressors of output 1, then of output 2, and so on."""
         return self.coefficients.T.ravel()
 
     @property
     def named(self) -> Parameters:
-        """The parameters with names, units and covariance, p q of them."""
+        """The p q parameters with names, units and covariance."""
         return Parameters(
             self.names,
             self.units,
@@ -167,7 +167,7 @@ class Fit(FrozenRecord):
         return t_interval(self.parameters, self.sd, self.dof, level)
 
     def well_identified(self, limit_percent: float = 10.0) -> BoolArray:
-        """Whether twice the relative standard error stays below the limit, (p q,) bool."""
+        """True where twice the relative standard error is below the limit, (p q,) bool."""
         return np.asarray(2 * self.relative_sd_percent < limit_percent)
 
     def predict(self, W: ArrayLike) -> FloatArray:
@@ -241,30 +241,30 @@ class Fit(FrozenRecord):
 
     def __repr__(self) -> str:
         shown = [repr(self.named[i]) for i in range(min(len(self.names), _MOST_SHOWN))]
-        left = len(self.names) - len(shown)
-        more = [f"... and {left} more"] if left else []
+        hidden = len(self.names) - len(shown)
+        more = [f"... and {hidden} more"] if hidden else []
         return "\n".join([f"R^2 {self.r2:.3f}, {self.n_rows} rows", *shown, *more])
 
     def _repr_html_(self) -> str:
         return self.named._repr_html_()
 
     def with_covariance(self, covariance: ArrayLike, kind: str, dof: float) -> Fit:
-        """The same fit with another covariance (p q, p q) of `parameters`, as from a bootstrap."""
+        """Return a copy with another covariance (p q, p q) of `parameters`, as from a bootstrap."""
         matrix = np.asarray(covariance, np.float64)
         return replace(self, covariance=matrix, covariance_kind=kind, dof=dof)
 
     def with_warning(self, *sentences: str) -> Fit:
-        """A copy that carries these warnings too."""
+        """Return a copy with these sentences after its warnings."""
         return replace(self, warnings=(*self.warnings, *sentences))
 
 
-def _ratio(part: float, whole: float) -> float:
-    return float(part / whole) if whole > 0 else float("nan")
+def _ratio(part: float, total: float) -> float:
+    return float(part / total) if total > 0 else float("nan")
 
 
-# What every fit that is written to a file says of itself (FIT.json, MODEL.json).
+# Summary of a fit in files (FIT.json, MODEL.json).
 
-#: Parameters that a short text shows; a body has more than a hundred.
+#: Most parameters that a short text shows; a body has more than a hundred.
 MOST_SHOWN: Final = 12
 
 
@@ -283,7 +283,7 @@ class FitSummary:
     parameters : tuple of NamedParameter
     warnings : tuple of str
     checks : tuple of Finding
-        Every assumption of the model that was held against the data, those that hold among them.
+        Findings on every assumption of the model that was checked, also those that hold.
     """
 
     method: str
@@ -307,7 +307,7 @@ class FitSummary:
         return parameter_frame(self.parameters)
 
     def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds of every fit, in the contract's order."""
+        """Return the entries of every fit in FIT.json, in the order of the format."""
         return {
             "method": self.method,
             "n": int(self.n),
@@ -317,14 +317,14 @@ class FitSummary:
             "r2": float(self.r2),
             "vaf": float(self.vaf),
             "warnings": list(self.warnings),
-            "parameters": [parameter_dict(one) for one in self.parameters],
-            "checks": [one.to_dict() for one in self.checks],
+            "parameters": [parameter_dict(item) for item in self.parameters],
+            "checks": [item.to_dict() for item in self.checks],
         }
 
     def __repr__(self) -> str:
         shown = list(map(repr, self.parameters[:MOST_SHOWN]))
-        left = len(self.parameters) - len(shown)
-        more = [f"... and {left} more"] if left else []
+        hidden = len(self.parameters) - len(shown)
+        more = [f"... and {hidden} more"] if hidden else []
         warned = [f"warning: {sentence}" for sentence in self.warnings]
         return "\n".join([f"{self.method}, R^2 {self.r2:.3f}", *shown, *more, *warned])
 

@@ -35,9 +35,9 @@ def fit(
     factors : TrialFactors
     covariance : {"cr1", "cr3", "replicates", "classical"}
         Clustered by trial (t with clusters - 1 degrees of freedom; replicates: clusters - strata),
-        or the textbook one.
+        or the classical covariance.
     strata : (T,), optional
-        For replicates: clusters with the same label saw the same disturbance.
+        For replicates: clusters with the same label had the same disturbance.
     parameter_names, parameter_units : sequences of p q str, optional
         In the order of `Fit.parameters`; by default ``output:regressor`` (the plain regressor
         if there is one output) and the output's unit over the regressor's.
@@ -99,21 +99,21 @@ def _default_names(factors: TrialFactors) -> tuple[str, ...]:
 
 def _default_units(factors: TrialFactors) -> tuple[str, ...]:
     per = {r: f"/({r})" if set("/ *") & set(r) else f"/{r}" for r in factors.regressor_units}
-    # An unknown unit on either side leaves the parameter's unknown.
+    # an unknown unit on either side leaves the parameter's unit unknown
     return tuple(
         o + per[r] if o and r else "" for o in factors.output_units for r in factors.regressor_units
     )
 
 
-# A long record as blocks that take the place of trials.
+# Blocks of a long record, which serve as clusters.
 
 
 def split_blocks(n_rows: int, block_rows: int) -> tuple[slice, ...]:
     """Split a long trial into blocks that serve as its clusters.
 
-    All blocks have `block_rows` rows or up to twice less one more: a short rest would be a
-    cluster that says little, so it joins the last block. Blocks must be much longer than the
-    memory of the residuals.
+    All blocks have `block_rows` rows, the last up to almost twice as many: a short remainder would
+    be a cluster with little information, so it joins the last block. Blocks must be much longer
+    than the residuals are correlated.
 
     Parameters
     ----------

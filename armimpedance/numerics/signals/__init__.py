@@ -1,4 +1,4 @@
-"""From a `Recording` to what can be fitted: windows, smoothing, derivatives, EMG, validity."""
+"""Preparation of a `Recording` for fits: windows, smoothing, derivatives, EMG, validity."""
 
 import lazy_loader
 

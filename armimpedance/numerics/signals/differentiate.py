@@ -1,10 +1,10 @@
-"""One differentiator for every column and the force alike, by kernels and by splines.
+"""One differentiator for all columns and the force, by kernels and by splines.
 
-A B-spline ``phi`` of compact support is convolved with every signal; the derivatives fall on the
-kernel instead of on the noise, ``phi * X'' = phi'' * X``. Force and displacement pass through the
-same ``phi``, so that ``M X'' + B X' + K X = -F`` holds after it exactly as before it, and no
-sample outside the kernel's support is touched: there are no filter transients at the ends. Read
-as an integral over each support it is the weak form of the equation with ``phi`` as test function.
+A B-spline ``phi`` of compact support is convolved with every signal. Its kernel is differentiated
+instead of the noisy signal, ``phi * X'' = phi'' * X``. Force and displacement pass through the same
+``phi``, so that ``M X'' + B X' + K X = -F`` holds after it exactly as before it. No sample outside
+the kernel's support is used: there are no filter transients at the ends. As an integral over each
+support, this is the weak form of the equation with ``phi`` as test function.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import InputError
 from armimpedance.numerics.signals.filters import lowpass
 
-# B-splines on whole numbers: the pieces that kernels and test functions are made of.
+# B-splines with integer knots, for kernels and test functions.
 #
-# By the recursion over degrees, which adds nothing but positive parts. The general splines of SciPy
-# give the same to rounding; to import them takes longer than to estimate a session.
+# They are computed by the recursion over degrees, which adds only positive terms. SciPy's general
+# splines give the same up to rounding, but importing them takes longer than estimating a session.
 
 
 def cardinal_spline(places: ArrayLike, degree: int, order: int = 0) -> FloatArray:
-    """Values of the B-spline with knots 0, 1, ..., degree + 1, or of a derivative of it.
+    """Values of the B-spline with knots 0, 1, ..., degree + 1, or of one of its derivatives.
 
     `places`: any numbers; outside the knots the spline is zero.
-    `order`: of the derivative, at most `degree` - 1.
+    `order`: order of the derivative, at most `degree` - 1.
     """
     x = np.asarray(places, dtype=np.float64)
-    # the derivative of order m is the m-th difference of a spline of so much lower degree
+    # the derivative of order m is the m-th difference of the spline of degree less m
     parts = [(-1) ** k * comb(order, k) * _spline(x - k, degree - order) for k in range(order + 1)]
     return np.asarray(sum(parts))
 
@@ -42,7 +42,7 @@ def cardinal_spline(places: ArrayLike, degree: int, order: int = 0) -> FloatArra
 def _spline(x: FloatArray, degree: int) -> FloatArray:
     pieces = [((x >= k) & (x < k + 1)).astype(np.float64) for k in range(degree + 1)]
     for p in range(1, degree + 1):
-        # pieces[k] of x becomes that of degree p which begins at k
+        # pieces[k] becomes the spline of degree p that begins at k
         pieces = [
             ((x - k) * pieces[k] + (k + p + 1 - x) * pieces[k + 1]) / p
             for k in range(len(pieces) - 1)
@@ -78,10 +78,10 @@ class Kernels(FrozenRecord):
 def spline_kernels(width_s: float, sample_rate_hz: float) -> Kernels:
     """Kernels from a B-spline of degree 5 whose support is about `width_s`.
 
-    Every group of a recording asks for the same ones; they cannot change, so they are remembered.
+    The kernels are cached, since every group of a recording uses the same.
 
-    The knots fall on samples: then sampled sums reproduce what the integrals promise, and
-    polynomials up to degree 3 are differentiated without error.
+    The knots are at samples, so that sampled sums equal the integrals, and polynomials up to degree
+    3 are differentiated without error.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def operator(weights: NDArray[np.float64], centres: NDArray[np.int64], samples: 
 def derivatives(signal: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, FloatArray]:
     """First and second central differences of signals (T, S, d) along time, as the source does.
 
-    Only the method `paper` and plots of raw data use them: at 1 kHz they turn encoder steps into
+    Only the method `paper` and plots of raw data use them: at 1 kHz the steps of an encoder become
     accelerations larger than the arm's.
 
     Parameters
@@ -137,20 +137,20 @@ def derivatives(signal: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, 
     return first, np.gradient(first, 1.0 / sample_rate_hz, axis=1)
 
 
-# Smooth sampled motion and differentiate it, where samples are few per movement.
+# Smoothing and derivatives of motion with few samples per movement.
 #
-# At the 30 frames/s of a motion-capture studio a central difference loses 3 % of a 2 Hz swing's
-# velocity. The zero-phase filter's output is therefore joined by a spline of degree 5 and the
+# At the 30 frames/s of motion capture a central difference loses 3 % of a 2 Hz swing's velocity.
+# The output of the zero-phase filter is therefore interpolated by a spline of degree 5, and the
 # spline is differentiated.
 
-#: Fewer samples than this say nothing about an acceleration.
+#: Fewest samples for an acceleration.
 FEWEST: Final = 16
 
 
 def smoothed_derivatives(
     signal: FloatArray, sample_rate_hz: float, cutoff_hz: float | None, *, order: int = 2
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """A signal after a zero-phase Butterworth low-pass, with its first two time derivatives.
+    """Low-pass a signal (zero-phase Butterworth) and return it with its first two derivatives.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def smoothed_derivatives(
         One trial, equally spaced along the first axis.
     sample_rate_hz : float
     cutoff_hz : float or None
-        None leaves the signal as it is.
+        None: no filter.
     order : int
         Order of the filter, which runs forward and backward.
 
@@ -176,8 +176,8 @@ def smoothed_derivatives(
 
     if len(signal) < FEWEST:
         raise InputError(f"{len(signal)} samples in a trial", expected=f"{FEWEST} or more")
-    given = np.asarray(signal, dtype=np.float64)
-    smooth = lowpass(given, cutoff_hz, sample_rate_hz, order=order, axis=0)
+    raw = np.asarray(signal, dtype=np.float64)
+    smooth = lowpass(raw, cutoff_hz, sample_rate_hz, order=order, axis=0)
     time = np.arange(len(smooth)) / sample_rate_hz
     spline = make_interp_spline(time, smooth, k=SPLINE_DEGREE)
     return smooth, spline(time, nu=1), spline(time, nu=2)

@@ -1,4 +1,4 @@
-"""Filters: zero-phase, causal, and the sign of a velocity through one."""
+"""Filters: zero-phase and causal, and the low-passed sign of a velocity."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _zero_phase(
     order: int,
     axis: int,
 ) -> FloatArray:
-    """One edge: low-pass; two: band-pass."""
+    """Filter forward and backward: a low-pass for one edge, a band-pass for two."""
     from scipy.signal import butter, sosfiltfilt
 
     nyquist = sample_rate_hz / 2
@@ -31,7 +31,7 @@ def _zero_phase(
     kind: Literal["low", "band"] = "low" if len(edges_hz) == 1 else "band"
     edges = edges_hz[0] if len(edges_hz) == 1 else np.asarray(edges_hz)
     sos = butter(order, edges, btype=kind, fs=sample_rate_hz, output="sos")
-    # The default padding assumes long records; a short one is padded by what it has.
+    # the default padding assumes long records; a short one is padded by at most its length
     pad = min(3 * (2 * len(sos) + 1), signal.shape[axis] - 1)
     return np.asarray(sosfiltfilt(sos, signal, axis=axis, padlen=pad))
 
@@ -44,9 +44,9 @@ def lowpass(
     order: int = 2,
     axis: int = 1,
 ) -> FloatArray:
-    """Zero-phase Butterworth low-pass along `axis`; forward and backward, so twice the order.
+    """Zero-phase Butterworth low-pass along `axis`: forward and backward, so twice the order.
 
-    A cut-off of None leaves the signal as it is.
+    With a cut-off of None the signal is not filtered.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def bandpass(
     return _zero_phase(signal, (low_hz, high_hz), sample_rate_hz, order, axis)
 
 
-# Butterworth low-pass as a controller runs it, forward only, and how late it is.
+# Causal Butterworth low-pass, as in a controller, and its delay.
 
 
 def causal_lowpass(
@@ -110,8 +110,8 @@ def causal_lowpass(
 ) -> FloatArray:
     """Butterworth low-pass along `axis`, forward only.
 
-    It starts in the steady state of the mean over the first half period of the cut-off: the first
-    sample alone, of a rectified signal, would start it anywhere.
+    It starts in the steady state for the mean over the first half period of the cut-off. A single
+    first sample of a rectified signal would be a random start.
 
     Parameters
     ----------
@@ -135,11 +135,11 @@ def causal_lowpass(
 
     sos = _sections(cutoff_hz, sample_rate_hz, order)
     first = max(round(sample_rate_hz / (2 * cutoff_hz)), 1)
-    moved = np.moveaxis(np.asarray(signal, dtype=np.float64), axis, -1)
-    level = moved[..., :first].mean(axis=-1)
+    rows = np.moveaxis(np.asarray(signal, dtype=np.float64), axis, -1)
+    level = rows[..., :first].mean(axis=-1)
     # state (sections, ..., 2) = unit state (sections, 2) times level (...)
-    state = np.stack([level[..., None] * one for one in sosfilt_zi(sos)])
-    smooth, _ = sosfilt(sos, moved, axis=-1, zi=state)
+    state = np.stack([level[..., None] * section for section in sosfilt_zi(sos)])
+    smooth, _ = sosfilt(sos, rows, axis=-1, zi=state)
     return np.moveaxis(np.asarray(smooth), -1, axis)
 
 
@@ -172,9 +172,9 @@ def lowpass_delay_s(cutoff_hz: float, sample_rate_hz: float, order: int) -> floa
 
 
 def advanced(signal: FloatArray, delay_s: float, sample_rate_hz: float) -> FloatArray:
-    """A late signal (N, ...) moved forward by its delay, between samples if need be.
+    """Shift a delayed signal (N, ...) forward by its delay, with interpolation between samples.
 
-    The last `delay_s` hold the last value: what belongs there was never filtered.
+    The last `delay_s` repeat the last value, since the filter never produced values for them.
     """
     at = np.arange(len(signal)) + delay_s * sample_rate_hz
     at = np.minimum(at, len(signal) - 1)
@@ -196,9 +196,9 @@ def _sections(cutoff_hz: float, sample_rate_hz: float, order: int) -> FloatArray
     return np.asarray(butter(order, cutoff_hz, fs=sample_rate_hz, output="sos"))
 
 
-# The sign of a velocity, as dry friction has it, through the filter of the torque.
+# The sign of a velocity, for dry friction, after the same filter as the torque.
 
-#: The sign is taken this often per second before it is filtered, per sample at least `_LEAST`.
+#: Rate at which the sign is computed before it is filtered, Hz; at least `_LEAST` per sample.
 _FINE_HZ: Final = 480.0
 _LEAST: Final = 4
 
@@ -206,10 +206,10 @@ _LEAST: Final = 4
 def filtered_sign(
     velocity: FloatArray, cutoff_hz: float | None, sample_rate_hz: float
 ) -> FloatArray:
-    """Sign of a velocity (S,) of one trial after a zero-phase low-pass; None: as it is.
+    """Sign of a velocity (S,) of one trial after a zero-phase low-pass; None: no low-pass.
 
-    A sign sampled at 30 frames/s knows the reversal to a frame only. It is taken between the
-    frames, from the spline through the velocity, and brought down to the frames without aliasing.
+    At 30 frames/s the sign locates a reversal only to a frame. It is therefore computed between the
+    frames, from a spline through the velocity, and resampled to the frames without aliasing.
 
     Parameters
     ----------
@@ -240,24 +240,24 @@ def filtered_sign(
     return lowpass(at_frames, cutoff_hz, sample_rate_hz, axis=0)
 
 
-# The last rows of a stream, in one block of memory that does not grow.
+# The last rows of a stream, in a block of memory of fixed size.
 
 
 class LastRows:
-    """The last rows that were pushed, one after another in memory."""
+    """A buffer of the last rows, which lie one after another in memory."""
 
     def __init__(self, length: int, width: int) -> None:
-        # every row appears twice: any `length` of them in turn are then one block
+        # every row is stored twice, so that any `length` successive rows are one block
         self._rows = np.zeros((2 * length, width))
         self._length = length
         self._next = 0
 
     def push(self, row: FloatArray) -> None:
-        """Add a row (width,); the oldest one goes."""
+        """Add a row (width,) and drop the oldest."""
         self._rows[self._next] = self._rows[self._next + self._length] = row
         self._next = (self._next + 1) % self._length
 
     def last(self, count: int) -> FloatArray:
-        """The last rows (count, width), oldest first; a view that the next push changes."""
+        """Return the last rows (count, width), oldest first: a view that the next push changes."""
         end = self._next + self._length
         return self._rows[end - count : end]

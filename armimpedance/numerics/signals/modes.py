@@ -1,10 +1,11 @@
-"""Smooth test functions over a window, and the noise of the measured position by them.
+"""Smooth test functions over a window, and the noise of the measured position in them.
 
 B-splines of degree 5 with uniform knots, each inside the window, so that they and their first four
 derivatives vanish at its ends. Sums of a signal against them need no derivative of the signal:
 ``sum phi x'' = sum phi'' x`` and ``sum phi x' = -sum phi' x``, whatever the signal does at the
-window's ends. What passes is below about one over twice the spacing of the knots (25 Hz at 20 ms);
-the arm's inertia, encoder noise and force noise leave nothing to gain above.
+window's ends. They pass frequencies below about one over twice the spacing of the knots (25 Hz at
+20 ms). Higher frequencies add no information, because of the arm's inertia and the noise of encoder
+and force.
 """
 
 from __future__ import annotations
@@ -20,22 +21,22 @@ from armimpedance.core.arrays import FloatArray, FrozenRecord, frozen
 from armimpedance.core.errors import InputError
 from armimpedance.numerics.signals.differentiate import SPLINE_DEGREE, cardinal_spline
 
-#: Distance of the knots (s) (docs/explanation/estimators.md).
+#: Distance between knots (s) (docs/explanation/estimators.md).
 SPACING_S = 0.020
-#: A window is covered by at least this many test functions, with narrower spacing if need be.
+#: Fewest test functions over a window; the spacing is narrowed if necessary.
 FEWEST = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Modes(FrozenRecord):
-    """Orthonormal combinations of test functions and what replaces derivatives of the signal.
+    """Orthonormal combinations of test functions, and operators for derivatives of the signal.
 
     Attributes
     ----------
     smooth : (n, S)
         ``smooth @ smooth.T = I``: white noise of the samples stays white.
     first, second : (n, S)
-        ``first @ x`` is what `smooth` makes of x', ``second @ x`` of x''.
+        ``first @ x`` equals ``smooth @ x'``, and ``second @ x`` equals ``smooth @ x''``.
     """
 
     smooth: Annotated[FloatArray, "n s"]
@@ -54,12 +55,12 @@ class Modes(FrozenRecord):
 
     @property
     def gaps(self) -> FloatArray:
-        """What `smooth` makes of a constant of one, (n,)."""
+        """Projection of a constant of one onto `smooth`, (n,)."""
         return np.asarray(self.smooth.sum(axis=1))
 
 
 def delayed(signal: FloatArray, samples: float) -> FloatArray:
-    """The signal (..., S) as it was `samples` earlier, linear between samples; at rest before.
+    """Delay a signal (..., S) by `samples`, linear between samples; at rest before its start.
 
     Parameters
     ----------
@@ -72,23 +73,23 @@ def delayed(signal: FloatArray, samples: float) -> FloatArray:
     array of the same shape
         The delayed signal, in the signal's unit.
     """
-    whole = int(np.floor(samples))
-    part = samples - whole
-    rest = np.repeat(signal[..., :1], whole + 1, axis=-1)
+    whole_samples = int(np.floor(samples))
+    part = samples - whole_samples
+    rest = np.repeat(signal[..., :1], whole_samples + 1, axis=-1)
     padded, count = np.concatenate([rest, signal], axis=-1), signal.shape[-1]
     return np.asarray((1 - part) * padded[..., 1 : count + 1] + part * padded[..., :count])
 
 
 @lru_cache(maxsize=64)
 def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING_S) -> Modes:
-    """Modes of a window of that many samples.
+    """Modes of a window of `samples` samples.
 
     Parameters
     ----------
     samples : int
     sample_rate_hz : float
     spacing_s : float
-        Distance of the knots; narrowed where the window holds fewer than ten splines.
+        Distance between knots; narrowed if the window would hold fewer than ten splines.
 
     Raises
     ------
@@ -111,7 +112,7 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
     rows = [per**order * cardinal_spline(places, SPLINE_DEGREE, order) for order in range(3)]
     # P (n, S) = L Q: L^-1 P has orthonormal rows
     L = np.linalg.cholesky(rows[0] @ rows[0].T)
-    smooth, first, second = (solve_triangular(L, each, lower=True) for each in rows)
+    smooth, first, second = (solve_triangular(L, row, lower=True) for row in rows)
     return Modes(smooth, first, second)
 
 
@@ -119,34 +120,34 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
 #
 # Three kinds of sensor:
 #
-# - one whose readings lie on a grid, an encoder: its error depends on the motion, constant at rest
+# - readings on a grid, such as an encoder's. The error depends on the motion: constant at rest
 #   (where referencing removes it), a saw-tooth in slow motion, nearly white in fast motion. The
-#   smoothed motion is read again with the grid elsewhere; the spread of what comes out is noise;
-# - one that stands still at rest and is noisy in motion without such a grid, an encoder of joint
-#   angles behind kinematics: white noise in motion and a pulse of the same variance, the error at
-#   rest that stays in the motion as a constant;
-# - an analogue one, noisy at rest and in motion alike: white noise.
+#   smoothed motion is quantised again with shifted grids; the spread of the results is the noise;
+# - readings that are constant at rest and noisy in motion without a grid, such as positions
+#   computed from encoders of joint angles: white noise in motion, and a pulse of the same variance,
+#   since the constant error at rest remains in the motion;
+# - an analogue sensor, noisy at rest and in motion alike: white noise.
 
 #: A reading counts as in motion if it changes within this time before or after (s).
 NEAR_S = 0.010
 #: A fourth difference of white noise has this many times its variance: 1 + 16 + 36 + 16 + 1.
 _FOURTH_DIFFERENCE = 70.0
-#: Fourth differences below this part of their rms are none.
+#: Fourth differences below this share of their rms count as zero.
 _STILL = 0.05
-#: The smoothed motions are read again at least this often in all, with the grid elsewhere.
+#: Least number of quantisations of the smoothed motions in all, with shifted grids.
 _READINGS = 160
-#: Steps within this part of a whole number of the smallest one lie on a grid.
+#: Steps within this of an integer multiple of the smallest step are on a grid.
 _ON_GRID = 0.01
 
 
 @dataclass(frozen=True)
 class PositionNoise:
-    """What the position sensor adds.
+    """Noise of the position sensor.
 
     `variance`: noise variance of single samples while the reading changes, m^2 (rad^2).
-    `covariance` (d, 3 n, 3 n): per axis, of what the modes make of the noise in x'', x', x; mean
+    `covariance` (d, 3 n, 3 n): per axis, covariance of the noise in the modes of x'', x', x; mean
     over trials.
-    `step`: spacing of the grid on which the readings lie, m (rad); 0: there is none.
+    `step`: spacing of the grid of the readings, m (rad); 0: no grid.
     """
 
     variance: float
@@ -155,7 +156,7 @@ class PositionNoise:
 
 
 def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:
-    """Noise of displacements from rest (T, S, d).
+    """Estimate the noise of displacements from rest (T, S, d).
 
     Parameters
     ----------
@@ -178,40 +179,40 @@ def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) ->
 
 
 def grid_step(position: FloatArray) -> float:
-    """Step of the grid on which positions (T, S, d) lie within each trial; 0 if on none."""
+    """Step of the grid on which positions (T, S, d) lie within each trial; 0 if on no grid."""
     steps = np.diff(position, axis=1)
     np.abs(steps, out=steps)
     # rounding of positions of a metre is 1e-16
-    told = steps > 1e-13 + 1e-9 * steps.max(initial=0.0)
-    if not told.any():
+    distinct = steps > 1e-13 + 1e-9 * steps.max(initial=0.0)
+    if not distinct.any():
         return 0.0
-    smallest = float(np.where(told, steps, np.inf).min())
-    # where there is no step, no step lies on any grid
-    steps *= told
+    smallest = float(np.where(distinct, steps, np.inf).min())
+    # zero steps count as on the grid
+    steps *= distinct
     steps /= smallest
     off = np.abs(np.subtract(steps, np.round(steps), out=steps), out=steps).max()
-    # the largest whole number must still be told from its neighbours
+    # the tolerance holds for the largest multiple too
     return smallest if off < _ON_GRID else 0.0
 
 
 def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> FloatArray:
-    """Covariance (d, 3 n, 3 n) of the error of readings of the smoothed motion."""
+    """Covariance (d, 3 n, 3 n) of the quantisation error of the smoothed motion."""
     T, S, d = position.shape
     padded = np.empty((T, d, S + 2 * reach))
-    moved = padded[:, :, reach : reach + S]
-    np.subtract(position.transpose(0, 2, 1), position[:, 0, :, None], out=moved)
-    padded[:, :, :reach] = moved[:, :, :1]
-    padded[:, :, reach + S :] = moved[:, :, -1:]
-    # a mean over near samples: what stands still goes on to stand still
+    motion = padded[:, :, reach : reach + S]
+    np.subtract(position.transpose(0, 2, 1), position[:, 0, :, None], out=motion)
+    padded[:, :, :reach] = motion[:, :, :1]
+    padded[:, :, reach + S :] = motion[:, :, -1:]
+    # a moving average: a motion at rest stays at rest
     smooth = _sums(padded.reshape(T * d, -1), 2 * reach + 1)
     smooth /= (2 * reach + 1) * step
     readings = -(-_READINGS // (T * d))
-    # places of the grid spread evenly over a step, others in every trial
+    # shifts of the grid, spread evenly over a step and different in every trial
     place = (np.arange(readings)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / readings
     grid = smooth + place[:, :, None]
     error = np.subtract(np.round(grid), grid, out=grid).reshape(-1, S)
     projected = error @ modes.stacked.T
-    # referencing takes off the error at rest
+    # referencing removes the error at rest
     projected -= error[:, :1] * modes.stacked.sum(axis=1)
     projected = projected.reshape(readings, T, d, -1)
     per_axis = projected.transpose(2, 0, 1, 3).reshape(d, readings * T, -1)
@@ -220,7 +221,7 @@ def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> 
 
 
 def _sums(rows: FloatArray, width: int) -> FloatArray:
-    """Sums over `width` neighbours (..., N - width + 1): of 1, 2, 4, ... of them, then of these."""
+    """Moving sums over `width` samples (..., N - width + 1), built from sums of 1, 2, 4, ..."""
     count, covered, length = rows.shape[-1] - width + 1, 0, 1
     total = np.zeros((*rows.shape[:-1], count))
     while length <= width:
@@ -233,9 +234,9 @@ def _sums(rows: FloatArray, width: int) -> FloatArray:
 
 
 def _from_differences(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:
-    """White noise and pulses, by differences that no limb can make.
+    """Estimate white noise and pulses from differences that no limb can make.
 
-    The fourth difference of a limb's motion at 1 kHz is nanometres; what it shows is noise.
+    The fourth difference of a limb's motion at 1 kHz is nanometres; anything larger is noise.
     """
     fourth = np.diff(position, 4, axis=1)
     level = np.sqrt((fourth**2).mean())
@@ -256,14 +257,14 @@ def _from_differences(position: FloatArray, sample_rate_hz: float, modes: Modes)
 
 
 def _dilate(flags: np.ndarray, reach: int) -> np.ndarray:
-    """True within `reach` samples of a true one, along axis 1."""
+    """True within `reach` samples of a true value, along axis 1."""
     padded = np.pad(flags.astype(np.int32), ((0, 0), (reach + 1, reach), (0, 0)))
     running = np.cumsum(padded, axis=1)
     return np.asarray(running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1] > 0)
 
 
 def _pulse_covariance(moving: np.ndarray, operators: FloatArray) -> FloatArray:
-    """Mean over trials of ``Q (diag m + m m^T) Q^T`` for stretches of motion m (T, S)."""
+    """Mean over trials of ``Q (diag m + m m^T) Q^T`` for samples in motion m (T, S)."""
     m = moving.astype(np.float64)
     pulse = m @ operators.T
     return np.asarray((operators * m.mean(axis=0)) @ operators.T + pulse.T @ pulse / len(m))

@@ -1,4 +1,4 @@
-"""From raw windows to what is fitted: smoothed, differentiated, offset and ramp removed."""
+"""From raw windows to the fitted signals: smoothed, differentiated, offset and ramp removed."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import Response, Window
 from armimpedance.numerics.signals.differentiate import Kernels, operator, spline_kernels
 
-# Removing what the limb did on its own: an offset and a ramp, from both sides of the equation.
+# Removal of the limb's own motion: an offset and a ramp, from both sides of the equation.
 #
 # With a virtual position that drifts at constant velocity (25), the impedance equation holds for
 # any linear operator that annihilates an offset and a ramp, applied to position, velocity,
 # acceleration **and** force. Two such operators:
 #
 # - `end_operator`, ``P s = s - s(t0) - r (s(tf) - s(t0))``, ``r = (t - t0)/(tf - t0)``: exact for
-#   whatever motion remains at tf, but it hangs on the noise of two samples;
+#   any motion that remains at tf, but sensitive to the noise of two samples;
 # - ``P s = s - Q Q^T s`` with `ramp_basis` Q, the least-squares projection, which uses the whole
 #   window.
 #
-# The source corrects the force alone (29), `correct_force_only`: exact only where displacement,
+# The source corrects only the force (29), `correct_force_only`: exact only if displacement,
 # velocity and acceleration are all zero again at tf.
 
 
@@ -42,7 +42,7 @@ def ramp_basis(lag_s: FloatArray) -> FloatArray:
     Raises
     ------
     InputError
-        If there are fewer than three lags: nothing would be left.
+        If there are fewer than three lags: nothing would remain.
     """
     if len(lag_s) < 3:
         raise InputError(f"a window of {len(lag_s)} samples", expected="at least 3")
@@ -80,23 +80,23 @@ def correct_force_only(force: FloatArray, lag_s: FloatArray, start: int, end: in
     return np.matmul(end_operator(lag_s, start, end), force)
 
 
-#: Support of the smoothing kernel (s). Measured in simulation (docs/evidence/estimate.md): at 20 um
-#: encoder steps narrower kernels bias M and K, wider ones gain nothing.
+#: Support of the smoothing kernel (s). In simulations (docs/evidence/estimate.md) with encoder
+#: steps of 20 um, narrower kernels bias M and K, and wider ones are no better.
 KERNEL_S = 0.16
 #: The fit runs from this long before the onset to this long after the end (s).
 PAD_S = 0.07
-#: Shorter supports than this are refused: encoder steps would be all that is left (s).
+#: Shortest support that is accepted (s); with a shorter one, encoder steps would dominate.
 SHORTEST_KERNEL_S = 0.03
-#: Rows of a fit per support of the kernel: what passes a B-spline of degree 5 lies below
-#: 6 / support (37 Hz at 0.16 s), so that twice six rows and one more lose nothing.
+#: Rows of a fit per support of the kernel: a B-spline of degree 5 passes frequencies below
+#: 6 / support (37 Hz at 0.16 s), so that twice six rows and one more lose no information.
 ROWS_PER_KERNEL = 13
-#: So many rows are made together: more see more samples that are none of their own.
+#: Rows that are computed together; with more, each row would include more samples that it ignores.
 _TOGETHER = 9
 
 
 @dataclass(frozen=True)
 class Span:
-    """Which kernel is used and which samples of the window are its centres."""
+    """Kernels of the smoothing, and the samples of the window at their centres."""
 
     kernels: Kernels
     centres: np.ndarray
@@ -111,7 +111,7 @@ def choose_span(
     pad_s: float = PAD_S,
     rows_per_kernel: int = ROWS_PER_KERNEL,
 ) -> Span:
-    """Kernel and centres for a window: the defaults, narrowed where the records are short.
+    """Choose kernels and centres for a window: the defaults, narrowed if the records are short.
 
     Parameters
     ----------
@@ -137,9 +137,9 @@ def choose_span(
     duration = float(window.duration_s[window.usable].max())
     room = min(-lag[0], lag[-1] - duration) + 0.5 / rate
     notes: tuple[str, ...] = ()
-    wanted = kernel_s / 2 + pad_s
-    if room < wanted:
-        kernel_s *= max(room / wanted, 0.25)
+    needed = kernel_s / 2 + pad_s
+    if room < needed:
+        kernel_s *= max(room / needed, 0.25)
         pad_s = room - kernel_s / 2
         notes = (
             f"only {max(room, 0) * 1e3:.0f} ms recorded at rest before and after the disturbance: "
@@ -153,18 +153,18 @@ def choose_span(
     if kernel_s < SHORTEST_KERNEL_S or len(centres) < 8:
         raise InputError(
             f"the records hold {len(lag) / rate:.3f} s around each disturbance",
-            expected=f"at least {wanted * 1e3:.0f} ms of rest before and after it",
+            expected=f"at least {needed * 1e3:.0f} ms of rest before and after it",
         )
     return Span(kernels, centres, stride, notes)
 
 
 def respond(window: Window, span: Span | None = None, *, keep_drift: bool = False) -> Response:
-    """Apply one linear operator to position and force, its derivatives to position.
+    """Apply one linear operator to position and force, and its derivatives to position.
 
     ``x = P (phi * X)``, ``x' = P (phi' * X)``, ``x'' = P (phi'' * X)``, ``f = P (phi * F)``:
     phi the smoothing kernel, P the projection that removes an offset and a ramp per trial
     (24)-(26). The impedance equation holds between them exactly as between X and F, for any
-    motion that is left at the window's end and any constant-velocity drift.
+    motion that remains at the window's end and any constant-velocity drift.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
     span : Span, optional
         Default: `choose_span`.
     keep_drift : bool
-        Leave offset and ramp in: for drawing, not for a fit.
+        Keep offset and ramp: for plots, not for a fit.
 
     Returns
     -------
@@ -185,11 +185,11 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
     banded = _operators(span.kernels, tuple(span.centres.tolist()), len(window.lag_s))
 
     def apply(weights: int, signal: FloatArray) -> list[FloatArray]:
-        # All axes, trials and kernels at once, (d T, S) (S, w C), a few neighbouring rows a time
+        # all axes, trials and kernels at once, (d T, S) (S, w C), a few neighbouring rows at a time
         smoothed = np.empty((d, len(signal) // d, weights, len(lag)))
         for rows, near, operators in banded:
-            wanted = operators[:weights].reshape(-1, operators.shape[2])
-            part = signal[:, near] @ wanted.T
+            kernels = operators[:weights].reshape(-1, operators.shape[2])
+            part = signal[:, near] @ kernels.T
             smoothed[..., rows] = part.reshape(d, -1, weights, operators.shape[1])
         if not keep_drift:
             # P s = s - Q (Q^T s): (d, T, w, C) = (d, T, w, 2) (2, C)
@@ -197,10 +197,10 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
         frozen(smoothed)
         return [smoothed[:, :, i].transpose(1, 2, 0) for i in range(weights)]
 
-    moved = by_axis(window.position)
-    # Positions are referenced first: the sums lose no digits to the distance from the shoulder.
-    moved -= moved[:, :1].copy()
-    displacement, velocity, acceleration = apply(3, moved)
+    motion = by_axis(window.position)
+    # positions are referenced first, so that the distance from the shoulder costs no digits
+    motion -= motion[:, :1].copy()
+    displacement, velocity, acceleration = apply(3, motion)
     (force,) = apply(1, by_axis(window.force))
     return Response(
         sample_rate_hz=window.sample_rate_hz / span.stride,
@@ -218,13 +218,13 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
 def _operators(
     kernels: Kernels, centres: tuple[int, ...], samples: int
 ) -> tuple[tuple[slice, slice, FloatArray], ...]:
-    """What smooths and what differentiates once and twice, (3, rows, near samples), in pieces.
+    """Operators for smoothing and the first two derivatives, (3, rows, near samples), in pieces.
 
-    A piece holds a few rows, and of the samples only those that these rows see. The groups of a
-    recording have the same window as a rule.
+    A piece has a few rows and only the samples that these rows use. The result is cached, since
+    groups of a recording usually have the same window.
     """
     at, weights = np.array(centres), (kernels.smooth, kernels.first, kernels.second)
-    whole = np.stack([operator(each, at, samples) for each in weights])
+    whole = np.stack([operator(kernel, at, samples) for kernel in weights])
     pieces = []
     for first in range(0, len(at), _TOGETHER):
         rows = slice(first, first + _TOGETHER)

@@ -12,47 +12,50 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.records import Recording
 
-#: All axes of a channel exactly as they were for this long (s), and this many samples.
+#: Shortest run of exactly equal values on all axes of a channel (s), and in samples.
 HELD_S: Final = 0.005
 FEWEST_SAMPLES: Final = 4
-#: What went on meanwhile shows as a jump: of so many steps before and after, and of the encoder.
+#: After lost samples the channel jumps: least size of the jump in steps before and after it, and
+#: in steps of the encoder.
 JUMP: Final = 3.0
 QUANTA: Final = 5.0
-#: Samples that are looked at together.
+#: Samples that are processed together.
 TOGETHER: Final = 1 << 18
-#: One run may be chance.
+#: Fewest runs for a warning: a single run may be chance.
 FEWEST_RUNS: Final = 2
 
 
 def check_held(recording: Recording) -> Finding:
-    """Runs of 5 ms and more in which position or force is held while the limb moves on.
+    """Check for runs of 5 ms and more in which position or force repeats while the limb moves.
 
-    A coarse encoder repeats its value too where the limb is slow, but goes on by one of its steps,
-    and stands still around it; samples that were held go on with all of the way that was missed.
+    A coarse encoder also repeats its value when the limb is slow, but then changes by one step and
+    is still before and after. After lost samples the value jumps by all of the missed motion.
 
     Returns: "held".
     """
     length = max(FEWEST_SAMPLES, round(HELD_S * recording.sample_rate_hz))
     shortest = f"{1e3 * length / recording.sample_rate_hz:.3g} ms in {FEWEST_RUNS} places"
-    told = []
+    messages = []
     for name in ("position", "force"):
         first, count = _held(getattr(recording, name), recording.offsets, length)
         if len(count) >= FEWEST_RUNS:
             trials = np.searchsorted(recording.offsets, first, side="right")
-            told.append(
+            messages.append(
                 f"{name} stands still {len(count)} times and jumps, for "
                 f"{1e3 * np.median(count) / recording.sample_rate_hz:.3g} ms, in "
                 f"{len(np.unique(trials))} trials"
             )
-    if not told:
+    if not messages:
         return Finding("held", "ok", "no channel stands still and jumps", smallest=shortest)
-    text = f"{'; '.join(told)}: lost samples were filled with the last one; leave such trials out"
+    text = (
+        f"{'; '.join(messages)}: lost samples were filled with the last one; leave such trials out"
+    )
     return Finding("held", "warning", text, smallest=shortest)
 
 
 def _held(values: FloatArray, offsets: IntArray, length: int) -> tuple[IntArray, IntArray]:
-    """First sample and number of samples of every run that is held and ends in a jump."""
-    steps = _ways(values)
+    """First sample and number of samples of every run of equal values that ends in a jump."""
+    steps = _path_lengths(values)
     if not steps.any():
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     # no step leads from one trial to the next
@@ -63,51 +66,51 @@ def _held(values: FloatArray, offsets: IntArray, length: int) -> tuple[IntArray,
     after = np.flatnonzero(still[:-1] & ~still[1:])
     long = (after - first >= length - 1) & (first > 0) & (after < len(steps) - 1)
     first, after = first[long], after[long]
-    # `after` is the jump that ends a run, its neighbours are usual ones
+    # `after` is the jump that ends a run; the steps next to the run are normal
     usual = np.fmax(steps[first - 1], steps[after + 1])
-    told = (steps[after] > JUMP * usual) & (steps[after] > QUANTA * quantum)
-    told &= _moves_around(steps, first, after)
-    return first[told], (after - first)[told]
+    lost = (steps[after] > JUMP * usual) & (steps[after] > QUANTA * quantum)
+    lost &= _moves_around(steps, first, after)
+    return first[lost], (after - first)[lost]
 
 
 def _moves_around(steps: FloatArray, first: IntArray, after: IntArray) -> BoolArray:
-    """Whether the channel moves in most samples around each still run, for as long as it is.
+    """True if the channel moves in most samples around a still run, over its length on each side.
 
-    Where it stays within the sensor's last digit for many samples it stands still before and after
-    as well, and the step between is that digit: nothing was lost.
+    A channel that stays within the sensor's last digit is still before and after the run too, and
+    the step between is that digit: nothing was lost.
     """
-    moved = np.concatenate([[0], np.cumsum(steps > 0)])
+    moves = np.concatenate([[0], np.cumsum(steps > 0)])
     long = after - first
-    before = moved[first] - moved[np.maximum(first - long, 0)]
-    behind = moved[np.minimum(after + 1 + long, len(steps))] - moved[after + 1]
-    return np.asarray(before + behind > long)
+    earlier = moves[first] - moves[np.maximum(first - long, 0)]
+    later = moves[np.minimum(after + 1 + long, len(steps))] - moves[after + 1]
+    return np.asarray(earlier + later > long)
 
 
-def _ways(values: FloatArray) -> FloatArray:
-    """The way from sample to sample, (N - 1,).
+def _path_lengths(values: FloatArray) -> FloatArray:
+    """Distance from sample to sample, (N - 1,).
 
-    Where an encoder of one axis steps, kinematics in single precision move the others by their
-    rounding, which is no step of theirs.
+    Distances over all axes are used: when the encoder of one axis steps, kinematics in single
+    precision change the other axes by rounding only.
     """
     ways = np.empty(max(len(values) - 1, 0))
     for first in range(0, len(ways), TOGETHER):
-        piece = values[first : first + TOGETHER + 1]
-        ways[first : first + TOGETHER] = lengths(np.diff(piece, axis=0))
+        part = values[first : first + TOGETHER + 1]
+        ways[first : first + TOGETHER] = lengths(np.diff(part, axis=0))
     return ways
 
 
-# Single trials that are not like the others: the hand goes away, or moves for far longer.
+# Single trials that differ from the others: the hand does not return, or moves for far longer.
 
-#: With fewer trials nobody can say which one is unlike the others.
+#: Fewest trials for a comparison with the others.
 FEWEST: int = 5
-#: A trial is unlike the others beyond this many times what nine in ten of them reach.
+#: A trial is an outlier above this many times the 90 % quantile of the others.
 TIMES: float = 2.0
-#: A hand that is still this part of its way off at the end has not returned.
+#: A hand has not returned if its distance at the end is above this share of the peak.
 AWAY: float = 0.5
 
 
 def beyond_the_others(values: FloatArray, reference: FloatArray | None = None) -> BoolArray:
-    """Values beyond twice what nine in ten of the reference reach.
+    """True for values above twice the 90 % quantile of the reference.
 
     Parameters
     ----------
@@ -118,18 +121,18 @@ def beyond_the_others(values: FloatArray, reference: FloatArray | None = None) -
     Returns
     -------
     (T,) array of bool
-        All False where the reference has fewer than five values.
+        All False if the reference has fewer than five values.
     """
-    known = values if reference is None else reference
-    if len(known) < FEWEST:
+    usual = values if reference is None else reference
+    if len(usual) < FEWEST:
         return np.zeros(len(values), dtype=bool)
-    return np.asarray(values > TIMES * lower_quantile(known, 0.9))
+    return np.asarray(values > TIMES * lower_quantile(usual, 0.9))
 
 
 def lower_quantile(values: FloatArray | IntArray, part: float) -> float:
-    """The value that this part of the values lies at or below, always one of them; NaN beside NaN.
+    """Quantile of the values that is one of them; NaN if one is NaN.
 
-    `numpy.quantile` with the method "lower", which takes longer for its many other ones.
+    The same as `numpy.quantile` with the method "lower", but faster.
 
     `values` (n,).
     `part`: from 0 to 1.
@@ -140,7 +143,7 @@ def lower_quantile(values: FloatArray | IntArray, part: float) -> float:
 
 
 def gone_astray(cut: FloatArray, onset: int, end: IntArray, usable: BoolArray) -> BoolArray:
-    """Trials (T,) in which the hand goes further than in the others and does not come back.
+    """True for trials (T,) in which the hand moves further than in the others and does not return.
 
     `cut` (T, S, d): positions around the onset.
     `onset`: sample of the onset.
@@ -151,12 +154,12 @@ def gone_astray(cut: FloatArray, onset: int, end: IntArray, usable: BoolArray) -
     for axis in range(cut.shape[2]):
         far += np.square(cut[:, :, axis] - cut[:, onset, axis, None])
     peak = np.sqrt(far.max(axis=1))
-    left = np.sqrt(far[np.arange(len(cut)), np.clip(end, 0, cut.shape[1] - 1)])
-    away = (left > AWAY * peak) & beyond_the_others(left, peak[usable])
+    remaining = np.sqrt(far[np.arange(len(cut)), np.clip(end, 0, cut.shape[1] - 1)])
+    away = (remaining > AWAY * peak) & beyond_the_others(remaining, peak[usable])
     return np.asarray(away & usable)
 
 
-# Angles in radians, or perhaps in degrees by mistake.
+# Angles in degrees by mistake.
 
 
 def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:
@@ -172,8 +175,7 @@ def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:
     Raises
     ------
     InputError
-        Names the joint.
-    """
+        An angle is too large; the message names the joint."""
     largest = np.abs(q).max(axis=0)
     for name, angle in zip(joints, largest, strict=True):
         if angle > LARGEST_ANGLE_RAD:

@@ -1,4 +1,4 @@
-"""Coherence: how much of the force a linear system driven by the motion can explain."""
+"""Coherence: the share of the force that a linear system driven by the motion can explain."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 
-#: Length of the segments that spectra are averaged over (s).
+#: Length of the segments whose spectra are averaged (s).
 SEGMENT_S = 1.0
-#: Segments that are transformed together.
+#: Segments that are processed together.
 TOGETHER = 512
 
 
@@ -21,7 +21,7 @@ class Coherence:
 
     `frequency_hz` (f,).
     `coherence` (f, d): 0..1; 1 = everything is explained.
-    `segments`: how many segments were averaged; with few, coherence is biased towards 1.
+    `segments`: number of averaged segments; with few, coherence is biased towards 1.
     """
 
     frequency_hz: FloatArray
@@ -100,7 +100,7 @@ def _spectra(
 
 
 def _tiny(s_xx: np.ndarray) -> np.ndarray:
-    """A ridge at rounding level: frequencies without any motion must not divide by zero."""
+    """Ridge at rounding level, so that frequencies without motion do not divide by zero."""
     trace = np.trace(s_xx, axis1=1, axis2=2).real
     floor = np.finfo(float).eps * max(float(trace.max()), np.finfo(float).tiny)
     return floor * np.eye(s_xx.shape[1])[None]

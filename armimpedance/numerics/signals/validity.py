@@ -1,4 +1,4 @@
-"""Can this recording be used? Checks before any fit, each with a verdict and its evidence."""
+"""Checks of a recording before any fit, each with a verdict and its evidence."""
 
 from __future__ import annotations
 
@@ -16,41 +16,41 @@ from armimpedance.numerics.signals.sample_faults import check_held
 from armimpedance.numerics.signals.windows import Timing, cut_windows, disturbance_times, flawed
 
 LOWEST_RATE_HZ = 200.0
-#: Samples that are looked at together.
+#: Samples that are processed together.
 SAMPLES_TOGETHER: Final = 1 << 18
-#: Residual displacement at the end, as a part of the peak, above which the source's one-sided
-#: drift correction goes wrong by more than its own standard error.
+#: Residual displacement at the end, as a share of the peak, above which the error of the source's
+#: one-sided drift correction exceeds its standard error.
 RETURN_FRACTION = 0.02
-#: What moves by less than this does not move (m, rad): rounding errors.
+#: Displacements below this are rounding errors (m, rad).
 NO_WAY = 1e-9
 #: Smallest over largest singular value of the peak displacements: 1 = all directions alike.
 COVERAGE = 0.2
 #: A force that stays exactly at its extreme for longer than this is clipped (s).
 CLIPPED_S = 0.01
-#: ... where that extreme is this part of the range away from rest, and this many times as frequent
-#: as the value next to it.
+#: In addition, the extreme must be this share of the range away from rest, and this many times as
+#: frequent as the value next to it.
 FAR_FROM_REST = 0.1
 HEAPED = 8.0
-#: A quantisation step above this part of the peak-to-peak signal leaves too few levels.
+#: A quantisation step above this share of the peak-to-peak signal leaves too few levels.
 STEP_FRACTION = 0.1
-#: Samples before the onset below which nothing is said of the rest.
+#: Fewest samples before the onset for a check of the rest.
 FEWEST_AT_REST: Final = 10
 #: A disturbance that leaves the limb further away than this is a movement (m, rad).
 LONG_WAY: Final = {"hand": 0.03, "joint": 0.3}
-#: Up to this part of the trials may be movements and are left out.
+#: Up to this share of the trials may be movements and are left out.
 FEW_TRIALS = 0.1
-#: Noise at rest above this part of the force's response drowns it.
+#: Noise at rest above this share of the force's response is a warning.
 NOISE_FRACTION = 0.5
 
 
 def check_recording(recording: Recording, window: Window | None = None) -> tuple[Finding, ...]:
-    """All checks that apply to a recording; never raises for what a check can say.
+    """Run all checks that apply to a recording; a fault is a finding, not an exception.
 
     Parameters
     ----------
     recording : Recording
     window : Window, optional
-        Its trials around their onsets, where the caller has cut them already.
+        Its trials around their onsets, if the caller has cut them already.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def check_recording(recording: Recording, window: Window | None = None) -> tuple
 
 
 def _needs(error: InputError) -> str:
-    """What is wrong and what is needed, as a check says it: its own refusal expects something."""
+    """Text of a finding from a refusal: the problem and what is needed."""
     return error.problem if error.expected is None else f"{error.problem}; needs {error.expected}"
 
 
@@ -101,25 +101,25 @@ def _disturbance_checks(recording: Recording, window: Window | None) -> Iterator
 
 
 def _reaches(recording: Recording, timing: Timing, unit: str) -> str:
-    """What is wrong where more than single trials move far and do not return; "" where it is not.
+    """Problem if more than a few trials move far and do not return; "" if not.
 
-    Single trials of this kind are left out of the windows, and the windows say which.
+    Windows leave out single trials of this kind and name them.
     """
     start, stop = recording.offsets[:-1], recording.offsets[1:] - 1
     rate, clock = recording.sample_rate_hz, recording.time_s[start]
     onset = start + np.round((timing.onset_s - clock) * rate).astype(np.int64)
     end = start + np.round((timing.end_s - clock) * rate).astype(np.int64)
-    place = recording.position[np.clip([onset, end], start, stop)]
-    left = np.linalg.norm(place[1] - place[0], axis=1)
+    position = recording.position[np.clip([onset, end], start, stop)]
+    distance = np.linalg.norm(position[1] - position[0], axis=1)
     judged = ~flawed(recording)
-    far = judged & (left > LONG_WAY[recording.kind])
+    far = judged & (distance > LONG_WAY[recording.kind])
     if far.sum() <= FEW_TRIALS * judged.sum():
         return ""
-    what = "the hand" if recording.kind == "hand" else "the joint"
+    moving = "the hand" if recording.kind == "hand" else "the joint"
     numbers = recording.trials["trial"].to_numpy()[far]
     first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
     return (
-        f"{what} moves {_milli(float(np.median(left[far])), unit)} and does not return in "
+        f"{moving} moves {_milli(float(np.median(distance[far])), unit)} and does not return in "
         f"{len(numbers)} of {judged.sum()} trials ({first}): a movement, not a disturbance; leave "
         "these trials out, or mark them in the column is_error"
     )
@@ -130,17 +130,17 @@ def _milli(value: float, unit: str) -> str:
 
 
 def _peak_displacement(window: Window) -> FloatArray:
-    """Displacement from the onset where it is largest, (T, d); zeros where a trial is not used."""
+    """Largest displacement from the onset, (T, d); zeros for trials that are not used."""
     peaks = np.zeros_like(window.position_at_onset)
     for rows in _together(np.flatnonzero(window.usable), len(window.lag_s)):
-        moved = window.position[rows] - window.position_at_onset[rows][:, None]
-        farthest = lengths(moved).argmax(axis=1)
-        peaks[rows] = moved[np.arange(len(rows)), farthest]
+        displacement = window.position[rows] - window.position_at_onset[rows][:, None]
+        farthest = lengths(displacement).argmax(axis=1)
+        peaks[rows] = displacement[np.arange(len(rows)), farthest]
     return peaks
 
 
 def _together(rows: IntArray, samples: int) -> Iterator[IntArray]:
-    """Rows of trials in pieces: few enough that what is made of them needs little room."""
+    """Yield rows of trials in pieces that are small enough for little memory."""
     count = max(1, SAMPLES_TOGETHER // samples)
     for first in range(0, len(rows), count):
         yield rows[first : first + count]
@@ -164,7 +164,7 @@ def _gaps(recording: Recording) -> Finding:
 
 
 def _runs(equal: BoolArray) -> IntArray:
-    """Lengths of the runs of True, of which there is one at least."""
+    """Lengths of the runs of True; there must be at least one."""
     at = np.flatnonzero(equal)
     last = np.flatnonzero(np.diff(at, append=at[-1] + 2) > 1)
     return np.diff(last, prepend=-1)
@@ -177,7 +177,7 @@ def _clipping(recording: Recording) -> Finding:
             continue
         for extreme in (force.max(), force.min()):
             runs = _runs(force == extreme)
-            # The top of one smooth swing may lie on a single step of the sensor for so long.
+            # the top of one smooth swing may stay on a step of the sensor for this long
             long = (runs > limit).sum() > 1 or runs.max() > 4 * limit
             if long and _heaped(force, extreme, recording.offsets):
                 text = f"force axis {axis + 1} stays at {extreme:g} for {runs.max()} samples"
@@ -186,10 +186,10 @@ def _clipping(recording: Recording) -> Finding:
 
 
 def _heaped(force: FloatArray, extreme: float, offsets: IntArray) -> bool:
-    """Whether a force far from rest has its extreme more often than values next to it.
+    """True if a force far from rest has its extreme far more often than the values next to it.
 
-    A sensor at rest repeats one value, and a trial begins at rest; a quantised swing stays at its
-    top some 2.4 times as long as at the step below.
+    A sensor at rest repeats its value, and a trial begins at rest. A quantised swing stays at its
+    top about 2.4 times as long as at the step below.
     """
     far = abs(extreme - np.median(force[offsets[:-1]])) > FAR_FROM_REST * np.ptp(force)
     others = force[force != extreme]
@@ -213,7 +213,7 @@ def _step(name: str, values: FloatArray, unit: str) -> Finding:
 
 
 def _quantum(levels: FloatArray) -> float:
-    """The step of which all differences between levels are multiples; 0 if there is none."""
+    """Step of which all differences between levels are multiples; 0 if there is no such step."""
     differences = np.diff(levels)
     differences = differences[differences > 1e-9 * (levels[-1] - levels[0])]
     step = float(np.median(differences[differences < 1.5 * differences.min()]))
@@ -225,20 +225,20 @@ def _quantum(levels: FloatArray) -> float:
 def _returns(window: Window, size: FloatArray, unit: str) -> Finding:
     end = np.searchsorted(window.lag_s, window.duration_s)
     end = np.minimum(end, len(window.lag_s) - 1)
-    left = window.position[np.arange(len(end)), end] - window.position_at_onset
-    residual = np.linalg.norm(left, axis=1)[window.usable]
-    part = residual / np.maximum(size[window.usable], np.finfo(float).tiny)
+    offset = window.position[np.arange(len(end)), end] - window.position_at_onset
+    residual = np.linalg.norm(offset, axis=1)[window.usable]
+    share = residual / np.maximum(size[window.usable], np.finfo(float).tiny)
     text = (
         f"residual at the end {_milli(float(np.median(residual)), unit)} (median), "
-        f"{100 * float(np.median(part)):.1f} % of the peak"
+        f"{100 * float(np.median(share)):.1f} % of the peak"
     )
-    if np.median(part) <= RETURN_FRACTION:
+    if np.median(share) <= RETURN_FRACTION:
         return Finding("returns to start", "ok", text)
     return Finding("returns to start", "warning", f"{text}; do not use method 'paper' here")
 
 
 def _coverage(condition: str, peak: FloatArray) -> Iterator[Finding]:
-    """Are the directions of one condition (T, d) spread enough to tell the axes apart?"""
+    """Check that the displacements of a condition (T, d) cover all axes."""
     if not len(peak) or not np.abs(peak).max() > NO_WAY:
         yield Finding("directions", "unusable", f"condition {condition}: no movement")
         return
@@ -264,7 +264,7 @@ def _rest_noise(window: Window, unit: str) -> Finding:
 
 
 def rms_at_rest(window: Window) -> tuple[float, float]:
-    """Rms of the used trials' force less its mean at rest: over the rest, and in the disturbance.
+    """Rms of the force less its mean at rest: over the rest, and during the disturbance.
 
     Parameters
     ----------
@@ -289,9 +289,9 @@ def rms_at_rest(window: Window) -> tuple[float, float]:
 
 
 def _dissipation(window: Window) -> Finding:
-    """Sign of the force: over a returning disturbance a limb takes energy, it gives none.
+    """Check the sign of the force: over a returning disturbance a limb absorbs energy.
 
-    ``W = integral F . X' dt < 0`` for a force by the limb, whatever inertia and stiffness.
+    ``W = integral F . X' dt < 0`` for a force by the limb, for any inertia and stiffness.
     """
     end = int(np.searchsorted(window.lag_s, window.duration_s[window.usable].max()))
     start = int(np.searchsorted(window.lag_s, 0.0))
@@ -310,7 +310,7 @@ def _dissipation(window: Window) -> Finding:
 
 
 def _work(window: Window, rows: IntArray, start: int, end: int) -> FloatArray:
-    """Work (T,) of the force from sample `start` to `end`, each side less its ramp between them."""
+    """Work (T,) of the force from sample `start` to `end`, both signals less their ramps."""
     r = (window.lag_s - window.lag_s[start]) / (window.lag_s[end] - window.lag_s[start])
 
     def ended(signal: FloatArray, part: slice) -> FloatArray:
@@ -318,7 +318,7 @@ def _work(window: Window, rows: IntArray, start: int, end: int) -> FloatArray:
         first, last = signal[:, start, None], signal[:, end, None]
         return np.asarray(signal[:, part] - first - r[part, None] * (last - first))
 
-    # one sample more on either side, where there is one, for the velocity
+    # one more sample on either side, if there is one, for the velocity
     wider = slice(max(start - 1, 0), end + 2)
     velocity = np.gradient(ended(window.position[rows], wider), 1.0 / window.sample_rate_hz, axis=1)
     power = ended(window.force[rows], slice(start, end + 1))

@@ -18,17 +18,17 @@ from armimpedance.numerics.signals.sample_faults import (
     lower_quantile,
 )
 
-# When a returning disturbance starts and is back, from the position alone.
+# Onset and end of a returning disturbance, from the position only.
 
-#: Noise at rest is judged from this much of a trial's start (s).
+#: Noise at rest is estimated from this much of a trial's start (s).
 REST_S = 0.05
-#: A trial moves if its peak is beyond this many times the largest excursion at rest.
+#: A trial moves if its peak is above this many times the largest excursion at rest.
 MOVEMENT_FACTOR = 6.0
-#: The disturbance has begun beyond this many times that excursion ...
+#: The disturbance has begun above this many times that excursion ...
 LEVEL_FACTOR = 1.5
-#: ... and beyond this part of the peak.
+#: ... and above this share of the peak.
 PEAK_FRACTION = 0.01
-#: It is over within this part of the peak around where the trial ends: people drift meanwhile.
+#: It is over within this share of the peak around the trial's end; people drift meanwhile.
 END_FRACTION = 0.03
 
 
@@ -41,11 +41,11 @@ class FoundMovement:
 
 
 def detect_movement(position: FloatArray, time_s: FloatArray) -> FoundMovement:
-    """Find onset and end of a disturbance in one trial.
+    """Detect onset and end of a disturbance in one trial.
 
     The distance from rest crosses a level at t1 and eight times that level at t2. Smooth
     disturbances leave rest with the cube of time (bounded jerk), so that the onset is at
-    ``2 t1 - t2``; the end likewise, backwards, from where the trial comes to rest.
+    ``2 t1 - t2``. The end is detected in the same way, backwards from the rest at the trial's end.
 
     `position` (S, d), `time_s` (S,).
     Raises InputError: if the trial is too short, does not rest at its start, or nothing moves.
@@ -69,10 +69,10 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> FoundMovement:
     beyond = np.flatnonzero(distance > level)
     far = np.flatnonzero(distance > min(8 * level, 0.9 * peak))
     onset = 2 * time_s[beyond[0]] - time_s[far[0]]
-    left = np.linalg.norm(position - position[-rest:].mean(axis=0), axis=1)
-    level = max(END_FRACTION * left.max(), LEVEL_FACTOR * float(left[-rest:].max()))
-    beyond = np.flatnonzero(left > level)
-    far = np.flatnonzero(left > min(8 * level, 0.9 * left.max()))
+    to_end = np.linalg.norm(position - position[-rest:].mean(axis=0), axis=1)
+    level = max(END_FRACTION * to_end.max(), LEVEL_FACTOR * float(to_end[-rest:].max()))
+    beyond = np.flatnonzero(to_end > level)
+    far = np.flatnonzero(to_end > min(8 * level, 0.9 * to_end.max()))
     if not len(beyond):
         raise InputError(
             "the hand does not rest at the trial's end",
@@ -82,20 +82,20 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> FoundMovement:
     return FoundMovement(float(max(onset, time_s[0])), float(min(end, time_s[-1])))
 
 
-#: State at the onset (position, force, joint angles) is a mean over this much rest before it (s).
+#: Rest before the onset over which position, force and joint angles are averaged (s).
 REST_BEFORE_ONSET_S = 0.1
-#: Room before the onset and after the end for smoothing kernels and rest (s).
+#: Margin before the onset and after the end for smoothing kernels and rest (s).
 MARGIN_S = 0.16
-#: Trials that end within the disturbance are left out where so large a part of all does not.
+#: Trials that end within the disturbance are left out if at least this share of all does not.
 MOST_WHOLE = 0.75
 
 
 @dataclass(frozen=True)
 class Timing:
-    """Onset and end of every trial's disturbance, and where they come from.
+    """Onset and end of every trial's disturbance, and their origin.
 
     `onset_s`, `end_s` (T,): on each trial's own clock.
-    `notes`: says so where times were detected.
+    `notes`: states if times were detected.
     """
 
     onset_s: FloatArray
@@ -104,14 +104,14 @@ class Timing:
 
 
 class _Table:
-    """Columns of a trial table as arrays: each is looked up once for all groups of trials."""
+    """Columns of a trial table as arrays, each read once for all groups of trials."""
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self._held: dict[str, FloatArray] = {}
 
     def column(self, name: str) -> FloatArray:
-        """Numbers (T,); NaN where there are none."""
+        """Numbers of a column (T,); NaN where it has none."""
         if name not in self._held:
             self._held[name] = _column(self.recording, name)
         return self._held[name]
@@ -123,17 +123,17 @@ class _Table:
 
     @cached_property
     def flawed(self) -> BoolArray:
-        """As `flawed`."""
+        """Trials marked as errors (T,), see the function `flawed`."""
         return flawed(self.recording)
 
 
 def _table_of(recording: Recording, timing: Timing) -> _Table:
-    """The trial table of a recording; it stays with the timing, which belongs to it."""
-    known: _Table | None = getattr(timing, "_table", None)
-    if known is None or known.recording is not recording:
-        known = _Table(recording)
-        object.__setattr__(timing, "_table", known)
-    return known
+    """Return the trial table of a recording, which is cached in its timing."""
+    table: _Table | None = getattr(timing, "_table", None)
+    if table is None or table.recording is not recording:
+        table = _Table(recording)
+        object.__setattr__(timing, "_table", table)
+    return table
 
 
 def _column(recording: Recording, name: str) -> FloatArray:
@@ -143,7 +143,7 @@ def _column(recording: Recording, name: str) -> FloatArray:
 
 
 def disturbance_times(recording: Recording) -> Timing:
-    """Onset and end from the trial table; what is missing there is detected from the position.
+    """Read onset and end from the trial table; missing times are detected from the position.
 
     Parameters
     ----------
@@ -158,8 +158,8 @@ def disturbance_times(recording: Recording) -> Timing:
     Raises
     ------
     InputError
-        If a time has to be detected and cannot be; names the trial. If the hand was pushed while
-        it moved, which has no rest to start from.
+        If a time is missing and cannot be detected (the message names the trial), or if the hand
+        was pushed while it moved, so that there is no rest before.
     """
     if recording.perturbation == "moving":
         raise InputError(
@@ -170,12 +170,12 @@ def disturbance_times(recording: Recording) -> Timing:
     for row in missing:
         samples = recording.samples_of(int(row))
         try:
-            found = detect_movement(recording.position[samples], recording.time_s[samples])
+            detected = detect_movement(recording.position[samples], recording.time_s[samples])
         except InputError as error:
             trial = recording.trials["trial"].iloc[int(row)]
             raise InputError(f"trial {trial}: {error.problem}", expected=error.expected) from error
-        onset[row] = found.onset_s if np.isnan(onset[row]) else onset[row]
-        end[row] = found.end_s if np.isnan(end[row]) else end[row]
+        onset[row] = detected.onset_s if np.isnan(onset[row]) else onset[row]
+        end[row] = detected.end_s if np.isnan(end[row]) else end[row]
     if not len(missing):
         return Timing(onset, end)
     note = f"onset or end detected from the position in {len(missing)} of {len(onset)} trials"
@@ -183,13 +183,13 @@ def disturbance_times(recording: Recording) -> Timing:
 
 
 def _onset_samples(recording: Recording, timing: Timing) -> IntArray:
-    """Number of the onset's sample within each trial: the last one at or before the onset."""
+    """Number of the onset's sample within each trial: the last sample at or before the onset."""
     start = recording.time_s[recording.offsets[:-1]]
     return np.floor((timing.onset_s - start) * recording.sample_rate_hz + 1e-6).astype(np.int64)
 
 
 def _cleared(cut: FloatArray, usable: BoolArray) -> FloatArray:
-    """Windows with zeros where a trial is not usable."""
+    """Set the windows of unusable trials to zero."""
     if not usable.all():
         cut[~usable] = 0.0
     return frozen(cut)
@@ -198,11 +198,11 @@ def _cleared(cut: FloatArray, usable: BoolArray) -> FloatArray:
 def cut_windows(
     recording: Recording, rows: ArrayLike | None = None, timing: Timing | None = None
 ) -> Window:
-    """Equal windows from 0.16 s before the onset to 0.16 s after the longest disturbance's end.
+    """Cut equal windows from 0.16 s before the onset to 0.16 s after the longest disturbance.
 
-    Where trials hold less, the window shrinks to what 90 % of them hold; the others are marked
-    unusable, as are single trials in which the hand goes away or moves for far longer than in the
-    others.
+    If trials are shorter, the window shrinks to the extent of 90 % of them. The others are marked
+    unusable, as are single trials in which the hand does not return or moves for far longer than in
+    the others.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ def cut_windows(
     Raises
     ------
     InputError
-        If no trial holds its own disturbance.
+        If no trial contains its whole disturbance.
     """
     timing = timing or disturbance_times(recording)
     table = _table_of(recording, timing)
@@ -235,7 +235,7 @@ def cut_windows(
     end = before + np.round(duration * rate).astype(np.int64)
     astray = gone_astray(place, before, end, usable)
     if astray.any():
-        notes += (_told(table, rows, astray, "the hand goes away and does not return"),)
+        notes += (_exclusion_note(table, rows, astray, "the hand goes away and does not return"),)
         usable = usable & ~astray
 
     def gather(samples: FloatArray) -> FloatArray:
@@ -263,13 +263,13 @@ def cut_windows(
 
 
 def _mean_over_time(signals: FloatArray) -> FloatArray:
-    """Means (T, d) of (T, S, d): those of `numpy.mean`, which goes through few axes slowly."""
+    """Means (T, d) of (T, S, d) over time; faster than `numpy.mean` for few axes."""
     return np.asarray(np.einsum("tsd->td", signals) / signals.shape[1])
 
 
 def _stretches(samples: FloatArray, start: IntArray, length: int) -> FloatArray:
-    """So many samples from each start on, (T, length, d): a copy."""
-    # a window over rows is one piece of memory: no index for each sample is needed
+    """Copy `length` samples from each start on, (T, length, d)."""
+    # a window over rows is contiguous in memory: no index for each sample is needed
     windows = np.lib.stride_tricks.sliding_window_view(samples, length, axis=0)
     return np.ascontiguousarray(windows.transpose(0, 2, 1)[start])
 
@@ -277,7 +277,7 @@ def _stretches(samples: FloatArray, start: IntArray, length: int) -> FloatArray:
 def _extent(
     table: _Table, rows: np.ndarray, first: IntArray, duration_s: FloatArray
 ) -> tuple[int, int, np.ndarray, tuple[str, ...]]:
-    """Samples before and after the onset, which trials hold them (T,), and what is left out."""
+    """Samples before and after the onset, usable trials (T,), and notes on those left out."""
     recording = table.recording
     rate, later = recording.sample_rate_hz, np.diff(recording.offsets)[rows] - 1 - first
     lasting = beyond_the_others(duration_s)
@@ -295,9 +295,9 @@ def _extent(
     if after < needed or not usable.any():
         shortest = int(np.argmin(later))
         trial = table.trial[rows][shortest]
-        told = not np.isnan(_column(recording, "onset_s")[rows][shortest])
-        detected = "" if told else ", which was detected from the position"
-        way_out = "" if told else ", or onset_s in the trial table"
+        stated = not np.isnan(_column(recording, "onset_s")[rows][shortest])
+        detected = "" if stated else ", which was detected from the position"
+        way_out = "" if stated else ", or onset_s in the trial table"
         raise InputError(
             f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset{detected}",
             expected=f"at least the disturbance of {needed / rate:.3f} s{way_out}",
@@ -309,13 +309,13 @@ def _extent(
     notes = _left_out(long_enough | errors | lasting, short)
     notes += _left_out(~errors, "marked as an error when recorded")
     if lasting.any():
-        why = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
-        notes += (_told(table, rows, lasting, why),)
+        reason = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
+        notes += (_exclusion_note(table, rows, lasting, reason),)
     return before, after, usable, notes
 
 
 def _joint_angles(table: _Table, rows: np.ndarray, at_rest: IntArray) -> FloatArray | None:
-    """Arm posture before the onset: measured along with the samples, or from the trial table."""
+    """Arm posture before the onset: from the samples, or from the trial table; None if unknown."""
     measured = table.recording.joint_angles
     if measured is not None:
         return np.asarray(measured[at_rest].mean(axis=1))
@@ -325,7 +325,7 @@ def _joint_angles(table: _Table, rows: np.ndarray, at_rest: IntArray) -> FloatAr
 
 
 def _commanded(recording: Recording) -> FloatArray | None:
-    """The commanded motion (N, d), where every axis has its column."""
+    """Commanded motion (N, d); None unless every axis has its column."""
     names = command_columns(recording.kind, recording.axes)
     if not all(name in recording.extra for name in names):
         return None
@@ -333,7 +333,7 @@ def _commanded(recording: Recording) -> FloatArray | None:
 
 
 def _disturbance(table: _Table, rows: np.ndarray) -> IntArray | None:
-    """Number of each trial's disturbance, by its direction in the trial table.
+    """Number of each trial's disturbance, by direction in the trial table; None if one is unknown.
 
     In space a direction also has its angle above the plane (column ``elevation_deg``).
     """
@@ -349,10 +349,10 @@ def _disturbance(table: _Table, rows: np.ndarray) -> IntArray | None:
 def _common_extent(
     before: IntArray, after: IntArray, needed: int, sample_rate_hz: float
 ) -> tuple[int, int]:
-    """Samples before and after the onset that 90 % of the trials hold, at most what is wanted.
+    """Samples before and after the onset that 90 % of the trials have, at most the margins.
 
-    Where more than a tenth, and no more than a quarter, end within the disturbance, 90 % of the
-    others: of eight trials one may be cut short.
+    If more than a tenth and at most a quarter of the trials end within the disturbance, 90 % of the
+    other trials count: one of eight trials may be cut short.
     """
     margin = round(MARGIN_S * sample_rate_hz)
     whole = after >= needed
@@ -365,7 +365,7 @@ def _common_extent(
 
 
 def flawed(recording: Recording) -> BoolArray:
-    """Trials that the recording system itself marked as errors (column ``is_error``)."""
+    """True for trials that the recording system marked as errors (column ``is_error``)."""
     marks = _column(recording, "is_error")
     return np.asarray(np.nan_to_num(marks) != 0)
 
@@ -373,12 +373,12 @@ def flawed(recording: Recording) -> BoolArray:
 def _long_movement(
     recording: Recording, rows: np.ndarray, first: IntArray, duration_s: FloatArray
 ) -> str:
-    """What is wrong with trials that last far longer than the others."""
+    """Problem of trials that last far longer than the others, as a sentence."""
     onset = recording.offsets[rows] + first
     end = onset + np.round(duration_s * recording.sample_rate_hz).astype(np.int64)
     last = recording.offsets[rows + 1] - 1
-    way = recording.position[np.minimum(end, last)] - recording.position[onset]
-    far = float(np.linalg.norm(way, axis=1).max())
+    displacement = recording.position[np.minimum(end, last)] - recording.position[onset]
+    far = float(np.linalg.norm(displacement, axis=1).max())
     unit = POSITION_UNIT[recording.kind]
     return (
         f"moves for {duration_s.max():.2g} s, far longer than others, and ends {far:.2g} {unit} "
@@ -386,11 +386,11 @@ def _long_movement(
     )
 
 
-def _told(table: _Table, rows: np.ndarray, out: np.ndarray, why: str) -> str:
-    """Which trials are left out, by their numbers, and why."""
+def _exclusion_note(table: _Table, rows: np.ndarray, out: np.ndarray, reason: str) -> str:
+    """Sentence on the trials that are left out, with their numbers and the reason."""
     numbers = table.trial[rows][out]
     first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
-    return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {why}"
+    return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {reason}"
 
 
 def _left_out(kept: np.ndarray, reason: str) -> tuple[str, ...]:

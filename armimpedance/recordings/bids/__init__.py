@@ -1,1 +1,1 @@
-"""Folders of BIDS: motion capture (Motion-BIDS), EMG (EMG-BIDS) and what was recorded beside."""
+"""BIDS folders: motion capture (Motion-BIDS), EMG (EMG-BIDS) and other recorded signals."""

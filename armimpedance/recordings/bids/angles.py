@@ -20,7 +20,7 @@ from armimpedance.recordings.mapped.mapping import known_unit
 
 
 def has_angles(runs: Sequence[Run]) -> bool:
-    """Whether a tracking system has channels of joint angles."""
+    """Return True if a tracking system has channels of joint angles."""
     return any(system.of_kind("JNTANG") for run in runs for system in run.systems)
 
 
@@ -33,12 +33,12 @@ def bids_angles(
     system: str | None = None,
     in_degrees: bool | None = None,
 ) -> MotionRecording:
-    """The joint angles of one person's runs.
+    """Read the joint angles of one person's runs.
 
-    `skeleton`: coordinates that no channel has are 0, which the provenance tells.
-    `names`: coordinate -> channel, where the names differ; ``-channel`` turns the sign.
-    `system`: the tracking system, where several have angles.
-    `in_degrees`: unit of angles whose channel does not say it.
+    `skeleton`: coordinates that no channel has are set to 0, which the provenance states.
+    `names`: coordinate -> channel, if the names differ; ``-channel`` reverses the sign.
+    `system`: the tracking system, if several have angles.
+    `in_degrees`: unit of angles whose channel has none.
     Raises InputError: no skeleton, none of its angles, a channel without unit, or a value that is
     missing.
     """
@@ -56,9 +56,9 @@ def bids_angles(
         if index is None:
             remarks |= dict.fromkeys(not_taken([run.name], "no joint angles in it"))
             continue
-        found, said = _trials(run, index, skeleton, names, in_degrees)
-        trials += found
-        remarks |= dict.fromkeys((*said, *run.notes))
+        cut, notes = _trials(run, index, skeleton, names, in_degrees)
+        trials += cut
+        remarks |= dict.fromkeys((*notes, *run.notes))
     rates = {trial.rate_hz for trial in trials}
     if len(rates) != 1:
         raise InputError(f"runs of {len(rates)} rates", file=person.within, expected="one rate")
@@ -80,13 +80,13 @@ def bids_angles(
 
 
 def _chosen(run: Run, label: str | None) -> int | None:
-    """Which system of a run has joint angles."""
-    found = [i for i, s in enumerate(run.systems) if s.of_kind("JNTANG")]
-    named = [i for i in found if label in (None, run.systems[i].name)]
-    if len(named) > 1 or (found and not named):
-        names = ", ".join(run.systems[i].name for i in found)
+    """Index of the system of a run that has joint angles; None if no system has."""
+    systems = [i for i, s in enumerate(run.systems) if s.of_kind("JNTANG")]
+    named = [i for i in systems if label in (None, run.systems[i].name)]
+    if len(named) > 1 or (systems and not named):
+        names = ", ".join(run.systems[i].name for i in systems)
         file = run.systems[0].file.path.parent
-        problem = f"joint angles of {len(found)} systems in {run.name}"
+        problem = f"joint angles of {len(systems)} systems in {run.name}"
         raise InputError(problem, file=file, expected=f"--prefix NAME, one of {names}")
     return named[0] if named else None
 
@@ -96,53 +96,53 @@ def _trials(
 ) -> tuple[list[Clocked], tuple[str, ...]]:
     system = run.systems[index]
     pairs = _pairs(system, skeleton, names)
-    channels = list(dict.fromkeys(at for _, at, _ in pairs))
+    channels = list(dict.fromkeys(column for _, column, _ in pairs))
     clock = clock_of(system)
     values = system.read([*channels, *clock])
     q = np.zeros((len(values), len(skeleton.coordinates)))
-    for coordinate, at, sign in pairs:
-        own = _in_si(
-            values[:, channels.index(at)], system.channels[at], system.file.path, in_degrees
+    for coordinate, column, sign in pairs:
+        angle = _in_si(
+            values[:, channels.index(column)], system.channels[column], system.file.path, in_degrees
         )
-        q[:, coordinate] = sign * own
-    taken = {system.channels[at].name for at in (*channels, *clock)}
-    rest = [channel.name for channel in system.channels if channel.name not in taken]
+        q[:, coordinate] = sign * angle
+    used = {system.channels[column].name for column in (*channels, *clock)}
+    unused_names = [channel.name for channel in system.channels if channel.name not in used]
     others = [s for i, s in enumerate(run.systems) if i != index]
-    said = not_taken(rest, f"{system.name}: no coordinate of the skeleton")
-    for other in others:
-        said += not_taken([channel.name for channel in other.channels], f"of {other.name}")
+    notes = not_taken(unused_names, f"{system.name}: no coordinate of the skeleton")
+    for unused in others:
+        notes += not_taken([channel.name for channel in unused.channels], f"of {unused.name}")
     chosen = {coordinate for coordinate, _, _ in pairs}
     absent = [c for i, c in enumerate(skeleton.coordinates) if i not in chosen]
     if absent:
-        said += (f"Not in the dataset, set to 0: {', '.join(absent)}.",)
-    return clocked(run, index, q, values[:, -1] if clock else None), said
+        notes += (f"Not in the dataset, set to 0: {', '.join(absent)}.",)
+    return clocked(run, index, q, values[:, -1] if clock else None), notes
 
 
 def _pairs(
     system: System, skeleton: Skeleton, names: Mapping[str, str]
 ) -> list[tuple[int, int, float]]:
-    """Coordinate, channel and sign of all that are known."""
-    there = {channel.name: i for i, channel in enumerate(system.channels)}
-    found = []
+    """Coordinate, channel and sign of all angles that are in the file."""
+    index_of = {channel.name: i for i, channel in enumerate(system.channels)}
+    pairs = []
     for number, (coordinate, column) in enumerate(
         zip(skeleton.coordinates, skeleton.columns, strict=True)
     ):
-        given = names.get(coordinate)
-        wanted = [given.removeprefix("-")] if given is not None else [coordinate, column]
-        at = next((there[name] for name in wanted if name in there), None)
-        if at is not None:
-            found.append((number, at, -1.0 if given and given.startswith("-") else 1.0))
-        elif given is not None:
-            expected = f"one of {', '.join(list(there)[:12])}"
-            raise InputError(f"no channel {given!r:.60}", file=system.file.path, expected=expected)
-    if not found:
+        stated = names.get(coordinate)
+        wanted = [stated.removeprefix("-")] if stated is not None else [coordinate, column]
+        index = next((index_of[name] for name in wanted if name in index_of), None)
+        if index is not None:
+            pairs.append((number, index, -1.0 if stated and stated.startswith("-") else 1.0))
+        elif stated is not None:
+            expected = f"one of {', '.join(list(index_of)[:12])}"
+            raise InputError(f"no channel {stated!r:.60}", file=system.file.path, expected=expected)
+    if not pairs:
         expected = f"one of {', '.join(skeleton.coordinates[-12:])}, or --angle"
         raise InputError("none of the skeleton's angles", file=system.file.path, expected=expected)
-    return found
+    return pairs
 
 
 def _in_si(values: FloatArray, channel: Channel, file: Path, in_degrees: bool | None) -> FloatArray:
-    """Values of a channel in rad or m, none of them missing."""
+    """Convert the values of a channel to rad or m; refuse missing values."""
     unit = known_unit(channel.unit or "")
     if unit is None and channel.unit is None and in_degrees is not None:
         unit = known_unit("deg" if in_degrees else "rad")
@@ -152,6 +152,6 @@ def _in_si(values: FloatArray, channel: Channel, file: Path, in_degrees: bool | 
         raise InputError(problem, file=file, column=channel.name, expected=expected)
     lost = np.flatnonzero(np.isnan(values))
     if len(lost):
-        place = {"file": file, "column": channel.name, "expected": "a number"}
-        raise InputError("is missing", row=int(lost[0]) + 1, **place)  # type: ignore[arg-type]
+        location = {"file": file, "column": channel.name, "expected": "a number"}
+        raise InputError("is missing", row=int(lost[0]) + 1, **location)  # type: ignore[arg-type]
     return unit.to_si(values)

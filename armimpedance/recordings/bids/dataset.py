@@ -1,4 +1,4 @@
-"""Where in a dataset of BIDS one person's recordings lie, and what its other files say of them."""
+"""Files of one person in a BIDS dataset, and the metadata in its other files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.recordings.mapped.mapping import known_unit
 
 DESCRIPTION: Final = "dataset_description.json"
 _LARGEST_JSON_BYTES: Final = 5_000_000
-#: Column of participants.tsv -> the fact in SI that it becomes, with its dimension.
+#: Column of participants.tsv -> name of the fact in SI.
 _SIZES: Final = {
     "weight": "mass_kg",
     "mass": "mass_kg",
@@ -30,7 +30,7 @@ _KG: Final = {"kg": 1.0, "kilogram": 1.0, "kilograms": 1.0, "g": 1e-3, "lb": 0.4
 
 
 def is_bids(path: Path) -> bool:
-    """Whether it is a dataset, a person's or session's folder in one, or one motion file."""
+    """Return True for a dataset, a person's or session's folder in one, or one motion file."""
     if path.is_file():
         name = parsed(path)
         return bool(
@@ -43,21 +43,21 @@ def is_bids(path: Path) -> bool:
 
 
 def _root_above(path: Path) -> Path | None:
-    """The dataset that a `sub-` or `ses-` folder lies in."""
-    here = path.resolve()
-    if here.name.startswith("ses-"):
-        here = here.parent
-    inside = here.name.startswith("sub-") and (here.parent / DESCRIPTION).is_file()
-    return here.parent if inside else None
+    """Dataset of a `sub-` or `ses-` folder; None if it is in no dataset."""
+    folder = path.resolve()
+    if folder.name.startswith("ses-"):
+        folder = folder.parent
+    inside = folder.name.startswith("sub-") and (folder.parent / DESCRIPTION).is_file()
+    return folder.parent if inside else None
 
 
 @dataclass(frozen=True)
 class Person:
     """One person's recordings in a dataset, or a part of them.
 
-    `root`: the dataset.
-    `folder`: the person's.
-    `within`: what is read: the person's folder, one session's, or one file.
+    `root`: folder of the dataset.
+    `folder`: the person's folder.
+    `within`: the part that is read: the person's folder, a session's folder, or one file.
     """
 
     root: Path
@@ -71,24 +71,24 @@ class Person:
 
     @cached_property
     def files(self) -> tuple[BidsName, ...]:
-        """All files with names of BIDS that can say something of the person's recordings.
+        """All files with BIDS names that can apply to the person's recordings.
 
-        From the top downwards; in a folder, names of fewer entities first.
+        From the top downwards; in a folder, names with fewer entities first.
         """
         sessions = [f for f in _folders(self.folder) if f.name.startswith("ses-")]
         levels = [self.root, self.folder, *sessions]
         kinds = [
             f for level in levels[1:] for f in _folders(level) if not f.name.startswith("ses-")
         ]
-        found = []
+        files = []
         for folder in [*levels, *kinds]:
             named = [parsed(p) for p in _listed(folder) if not p.is_dir()]
-            here = [name for name in named if name is not None]
-            found += sorted(here, key=lambda n: (len(n.entities), n.path.name))
-        return tuple(found)
+            valid = [name for name in named if name is not None]
+            files += sorted(valid, key=lambda n: (len(n.entities), n.path.name))
+        return tuple(files)
 
     def data(self, suffix: str, endings: Sequence[str]) -> list[BidsName]:
-        """Files with data of one kind that lie in what is read."""
+        """Data files of one kind within the part that is read."""
         inside = [f for f in self.files if f.suffix == suffix and f.ending in endings]
         top = self.within.resolve()
         if self.within.is_file():
@@ -96,14 +96,14 @@ class Person:
         return [f for f in inside if "sub" in f.entities and top in f.path.resolve().parents]
 
     def sidecar(self, data: BidsName, suffix: str | None = None) -> dict[str, Any]:
-        """What the JSON files say of a file with data; those nearer to it come last."""
+        """Merge the JSON files that describe a data file; those nearer to it take precedence."""
         merged: dict[str, Any] = {}
         for file in self.describing(data, suffix or data.suffix, ".json"):
             merged |= small_json(file.path)
         return merged
 
     def describing(self, data: BidsName, suffix: str, ending: str) -> list[BidsName]:
-        """Files of one kind that hold for a file with data, from the top downwards."""
+        """Files of one kind that describe a data file, from the top downwards."""
         above = {self.root.resolve(), *data.path.resolve().parents}
         return [
             f
@@ -115,27 +115,27 @@ class Person:
 
     @cached_property
     def facts(self) -> dict[str, float | str]:
-        """What the table of participants says of the person; body sizes in SI too."""
+        """Facts on the person from the table of participants; body sizes also in SI."""
         table = self.root / "participants.tsv"
         if not table.is_file():
             return {}
         rows = headed_rows(table, ["participant_id"])
-        own = next((r for r in rows if r["participant_id"] == self.folder.name), {})
-        facts = {k: number_or_text(v) for k, v in own.items() if k != "participant_id"}
-        known = {k: v for k, v in facts.items() if not (isinstance(v, str) and is_missing(v))}
+        row = next((r for r in rows if r["participant_id"] == self.folder.name), {})
+        facts = {k: number_or_text(v) for k, v in row.items() if k != "participant_id"}
+        present = {k: v for k, v in facts.items() if not (isinstance(v, str) and is_missing(v))}
         sidecar = self.root / "participants.json"
         units = small_json(sidecar) if sidecar.is_file() else {}
-        return {**known, **_sizes(known, units)}
+        return {**present, **_sizes(present, units)}
 
 
 def _sizes(facts: dict[str, float | str], units: dict[str, Any]) -> dict[str, float]:
-    """Body sizes in SI, where the table's units are told."""
+    """Body sizes in SI, if the units of the table are stated."""
     sizes = {}
     for name, value in facts.items():
-        fact, said = _SIZES.get(name.lower()), units.get(name)
-        if fact is None or not isinstance(value, float) or not isinstance(said, dict):
+        fact, description = _SIZES.get(name.lower()), units.get(name)
+        if fact is None or not isinstance(value, float) or not isinstance(description, dict):
             continue
-        unit = str(said.get("Units", said.get("Unit", ""))).strip()
+        unit = str(description.get("Units", description.get("Unit", ""))).strip()
         if fact == "mass_kg" and unit.lower() in _KG:
             sizes[fact] = value * _KG[unit.lower()]
         length = known_unit(unit)
@@ -145,9 +145,9 @@ def _sizes(facts: dict[str, float | str], units: dict[str, Any]) -> dict[str, fl
 
 
 def person_at(path: Path) -> Person:
-    """The person whose recordings a path holds.
+    """Return the person whose recordings a path holds.
 
-    Raises InputError: of several persons or none.
+    Raises InputError: the path holds several persons or none.
     """
     if path.is_file():
         parents = [p for p in path.resolve().parents if p.name.startswith("sub-")]
@@ -155,8 +155,8 @@ def person_at(path: Path) -> Person:
         return Person(folder.parent, folder, path)
     root = _root_above(path)
     if root is not None:
-        here = path.resolve()
-        return Person(root, here.parent if here.name.startswith("ses-") else here, path)
+        resolved = path.resolve()
+        return Person(root, resolved.parent if resolved.name.startswith("ses-") else resolved, path)
     people = [f for f in _folders(path) if f.name.startswith("sub-")]
     if len(people) != 1:
         shown = ", ".join(p.name for p in people[:6]) + (", …" if len(people) > 6 else "")
@@ -167,7 +167,7 @@ def person_at(path: Path) -> Person:
 
 
 def small_json(file: Path) -> dict[str, Any]:
-    """A JSON file of BIDS."""
+    """Read a JSON file of BIDS, which must be small."""
     try:
         if file.stat().st_size > _LARGEST_JSON_BYTES:
             raise InputError("is too large for such a file", file=file, expected="below 5 MB")
@@ -177,7 +177,7 @@ def small_json(file: Path) -> dict[str, Any]:
 
 
 def number_or_text(cell: str) -> float | str:
-    """A number where the text is a finite one."""
+    """Return a cell as a number if it is a finite number, else as text."""
     value = number_of(cell)
     return cell if value is None or not math.isfinite(value) else value
 

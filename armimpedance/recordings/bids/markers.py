@@ -1,4 +1,4 @@
-"""Tracked points of Motion-BIDS as a recording of markers, with EMG beside them."""
+"""Tracked points of Motion-BIDS as a recording of markers, with EMG."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from armimpedance.recordings.mapped.mapping import known_unit
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M, lab_rotation
 
 _AXES: Final = ("x", "y", "z")
-#: Direction of an axis -> forward, left, up.
+#: Direction of an axis in BIDS -> its components forward, left, up.
 _DIRECTIONS: Final = {
     "A": (1.0, 0.0, 0.0),
     "P": (-1.0, 0.0, 0.0),
@@ -44,7 +44,7 @@ _DIRECTIONS: Final = {
 
 @dataclass(frozen=True)
 class _Trial:
-    """A trial's markers, in the world's frame, and its EMG."""
+    """Markers of a trial, in the world's frame, and its EMG."""
 
     names: tuple[str, ...]
     samples: Clocked
@@ -59,40 +59,39 @@ def bids_markers(
     emg_channels: Mapping[str, str] | None = None,
     axes: Sequence[str] | None = None,
 ) -> MarkerRecording:
-    """The tracked points of one person's runs.
+    """Read the tracked points of one person's runs.
 
-    `runs`: each is a trial, or holds events that are.
-    `system`: the tracking system, where several track points in space.
+    `runs`: each is a trial, or has events that are trials.
+    `system`: the tracking system, if several track points in space.
     `emg_channels`: channel -> muscle.
-    `axes`: the file's axes that point forward, left and up; None: as the reference frame says.
-    Raises InputError: no points in space, or several systems, frames or rates; or axes that nobody
-    tells.
+    `axes`: the file's axes that point forward, left and up; None: as in the reference frame.
+    Raises InputError: no points in space, or several systems, frames or rates; or unknown axes.
     """
     muscles = dict(emg_channels or {})
-    found: list[_Trial] = []
+    cut: list[_Trial] = []
     remarks: dict[str, None] = {}
     emg_rates = set()
     for run in runs:
         chosen = _tracking(run, system)
         if chosen is None:
-            told = not_taken([run.name], "no points in space are tracked in it")
-            remarks |= dict.fromkeys(told)
+            message = not_taken([run.name], "no points in space are tracked in it")
+            remarks |= dict.fromkeys(message)
             continue
         amplifier = _amplifier(run, muscles) if muscles else None
         emg_rates |= {run.systems[amplifier].rate_hz} if amplifier is not None else set()
-        trials, said = _trials(run, chosen, amplifier, muscles, axes)
-        found += trials
-        remarks |= dict.fromkeys((*said, *run.notes, *_others(run, chosen, amplifier)))
-    if not found:
+        trials, notes = _trials(run, chosen, amplifier, muscles, axes)
+        cut += trials
+        remarks |= dict.fromkeys((*notes, *run.notes, *_others(run, chosen, amplifier)))
+    if not cut:
         expected = "channels POS x, y and z of a point; or --mapping for other channels"
         raise InputError("no points in space", file=person.within, expected=expected)
-    _same_rates({t.samples.rate_hz for t in found}, person.within)
+    _same_rates({t.samples.rate_hz for t in cut}, person.within)
     _same_rates(emg_rates, person.within)
-    return _recording(person, found, tuple(muscles.values()), emg_rates, tuple(remarks))
+    return _recording(person, cut, tuple(muscles.values()), emg_rates, tuple(remarks))
 
 
 def _tracking(run: Run, label: str | None) -> int | None:
-    """Which system of a run tracks points in space; None: none does."""
+    """Index of the system of a run that tracks points in space; None if no system does."""
     tracking = [i for i, s in enumerate(run.systems) if s.sort == "motion" and _points(s)]
     names = [run.systems[i].name for i in tracking]
     if label is not None:
@@ -111,17 +110,17 @@ def _tracking(run: Run, label: str | None) -> int | None:
 
 
 def has_points(runs: Sequence[Run]) -> bool:
-    """Whether a tracking system tracks points in space."""
+    """Return True if a tracking system tracks points in space."""
     return any(_points(system) for run in runs for system in run.systems)
 
 
 def _points(system: System) -> dict[str, list[int]]:
-    """Tracked point -> its channels x, y, z, for points that have all three."""
-    found: dict[str, dict[str, int]] = {}
+    """Map of tracked points to their channels x, y, z, for points that have all three."""
+    components: dict[str, dict[str, int]] = {}
     for index in system.of_kind("POS"):
         channel = system.channels[index]
-        found.setdefault(channel.point or channel.name, {})[channel.component] = index
-    return {p: [c[a] for a in _AXES] for p, c in found.items() if set(_AXES) <= set(c)}
+        components.setdefault(channel.point or channel.name, {})[channel.component] = index
+    return {p: [c[a] for a in _AXES] for p, c in components.items() if set(_AXES) <= set(c)}
 
 
 def _trials(
@@ -133,21 +132,21 @@ def _trials(
 ) -> tuple[list[_Trial], tuple[str, ...]]:
     system = run.systems[chosen]
     points = _points(system)
-    rotation, told = _rotation(system, points, axes)
+    rotation, notes = _rotation(system, points, axes)
     flat = [index for channels in points.values() for index in channels]
-    own = clock_of(system)
-    values = system.read([*flat, *own])
+    clock = clock_of(system)
+    values = system.read([*flat, *clock])
     places = _world(values[:, : len(flat)], system, points, rotation)
-    parts = clocked(run, chosen, places, values[:, -1] if own else None)
+    parts = clocked(run, chosen, places, values[:, -1] if clock else None)
     emg = None if amplifier is None else _emg_values(run, amplifier, muscles)
     cut = [None if emg is None else _emg_of(run, amplifier, emg, part) for part in parts]
-    return [_Trial(tuple(points), *pair) for pair in zip(parts, cut, strict=True)], told
+    return [_Trial(tuple(points), *pair) for pair in zip(parts, cut, strict=True)], notes
 
 
 def _rotation(
     system: System, points: Mapping[str, list[int]], axes: Sequence[str] | None
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """From the file's frame to the world's, (3, 3), and the sentence that says so."""
+    """Rotation from the file's frame to the world's, (3, 3), and a sentence on it."""
     frames = {system.channels[i].frame for channels in points.values() for i in channels}
     file = system.file.path
     if len(frames) > 1:
@@ -157,14 +156,14 @@ def _rotation(
             f"points in several reference frames: {shown}", file=file, expected=expected
         )
     if axes is not None:
-        told = f"Read from Motion-BIDS; forward, left and up are the file's {', '.join(axes)}."
-        return lab_rotation(axes), (told,)
+        message = f"Read from Motion-BIDS; forward, left and up are the file's {', '.join(axes)}."
+        return lab_rotation(axes), (message,)
     directions = system.axes.get(next(iter(frames)), "")
     rotation = np.array([_DIRECTIONS.get(d, (0.0, 0.0, 0.0)) for d in directions[:3]]).T
     if len(directions) != 3 or rotation.shape != (3, 3) or abs(np.linalg.det(rotation)) < 0.5:
-        said = f"SpatialAxes {directions!r:.20}" if directions else "no SpatialAxes"
+        problem = f"SpatialAxes {directions!r:.20}" if directions else "no SpatialAxes"
         expected = "--axes X,Y,Z: the file's axes that point forward, left and up"
-        raise InputError(f"{said} of its reference frame", file=file, expected=expected)
+        raise InputError(f"{problem} of its reference frame", file=file, expected=expected)
     hand = "" if np.linalg.det(rotation) > 0 else ", a left-handed frame"
     return rotation, (f"Read from Motion-BIDS; its axes x, y, z are {directions}{hand}.",)
 
@@ -172,7 +171,7 @@ def _rotation(
 def _world(
     values: FloatArray, system: System, points: Mapping[str, list[int]], rotation: FloatArray
 ) -> FloatArray:
-    """Places (N, P, 3) in m in the world's frame; lost where a coordinate is."""
+    """Places (N, P, 3) in the world's frame, m; NaN if a coordinate is missing."""
     file = system.file.path
     places = values.reshape(len(values), len(points), 3)
     missing = system.sidecar.get("MissingValues")
@@ -188,17 +187,17 @@ def _world(
                 name = system.channels[index].name
                 raise InputError(problem, file=file, column=name, expected="m, cm or mm")
             metres[:, p, axis] = unit.to_si(places[:, p, axis])
-    turned = np.empty_like(metres)
+    rotated = np.empty_like(metres)
     for axis in range(3):
-        # Each axis is one of the file's with a sign: no sum rounds, every bit stays.
+        # each axis is one of the file's with a sign, so that nothing is rounded
         from_axis = int(np.argmax(np.abs(rotation[axis])))
-        turned[..., axis] = rotation[axis, from_axis] * metres[..., from_axis]
-    turned[lost] = np.nan
-    far = np.nanmax(np.abs(turned), initial=0.0)
-    if far > LARGEST_PLACE_M:
+        rotated[..., axis] = rotation[axis, from_axis] * metres[..., from_axis]
+    rotated[lost] = np.nan
+    farthest = np.nanmax(np.abs(rotated), initial=0.0)
+    if farthest > LARGEST_PLACE_M:
         expected = "another unit in its _channels.tsv"
-        raise InputError(f"a point {far:.4g} m away", file=file, expected=expected)
-    return turned
+        raise InputError(f"a point {farthest:.4g} m away", file=file, expected=expected)
+    return rotated
 
 
 def _is_zero(text: str) -> bool:
@@ -206,20 +205,20 @@ def _is_zero(text: str) -> bool:
 
 
 def _amplifier(run: Run, muscles: Mapping[str, str]) -> int:
-    """The system that has all these EMG channels."""
+    """Index of the system that has all these EMG channels."""
     emg = [i for i, s in enumerate(run.systems) if s.sort == "emg"]
     for index in emg:
         if set(muscles) <= {channel.name for channel in run.systems[index].channels}:
             return index
-    there = [channel.name for i in emg for channel in run.systems[i].channels]
-    missing = next((name for name in muscles if name not in there), next(iter(muscles)))
-    shown = ", ".join(there[:12]) or "no EMG at all"
+    available = [channel.name for i in emg for channel in run.systems[i].channels]
+    missing = next((name for name in muscles if name not in available), next(iter(muscles)))
+    shown = ", ".join(available[:12]) or "no EMG at all"
     file = run.systems[0].file.path.parent
     raise InputError(f"no EMG channel {missing!r:.60} in {run.name}", file=file, expected=shown)
 
 
 def _emg_values(run: Run, amplifier: int, muscles: Mapping[str, str]) -> FloatArray:
-    """EMG (N, m) in V."""
+    """Read the EMG of the muscles (N, m), V."""
     system = run.systems[amplifier]
     names = [channel.name for channel in system.channels]
     chosen = [names.index(name) for name in muscles]
@@ -237,7 +236,7 @@ def _emg_values(run: Run, amplifier: int, muscles: Mapping[str, str]) -> FloatAr
 
 
 def _emg_of(run: Run, amplifier: int | None, emg: FloatArray, part: Clocked) -> FloatArray:
-    """EMG of one trial, from its first frame on."""
+    """Cut the EMG of one trial, from its first frame on."""
     assert amplifier is not None  # noqa: S101 - EMG comes from an amplifier
     system = run.systems[amplifier]
     time = times_of(system, run.starts_s[amplifier], len(emg))
@@ -253,19 +252,23 @@ def _emg_of(run: Run, amplifier: int | None, emg: FloatArray, part: Clocked) -> 
 
 
 def _others(run: Run, chosen: int, amplifier: int | None) -> tuple[str, ...]:
-    """What of a run is not in the recording."""
-    said: tuple[str, ...] = ()
+    """Sentences on the channels of a run that are not in the recording."""
+    notes: tuple[str, ...] = ()
     for index, system in enumerate(run.systems):
         names = [channel.name for channel in system.channels]
         if index == chosen:
-            kept = {system.channels[i].name for own in _points(system).values() for i in own}
+            kept = {
+                system.channels[i].name
+                for channels_of in _points(system).values()
+                for i in channels_of
+            }
             names = [n for n in names if n not in kept | {TRIAL_TIME}]
-            said += not_taken(names, f"{system.name}: no points in space")
+            notes += not_taken(names, f"{system.name}: no points in space")
         elif system.sort == "emg" and index != amplifier:
-            said += not_taken(names, f"{system.name}: no --emg names them")
+            notes += not_taken(names, f"{system.name}: no --emg names them")
         elif index != amplifier:
-            said += not_taken(names, f"of {system.name}")
-    return said
+            notes += not_taken(names, f"of {system.name}")
+    return notes
 
 
 def _same_rates(rates: set[float], file: Path) -> None:
@@ -307,7 +310,7 @@ def _recording(
 
 
 def _as_named(trial: _Trial, names: tuple[str, ...]) -> FloatArray:
-    """A trial's places in the order of all markers, NaN for those that it has not."""
+    """Places of a trial in the order of all markers; NaN for markers that the trial lacks."""
     if trial.names == names:
         return trial.samples.values
     places = np.full((len(trial.samples.values), len(names), 3), np.nan)

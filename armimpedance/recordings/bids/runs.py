@@ -1,4 +1,4 @@
-"""Runs of one person: systems on one clock, cut into trials, each with its own clock."""
+"""Runs of one person: systems on a common clock, cut into trials with their own clocks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from armimpedance.recordings.bids.tsv import OF_THE_SYSTEM, BidsName, headed_row
 
 #: An event of this type is a trial.
 TRIAL: Final = "trial"
-#: Entity -> the fact that a mapping can name.
+#: Entity -> name of the fact for mappings.
 _FACTS: Final = {
     "sub": "subject",
     "ses": "session",
@@ -31,7 +31,7 @@ _FACTS: Final = {
 
 @dataclass(frozen=True)
 class Stretch:
-    """A part of a run: from a time on, for so long; None: to the end."""
+    """A part of a run, from an onset, for a duration; None: from the start, to the end."""
 
     onset_s: float | None = None
     duration_s: float | None = None
@@ -44,9 +44,9 @@ class Run:
 
     `name`: such as "ses-1_task-reach_run-2".
     `systems`: tracking systems first.
-    `starts_s`: time of each one's first sample; 0 is the first tracking system's.
-    `stretches`: the trials; one of all where no event is one.
-    `facts`: what names and the table of participants say.
+    `starts_s`: time of each system's first sample; 0 is that of the first tracking system.
+    `stretches`: the trials; the whole run if no event is a trial.
+    `facts`: facts from file names and the table of participants.
     """
 
     name: str
@@ -58,11 +58,11 @@ class Run:
 
 
 def runs_of(person: Person, *, emg: bool = True) -> tuple[Run, ...]:
-    """All runs that lie in what is read.
+    """Read all runs within the requested part of a person's recordings.
 
-    `emg`: whether what was recorded beside motion is needed. If not, a file of it that is broken is
-    named in the notes, and does not stop the reading.
-    Raises InputError: there are none, or a file of one is wrong.
+    `emg`: whether signals other than motion are needed. If not, a broken file of them is named in
+    the notes and does not stop the reading.
+    Raises InputError: there are no runs, or a file of a run is wrong.
     """
     motion = person.data("motion", (".tsv",))
     signals = person.data("emg", (".edf", ".bdf"))
@@ -86,26 +86,26 @@ def _in_order(key: tuple[tuple[str, str], ...]) -> list[tuple[str, int, str]]:
 
 
 def _emg_of(person: Person, motion: BidsName) -> list[BidsName]:
-    """The EMG of the run of a motion file."""
-    found = [f for f in person.files if f.suffix == "emg" and f.ending in (".edf", ".bdf")]
-    return [f for f in found if _key(f) == _key(motion)]
+    """EMG files of the run of a motion file."""
+    candidates = [f for f in person.files if f.suffix == "emg" and f.ending in (".edf", ".bdf")]
+    return [f for f in candidates if _key(f) == _key(motion)]
 
 
 def _run(person: Person, files: Sequence[BidsName], all_needed: bool) -> Run:
     first = files[0]
     motion = [motion_system(f, person) for f in files if f.suffix == "motion"]
     emg = [f for f in files if f.suffix == "emg"]
-    beside: list[System] = []
+    others: list[System] = []
     broken: tuple[str, ...] = ()
-    for file in (*emg, *_beside(person, first, "physio")):
+    for file in (*emg, *_matching_files(person, first, "physio")):
         try:
-            found = emg_systems(file, person) if file in emg else [physio_system(file, person)]
-            beside += found
+            added = emg_systems(file, person) if file in emg else [physio_system(file, person)]
+            others += added
         except InputError as error:
             if all_needed or not motion:
                 raise
             broken += not_taken([file.path.name], f"it cannot be read: {error.problem}")
-    systems = (*motion, *beside)
+    systems = (*motion, *others)
     starts, unknown = _starts(person, systems)
     events = _events(person, first)
     stretches, notes = _trials(events)
@@ -118,36 +118,38 @@ def _run(person: Person, files: Sequence[BidsName], all_needed: bool) -> Run:
     return Run(name, systems, starts, stretches, {**person.facts, **facts}, notes)
 
 
-def _beside(person: Person, data: BidsName, suffix: str) -> list[BidsName]:
-    """Files of one kind that belong to the run of this file."""
-    found = [f for f in person.files if f.suffix == suffix and f.ending in (".tsv", ".tsv.gz")]
-    own = [f for f in found if "sub" in f.entities and f.describes(data, but=OF_THE_SYSTEM)]
-    return [f for f in own if f.entities.get("task") == data.entities.get("task")]
+def _matching_files(person: Person, data: BidsName, suffix: str) -> list[BidsName]:
+    """Files of one kind that belong to the run of this data file."""
+    candidates = [f for f in person.files if f.suffix == suffix and f.ending in (".tsv", ".tsv.gz")]
+    of_subject = [
+        f for f in candidates if "sub" in f.entities and f.describes(data, but=OF_THE_SYSTEM)
+    ]
+    return [f for f in of_subject if f.entities.get("task") == data.entities.get("task")]
 
 
 def _starts(person: Person, systems: Sequence[System]) -> tuple[tuple[float, ...], str]:
-    """When each system began, s after the first one, and the names of those that do not tell."""
+    """Start of each system, s after the first, and the names of systems without a time."""
     stamps = [_acquired(person, system.file) for system in systems]
     first = stamps[0]
     starts, unknown = [], []
     for system, stamp in zip(systems, stamps, strict=True):
-        told = stamp is not None and first is not None
-        offset = (stamp - first).total_seconds() if told else 0.0  # type: ignore[operator]
+        known = stamp is not None and first is not None
+        offset = (stamp - first).total_seconds() if known else 0.0  # type: ignore[operator]
         starts.append(offset + system.start_s)
-        if not told and system is not systems[0] and system.sort != "physio":
+        if not known and system is not systems[0] and system.sort != "physio":
             unknown.append(system.name)
     return tuple(starts), ", ".join(unknown)
 
 
 def _acquired(person: Person, data: BidsName) -> datetime | None:
-    """When the first sample of a file was taken, as the table of scans says."""
+    """Time of the first sample of a file, from the table of scans; None if unknown."""
     for file in person.files:
         if (file.suffix, file.ending) != ("scans", ".tsv") or not file.describes(data):
             continue
         for number, row in enumerate(headed_rows(file.path, ["filename"]), start=2):
-            # A damaged name may hold what no path can.
-            named = row["filename"].isprintable() and file.path.parent / row["filename"]
-            same = named and named.resolve() == data.path.resolve()
+            # a damaged name may hold characters that no path can
+            listed = row["filename"].isprintable() and file.path.parent / row["filename"]
+            same = listed and listed.resolve() == data.path.resolve()
             text = row.get("acq_time", "n/a")
             if same and not is_missing(text):
                 return _stamp(text, file, number)
@@ -160,13 +162,13 @@ def _stamp(text: str, file: BidsName, row: int) -> datetime:
         return stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
     except (ValueError, OverflowError):
         expected = "YYYY-MM-DDThh:mm:ss"
-        place = {"file": file.path, "row": row, "column": "acq_time"}
-        raise InputError(f"{text!r:.40}", expected=expected, **place) from None  # type: ignore[arg-type]
+        location = {"file": file.path, "row": row, "column": "acq_time"}
+        raise InputError(f"{text!r:.40}", expected=expected, **location) from None  # type: ignore[arg-type]
 
 
 def _events(person: Person, data: BidsName) -> list[tuple[BidsName, dict[str, str]]]:
-    """The events of a run: those of a file beside its data, else of a file elsewhere."""
-    files = [f for f in _beside(person, data, "events") if f.ending == ".tsv"]
+    """Events of a run, preferably from a file in the folder of its data."""
+    files = [f for f in _matching_files(person, data, "events") if f.ending == ".tsv"]
     near = [f for f in files if f.path.parent == data.path.parent]
     chosen = (near or files)[:1]
     return [(f, row) for f in chosen for row in headed_rows(f.path, ("onset", "duration"))]
@@ -175,7 +177,7 @@ def _events(person: Person, data: BidsName) -> list[tuple[BidsName, dict[str, st
 def _trials(
     events: Sequence[tuple[BidsName, dict[str, str]]],
 ) -> tuple[tuple[Stretch, ...], tuple[str, ...]]:
-    """The stretches that are trials, and what is said of the other events."""
+    """Parts of a run that are trials, and notes on the other events."""
     others: dict[str, int] = {}
     stretches = []
     for number, (file, row) in enumerate(events, start=2):
@@ -184,8 +186,8 @@ def _trials(
             others[kind] = others.get(kind, 0) + 1
             continue
         stretches.append(_stretch(row, file, number))
-    told = [f"{count} events {kind}" for kind, count in list(others.items())[:12]]
-    notes = not_taken(told, "only events of trial_type trial are taken, as trials")
+    counts = [f"{count} events {kind}" for kind, count in list(others.items())[:12]]
+    notes = not_taken(counts, "only events of trial_type trial are taken, as trials")
     return tuple(stretches) or (Stretch(),), notes
 
 
@@ -195,17 +197,19 @@ def _stretch(row: Mapping[str, str], file: BidsName, number: int) -> Stretch:
     if isinstance(onset, str) or isinstance(duration, str) or duration <= 0:
         problem = f"a trial at {row['onset']!r:.30} for {row['duration']!r:.30}"
         raise InputError(problem, file=file.path, row=number, expected="numbers, s")
-    own = {k: v for k, v in row.items() if k not in ("onset", "duration", "trial_type")}
+    cells = {k: v for k, v in row.items() if k not in ("onset", "duration", "trial_type")}
     facts = {
-        k: v if k == "condition" else number_or_text(v) for k, v in own.items() if not is_missing(v)
+        k: v if k == "condition" else number_or_text(v)
+        for k, v in cells.items()
+        if not is_missing(v)
     }
     return Stretch(onset, duration, facts)
 
 
 def times_of(system: System, start_s: float, rows: int) -> FloatArray:
-    """The time of each sample (N,), s after the first system's first sample.
+    """Time of each sample (N,), s after the first system's first sample.
 
-    Raises InputError: a latency is missing, or time does not run forward.
+    Raises InputError: a latency is missing, or times do not increase.
     """
     latency = system.of_kind("LATENCY")
     if not latency:
@@ -227,7 +231,7 @@ def times_of(system: System, start_s: float, rows: int) -> FloatArray:
 
 
 def rows_of(stretch: Stretch, time: FloatArray, rate_hz: float) -> slice:
-    """The samples of a system that lie in a stretch."""
+    """Slice of the samples of a system in one part of a run."""
     if stretch.onset_s is None or stretch.duration_s is None:
         return slice(0, len(time))
     half = 0.5 / rate_hz
@@ -236,11 +240,11 @@ def rows_of(stretch: Stretch, time: FloatArray, rate_hz: float) -> slice:
     return slice(int(first), int(last))
 
 
-# Trials of a run, each on its own clock, and the table of them.
+# Trials of a run, each on its own clock, and their table.
 
 #: The channel with each trial's own clock, in files that `armimpedance share` writes.
 TRIAL_TIME: Final = "trial_time"
-#: Steps of time may differ from one another by this part of a step.
+#: Largest deviation of a time step, as a share of the step.
 _UNEVEN: Final = 0.5
 
 
@@ -249,7 +253,7 @@ class Clocked:
     """The samples of one trial.
 
     `values` (N, ...).
-    `facts`: what its event says.
+    `facts`: cells of its event.
     `time_s` (N,): the trial's own clock.
     `begin_s`: time of its first sample in the run.
     """
@@ -264,18 +268,18 @@ class Clocked:
 
 
 def clock_of(system: System) -> list[int]:
-    """The channel with the trials' own clock: its index, or none."""
+    """Index of the channel with the trials' own clock, in a list; empty if there is none."""
     named = [(channel.name, channel.kind) for channel in system.channels]
     return [i for i, pair in enumerate(named) if pair == (TRIAL_TIME, "MISC")]
 
 
 def clocked(run: Run, index: int, values: FloatArray, clock: FloatArray | None) -> list[Clocked]:
-    """The trials of a run.
+    """Cut the samples of a run into trials.
 
-    `values` (N, ...).
-    `index`: the system whose samples these are.
+    `values` (N, ...): samples.
+    `index`: their system.
     `clock` (N,) or None: the trials' own times; None: each begins at 0.
-    Raises InputError: a trial has no sample, or time does not run in steps of the rate.
+    Raises InputError: a trial has no sample, or its time steps do not fit the rate.
     """
     system = run.systems[index]
     time = times_of(system, run.starts_s[index], len(values))
@@ -289,16 +293,18 @@ def clocked(run: Run, index: int, values: FloatArray, clock: FloatArray | None) 
                 expected="events inside of the record",
             )
         begin = float(time[rows.start])
-        own = time[rows] - begin if clock is None else clock[rows]
-        _check_steps(own, system)
-        named = str(stretch.facts.get("condition", run.name))
+        trial_time = time[rows] - begin if clock is None else clock[rows]
+        _check_steps(trial_time, system)
+        condition = str(stretch.facts.get("condition", run.name))
         rate = system.rate_hz
-        trials.append(Clocked(named, stretch.facts, rate, own, values[rows], stretch, begin))
+        trials.append(
+            Clocked(condition, stretch.facts, rate, trial_time, values[rows], stretch, begin)
+        )
     return trials
 
 
 def _check_steps(time: FloatArray, system: System) -> None:
-    """A trial's clock must run in the steps of the rate."""
+    """Refuse a trial whose time steps do not fit the rate."""
     steps = np.diff(time) * system.rate_hz
     if np.isfinite(time).all() and not (np.abs(steps - 1.0) > _UNEVEN).any():
         return
@@ -311,13 +317,13 @@ def _check_steps(time: FloatArray, system: System) -> None:
 
 
 def trial_table(trials: Sequence[Clocked]) -> pd.DataFrame:
-    """The trial table: number, condition, and what the events say of every trial."""
+    """Build the trial table: number, condition, and further cells of the trials' events."""
     numbers = [trial.facts.get("trial") for trial in trials]
-    whole = [int(n) for n in numbers if isinstance(n, float) and n.is_integer() and abs(n) < 1e9]
-    own = len(whole) == len(trials) and len(set(whole)) == len(whole)
+    integers = [int(n) for n in numbers if isinstance(n, float) and n.is_integer() and abs(n) < 1e9]
+    usable = len(integers) == len(trials) and len(set(integers)) == len(integers)
     table = pd.DataFrame(
         {
-            "trial": whole if own else np.arange(1, len(trials) + 1),
+            "trial": integers if usable else np.arange(1, len(trials) + 1),
             "condition": [trial.condition for trial in trials],
         }
     )
@@ -328,7 +334,7 @@ def trial_table(trials: Sequence[Clocked]) -> pd.DataFrame:
 
 
 def _as_column(values: Sequence[object]) -> FloatArray | list[str]:
-    """Numbers with NaN for what is missing; texts where one value is a text."""
+    """Column of numbers with NaN for missing values; of texts if one value is a text."""
     if all(v is None or isinstance(v, float) for v in values):
         return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
     return ["" if v is None else str(v) for v in values]

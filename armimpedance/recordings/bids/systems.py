@@ -1,6 +1,7 @@
 """Systems that recorded in a BIDS dataset, and their signals in EDF and BDF files.
 
-Each has its own clock. What its channels are is read at once, their values when they are asked for.
+Each system has its own clock. The description of its channels is read at once, their values when
+they are requested.
 """
 
 from __future__ import annotations
@@ -19,22 +20,22 @@ from armimpedance.core.json_text import is_number
 from armimpedance.recordings.bids.dataset import Person
 from armimpedance.recordings.bids.tsv import BidsName, headed_rows, is_missing, numbers
 
-# Signals in EDF and BDF files: their header checked against the file, then read by edfio.
+# Signals in EDF and BDF files: the header is checked against the file, then edfio reads them.
 
 _FIXED_BYTES: Final = 256
 _MOST_SIGNALS: Final = 8192
 _ROUNDING: Final = 1e-12
-#: Bytes that a sample takes.
+#: Bytes per sample.
 _WIDTH: Final = {".edf": 2, ".bdf": 3}
 
 
 @dataclass(frozen=True)
 class EdfFile:
-    """The signals of a file, not read yet.
+    """The signals of a file, which are not read yet.
 
-    `labels`, `units`: as the file has them.
-    `lengths`: samples of each signal.
-    `read`: values (N,) of the signal of an index, in its unit.
+    `labels`, `units`: as in the file.
+    `lengths`: number of samples of each signal.
+    `read`: function that returns the values (N,) of the signal of an index, in its unit.
     """
 
     labels: tuple[str, ...]
@@ -47,8 +48,8 @@ class EdfFile:
 def open_edf(file: Path) -> EdfFile:
     """Open a file whose name ends in .edf or .bdf.
 
-    Raises InputError: it is no such file, is shorter than its header says, or its records do not
-    follow one another without gaps.
+    Raises InputError: it is no such file, is shorter than its header says, or has gaps between its
+    records.
     """
     _check_sizes(file)
     edfio = needed("edfio", "bids", file)
@@ -72,15 +73,15 @@ def _described(signal: Any, records: int) -> tuple[str, str, float, int]:
     rate = float(signal.sampling_frequency)
     if not (np.isfinite(rate) and rate > 0):
         raise ValueError(f"a rate of {rate} Hz")
-    # 700 samples in the file's 1.4 s are 500 Hz, and not the double beside it
-    whole = round(rate)
-    rate = float(whole) if abs(rate - whole) <= _ROUNDING * rate else rate
+    # 700 samples in the file's 1.4 s are exactly 500 Hz, not the nearest double
+    integer = round(rate)
+    rate = float(integer) if abs(rate - integer) <= _ROUNDING * rate else rate
     length = int(signal.samples_per_data_record) * int(records)
     return str(signal.label), str(signal.physical_dimension).strip(), rate, length
 
 
 def _guarded(call: Callable[[], Any], file: Path) -> Any:
-    """What a call of edfio gives; whatever goes wrong in it is wrong with the file."""
+    """Call edfio; whatever goes wrong in it is reported as an error of the file."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -93,7 +94,7 @@ def _guarded(call: Callable[[], Any], file: Path) -> Any:
 
 
 def _check_sizes(file: Path) -> None:
-    """Compare the counts of a header with the file before anything is read by them."""
+    """Compare the counts in a header with the size of the file before they are used."""
     width = _WIDTH.get(file.suffix.lower())
     if width is None:
         raise InputError("is neither .edf nor .bdf", file=file)
@@ -103,17 +104,20 @@ def _check_sizes(file: Path) -> None:
             signals = _count(fixed[252:256], "the number of signals", file)
             if not 0 < signals <= _MOST_SIGNALS:
                 raise InputError(f"{signals} signals", file=file, expected="from 1 on")
-            own = stream.read(signals * _FIXED_BYTES)
+            described = stream.read(signals * _FIXED_BYTES)
         size = file.stat().st_size
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None
     header = _FIXED_BYTES * (signals + 1)
-    if len(own) < signals * _FIXED_BYTES or _count(fixed[184:192], "the header", file) != header:
+    if (
+        len(described) < signals * _FIXED_BYTES
+        or _count(fixed[184:192], "the header", file) != header
+    ):
         raise InputError("a broken header", file=file, expected=f"{header} bytes of header")
     if fixed[192:197] in (b"EDF+D", b"BDF+D"):
         expected = "records without gaps (EDF+C)"
         raise InputError("records with gaps between them", file=file, expected=expected)
-    counts = [own[216 * signals + 8 * i :][:8] for i in range(signals)]
+    counts = [described[216 * signals + 8 * i :][:8] for i in range(signals)]
     record = sum(_count(text, "samples in a record", file) for text in counts) * width
     records = _count(fixed[236:244], "the number of records", file)
     if records < 0 or record <= 0 or header + records * record > size:
@@ -121,15 +125,15 @@ def _check_sizes(file: Path) -> None:
         raise InputError(problem, file=file, expected="a whole file")
 
 
-def _count(text: bytes, what: str, file: Path) -> int:
+def _count(text: bytes, quantity: str, file: Path) -> int:
     try:
         return int(text.decode("ascii").strip())
     except ValueError:
-        raise InputError(f"{what} is {text!r}", file=file, expected="a whole number") from None
+        raise InputError(f"{quantity} is {text!r}", file=file, expected="a whole number") from None
 
 
 def same_rates(rates: Sequence[float], lengths: Sequence[int]) -> list[list[int]]:
-    """The indices of the signals, grouped by rate and length: one clock a group."""
+    """Group the indices of the signals by rate and length: one clock per group."""
     groups: dict[tuple[float, int], list[int]] = {}
     for index, key in enumerate(zip(rates, lengths, strict=True)):
         groups.setdefault(key, []).append(index)
@@ -144,9 +148,9 @@ _LOWEST_RATE_HZ, _LARGEST_RATE_HZ = 1e-3, 1e7
 class Channel:
     """One column of values.
 
-    `kind`: its type in BIDS, such as "POS"; "" where it has none.
-    `component`, `point`, `frame`: axis, tracked point and reference frame of a channel of motion;
-    "" where there is none.
+    `kind`: its type in BIDS, such as "POS"; "" if it has none.
+    `component`, `point`, `frame`: axis, tracked point and reference frame of a motion channel; ""
+    if there is none.
     """
 
     name: str
@@ -162,10 +166,11 @@ class System:
     """Channels on one clock.
 
     `name`: the tracking system's label, or "emg", "physio", with the recording's label.
-    `start_s`: time of the first sample, where the file itself tells it.
-    `read`: values (N, len(indices)) of the channels of these indices, NaN where one is missing.
+    `start_s`: time of the first sample, if the file states it.
+    `read`: function that returns the values (N, len(indices)) of the channels of some indices; NaN
+    for missing values.
     `axes`: reference frame -> the directions of its axes, such as "ALS".
-    `notes`: what a reader of the recording must know.
+    `notes`: remarks for the recording.
     """
 
     name: str
@@ -185,7 +190,7 @@ class System:
 
 
 def motion_system(file: BidsName, person: Person) -> System:
-    """A tracking system.
+    """Open a tracking system.
 
     Raises InputError: its channels or its rate are not described.
     """
@@ -244,31 +249,33 @@ def _bad_channels(rows: Sequence[Mapping[str, str]]) -> tuple[str, ...]:
 
 
 def _rate(sidecar: Mapping[str, Any], file: BidsName) -> float:
-    """The rate that time stamps show, else the nominal one."""
-    nominal, shown = (sidecar.get(k) for k in ("SamplingFrequency", "SamplingFrequencyEffective"))
-    rate = shown if is_number(shown) and shown else nominal
+    """Rate from time stamps if it is stated, else the nominal rate, Hz."""
+    nominal, effective = (
+        sidecar.get(k) for k in ("SamplingFrequency", "SamplingFrequencyEffective")
+    )
+    rate = effective if is_number(effective) and effective else nominal
     if not is_number(rate) or not _LOWEST_RATE_HZ < float(rate) < _LARGEST_RATE_HZ:  # type: ignore[arg-type]
-        told = "is missing" if rate is None else f"is {rate!r:.40}"
-        place = file.path.with_suffix("").with_suffix(".json")
+        problem = "is missing" if rate is None else f"is {rate!r:.40}"
+        json_file = file.path.with_suffix("").with_suffix(".json")
         expected = "samples a second, in this file or in one above it"
-        raise InputError(told, file=place, column="SamplingFrequency", expected=expected)
+        raise InputError(problem, file=json_file, column="SamplingFrequency", expected=expected)
     return float(rate)  # type: ignore[arg-type]
 
 
 def _axes(described: Mapping[str, Any]) -> dict[str, str]:
-    """Reference frame -> the directions of its axes."""
+    """Map of reference frames to the directions of their axes."""
     frames = described.get("reference_frame")
     levels = frames.get("Levels") if isinstance(frames, dict) else None
     if not isinstance(levels, dict):
         return {}
-    told = {k: v.get("SpatialAxes") for k, v in levels.items() if isinstance(v, dict)}
-    return {name: axes.upper() for name, axes in told.items() if isinstance(axes, str)}
+    directions = {k: v.get("SpatialAxes") for k, v in levels.items() if isinstance(v, dict)}
+    return {name: axes.upper() for name, axes in directions.items() if isinstance(axes, str)}
 
 
 def emg_systems(file: BidsName, person: Person) -> list[System]:
-    """The signals of an EMG file, one system for each rate.
+    """Open the signals of an EMG file, as one system for each rate.
 
-    The unit is the one in the file's own header: what `_channels.tsv` calls V is often uV there.
+    Units are those in the file's own header, since `_channels.tsv` often states V for uV.
     """
     edf = open_edf(file.path)
     described = person.describing(file, "channels", ".tsv")
@@ -285,8 +292,8 @@ def emg_systems(file: BidsName, person: Person) -> list[System]:
     _check_names(channels, described[-1].path if named else file.path)
     notes = _bad_channels(rows)
     if rows and not named:
-        told = f"{len(rows)} channels are described, {len(channels)} are in {file.path.name}"
-        notes += (f"{told}: the names are the signals' own.",)
+        counts = f"{len(rows)} channels are described, {len(channels)} are in {file.path.name}"
+        notes += (f"{counts}: the names are the signals' own.",)
     groups = same_rates(edf.rates_hz, edf.lengths)
     label = file.entities.get("recording")
     name = "emg" if label is None else f"emg-{label}"
@@ -307,16 +314,16 @@ def emg_systems(file: BidsName, person: Person) -> list[System]:
 
 
 def physio_system(file: BidsName, person: Person) -> System:
-    """A record beside the others: `_physio.tsv.gz` with its columns in a JSON file."""
+    """Open a further record: `_physio.tsv.gz` with the names of its columns in a JSON file."""
     sidecar = person.sidecar(file)
-    place = file.path.name
+    file_name = file.path.name
     names = sidecar.get("Columns")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         expected = "a JSON file beside it with the names of its columns"
         raise InputError("Columns is missing", file=file.path, expected=expected)
     start = sidecar.get("StartTime", 0.0)
     if not is_number(start):
-        raise InputError(f"StartTime {start!r:.40}", file=place, expected="a number, s")
+        raise InputError(f"StartTime {start!r:.40}", file=file_name, expected="a number, s")
     label = file.entities.get("recording")
     channels = tuple(Channel(name, unit=_physio_unit(sidecar.get(name))) for name in names)
     _check_names(channels, file.path)

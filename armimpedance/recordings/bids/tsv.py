@@ -18,22 +18,22 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.delimited import TSV, number_of, read_text_table
 from armimpedance.core.errors import InputError
 
-#: Tables that describe (channels, participants, events) are small.
+#: Limit for tables of descriptions (channels, participants, events), which are small.
 _LARGEST_HEADED_BYTES: Final = 20_000_000
-#: What a packed table may unpack to.
+#: Limit for an unpacked table, bytes.
 _LARGEST_UNPACKED_BYTES: Final = 300_000_000
 _MISSING: Final = ("n/a", "N/A", "NaN", "nan", "NAN", "")
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell says that there is no value."""
+    """Return True if a cell marks a missing value."""
     return cell.strip() in _MISSING
 
 
 def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]]:
-    """The rows of a table with a header, as texts.
+    """Read the rows of a table with a header, as texts.
 
-    `required`: columns that it must have.
+    `required`: columns that the table must have.
     Raises InputError: it cannot be read, a required column is missing, a name appears twice, or a
     row has another number of cells.
     """
@@ -47,25 +47,25 @@ def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]
 
 
 def numbers(file: Path, names: Sequence[str], wanted: Sequence[int]) -> FloatArray:
-    """Columns of a table of numbers without a header, NaN where a value is missing.
+    """Read columns of a table of numbers without a header; NaN for missing values.
 
     `file`: `.tsv`, or `.tsv.gz`.
-    `names`: all its columns; a first row that repeats them is passed over.
-    `wanted`: which are read.
+    `names`: all its columns; a first row that repeats them is skipped.
+    `wanted`: indices of the columns to read.
     Returns: (N, len(wanted)) array.
-    Raises InputError: it cannot be read or is empty, a row has another number of cells, or one is
-    no number.
+    Raises InputError: it cannot be read or is empty, a row has another number of cells, or a cell
+    is not a number.
     """
     content = _unpacked(file) if file.suffix == ".gz" else None
     first = _first_line(file, content)
     if not first.strip():
         raise InputError("is empty", file=file, expected="one row a sample")
-    given = [cell.strip() for cell in first.rstrip("\r\n").split("\t")]
-    if len(given) != len(names):
-        problem = f"{len(given)} columns (tabs between them)"
+    cells = [cell.strip() for cell in first.rstrip("\r\n").split("\t")]
+    if len(cells) != len(names):
+        problem = f"{len(cells)} columns (tabs between them)"
         expected = f"{len(names)}, one a channel"
         raise InputError(problem, file=file, row=1, expected=expected)
-    skip = 1 if given == list(names) and any(not _is_number(cell) for cell in given) else 0
+    skip = 1 if cells == list(names) and any(not _is_number(cell) for cell in cells) else 0
     table = _table(file, content, len(names), wanted, skip)
     columns = [np.asarray(column.to_numpy(zero_copy_only=False)) for column in table.columns]
     values = np.column_stack([column.astype(np.float64) for column in columns])
@@ -108,7 +108,7 @@ def _table(
 def _bad_cell(
     file: Path, content: bytes | None, columns: int, wanted: Sequence[int], skip: int, reason: str
 ) -> InputError:
-    """Find the first cell that is wrong, for the message."""
+    """Return an error that names the first wrong cell."""
     with io.BytesIO(content) if content is not None else file.open("rb") as stream:
         for number, line in enumerate(stream, start=1):
             cells = line.decode("utf-8", errors="replace").rstrip("\r\n").split("\t")
@@ -121,8 +121,8 @@ def _bad_cell(
                 if not (_is_number(cells[index]) or is_missing(cells[index])):
                     problem = f"not a finite number: {cells[index][:40]!r}"
                     expected = "a number, or n/a"
-                    place = {"file": file, "row": number, "column": str(index + 1)}
-                    return InputError(problem, expected=expected, **place)  # type: ignore[arg-type]
+                    location = {"file": file, "row": number, "column": str(index + 1)}
+                    return InputError(problem, expected=expected, **location)  # type: ignore[arg-type]
     return InputError(reason, file=file, expected="a table of numbers")
 
 
@@ -145,13 +145,13 @@ def _unpacked(file: Path) -> bytes:
 
 # Names of files in BIDS: entities such as `sub-01`, a suffix such as `motion`, an ending.
 
-#: What says which system recorded, not what was recorded.
+#: Entities that name the recording system, not the recorded task.
 OF_THE_SYSTEM: Final = ("tracksys", "recording", "space", "desc")
 
 
 @dataclass(frozen=True)
 class BidsName:
-    """A file and what its name says.
+    """A file and the parts of its name.
 
     `entities`: such as ``{"sub": "01", "task": "reach"}``, in the name's order.
     `suffix`: such as "motion".
@@ -164,16 +164,16 @@ class BidsName:
     entities: Mapping[str, str] = field(default_factory=dict)
 
     def describes(self, data: BidsName, but: Collection[str] = ()) -> bool:
-        """Whether what this file says holds for that one: each of its entities is that one's.
+        """Return True if this file describes `data`: all its entities are the same there.
 
         `but`: entities that are not compared.
         """
-        mine = {key: value for key, value in self.entities.items() if key not in but}
-        return all(data.entities.get(key) == value for key, value in mine.items())
+        compared = {key: value for key, value in self.entities.items() if key not in but}
+        return all(data.entities.get(key) == value for key, value in compared.items())
 
 
 def parsed(path: Path) -> BidsName | None:
-    """What the name of a file says; None where it is no name of BIDS."""
+    """Split the name of a file into its parts; None if it is not a BIDS name."""
     stem, dot, ending = path.name.partition(".")
     *parts, suffix = stem.split("_")
     entities = {}

@@ -1,10 +1,10 @@
-"""One C3D file, of motion capture or of a Kinarm: where its samples lie and what they are.
+"""One C3D file, of motion capture or of a Kinarm: position and meaning of its samples.
 
 After the C3D user guide (Motion Lab Systems): blocks of 512 bytes; a header, a section of
 parameters in groups, then per frame the points (x, y, z, residual) and the analog samples, as
 reals or as scaled 16-bit integers. Kinarm's Dexterit-E departs from the guide: `ANALOG:OFFSET` is a
-real, `POINT:DATA_START` is 0, texts stand without a count dimension, and longer trials overflow the
-16 bits of the count of frames.
+real, `POINT:DATA_START` is 0, texts have no count dimension, and longer trials overflow the 16 bits
+of the count of frames.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_regular
 from armimpedance.recordings.c3d.parameters import C3dParameters, Processor, read_parameters
 
-# Where the samples of a C3D file lie and in which form, checked against the file's length.
+# Position and form of the samples of a C3D file, checked against the file's length.
 
 BLOCK: Final = 512
 _KEY: Final = 0x50
-#: The counts of frames in the header have 16 bits.
+#: Counts of frames in the header have 16 bits.
 _WRAP: Final = 65536
 
 
@@ -37,10 +37,10 @@ class Layout:
     """The form of the samples.
 
     `start`: position of the first frame, in bytes.
-    `real`: words are reals, else 16-bit integers.
+    `real`: True if words are reals, False for 16-bit integers.
     `point_scale`: file's unit of length per count; 1 for reals.
     `first_frame`: number of the first frame, from 1.
-    `remarks`: sentences on what the file says wrongly of itself.
+    `remarks`: sentences on wrong statements in the header.
     """
 
     start: int
@@ -56,18 +56,18 @@ class Layout:
 
     @property
     def words_per_frame(self) -> int:
-        """Words of a frame: four a point, then the analog samples."""
+        """Number of words per frame: four per point, then the analog samples."""
         return 4 * self.points + self.channels * self.samples_per_frame
 
     @property
     def word_bytes(self) -> int:
-        """Bytes of a word."""
+        """Bytes per word."""
         return 4 if self.real else 2
 
 
 @dataclass(frozen=True)
 class _Header:
-    """The first block. Words of the C3D guide 2 to 5 and 7 to 12."""
+    """The first block: words 2 to 5 and 7 to 12 of the C3D guide."""
 
     points: int
     analog: int
@@ -90,12 +90,12 @@ class _Header:
 
     @property
     def frames(self) -> int:
-        """Frames that the header claims; a last frame 0 is none."""
+        """Number of frames in the header; 0 if the last frame is 0."""
         return (self.last - self.first + 1) % _WRAP if self.last else 0
 
 
 def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
-    """The layout of a C3D file's samples.
+    """Determine the layout of a C3D file's samples.
 
     `data`: the whole file.
     `name`: the file's name, for messages.
@@ -103,7 +103,7 @@ def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
     """
     header = _Header.parse(data, parameters.processor)
     if not (header.points or header.analog):
-        # parameters alone: whatever else the header says is of no meaning
+        # a file of parameters only: the rest of the header has no meaning
         first = max(header.first, 1)
         return Layout(len(data), 0, 0, 0, 1, True, 1.0, first, header.rate_hz)
     scale = _scale(header, parameters)
@@ -132,13 +132,13 @@ def layout_of(data: bytes, name: str, parameters: C3dParameters) -> Layout:
 def _analog(
     data: bytes, name: str, header: _Header, parameters: C3dParameters, start: int
 ) -> tuple[int, int, tuple[str, ...]]:
-    """Channels, samples a frame, and a remark where the header has it wrong."""
+    """Number of channels, samples per frame, and a remark if the header is wrong."""
     per_frame = header.per_frame
     if not header.analog:
         return 0, max(per_frame, 1), ()
     whole = per_frame > 0 and header.analog % per_frame == 0
-    # Some programs write the channels there instead of the samples of all channels: so they do
-    # where there are as many and the file is long enough.
+    # some programs write the number of channels instead of the samples of all channels: assumed if
+    # there are as many channels and the file is long enough
     if per_frame > 1 and parameters.first("ANALOG", "USED", -1.0) == header.analog:
         words = header.frames * (4 * header.points + header.analog * per_frame)
         if not whole or len(data) - start >= words * (4 if _scale(header, parameters) < 0 else 2):
@@ -167,32 +167,34 @@ def _start(data: bytes, name: str, header: _Header, parameters: C3dParameters) -
 def _frames(
     data: bytes, name: str, header: _Header, parameters: C3dParameters, start: int, size: int
 ) -> int:
-    """How many frames there are, where 16 bits may not have sufficed to say so.
+    """Number of frames, which may be more than the header's 16 bits can state.
 
-    A longer recording wraps round at 65536 frames or stays at 65535: the length of the file tells.
-    It is filled to a whole block, with fewer than `BLOCK` bytes.
+    For a longer recording the count wraps round at 65536 or stays at 65535; the length of the file
+    gives the true count. Files are filled up to a whole block, with fewer than `BLOCK` bytes.
     """
-    claimed, held = header.frames, (len(data) - start) // size
+    claimed, stored = header.frames, (len(data) - start) // size
     for exact in _long_counts(parameters):
-        # What the header says is the same count without its upper half, or all that fits into it.
+        # the header has the lower 16 bits of this count, or the largest number that fits
         same = exact % _WRAP == claimed or claimed == _WRAP - 1
-        if claimed < exact <= held and same:
+        if claimed < exact <= stored and same:
             return exact
-    if claimed > held:
-        problem = f"the header claims {claimed} frames, the file holds {held}"
+    if claimed > stored:
+        problem = f"the header claims {claimed} frames, the file holds {stored}"
         raise InputError(problem, file=name, expected="a file that is not cut off")
     if "ROTATION" in parameters.groups:
         return claimed
     if claimed == _WRAP - 1:
-        while held > claimed and not any(data[start + (held - 1) * size : start + held * size]):
-            held -= 1
-        return held
-    wrapped = claimed + (held - claimed) // _WRAP * _WRAP
-    return wrapped if held - wrapped <= (BLOCK - 1) // size else claimed
+        while stored > claimed and not any(
+            data[start + (stored - 1) * size : start + stored * size]
+        ):
+            stored -= 1
+        return stored
+    wrapped = claimed + (stored - claimed) // _WRAP * _WRAP
+    return wrapped if stored - wrapped <= (BLOCK - 1) // size else claimed
 
 
 def _long_counts(parameters: C3dParameters) -> list[int]:
-    """Counts of frames that programs write beside the header's 16 bits."""
+    """Counts of frames that programs write in parameters, without the limit of 16 bits."""
     counts = []
     ends = [
         parameters.numbers("TRIAL", f"ACTUAL_{end}_FIELD")[:2] % _WRAP for end in ("START", "END")
@@ -218,14 +220,14 @@ def _rate(name: str, header: _Header, parameters: C3dParameters) -> float:
 
 @dataclass(frozen=True)
 class C3dFile:
-    """The content of one file; samples are decoded when they are asked for.
+    """The content of one file; samples are decoded when they are requested.
 
-    `name`: for messages.
+    `name`: the file's name, for messages.
     `header`: the first block.
-    `words` (F, W): as stored: of each frame x, y, z, residual of each point, then the analog
+    `words` (F, W): as stored: in each frame x, y, z, residual of each point, then the analog
     samples.
-    `point_labels`, `analog_labels`: a label that appears twice is replaced by its description where
-    that tells the two apart.
+    `point_labels`, `analog_labels`: a label that appears twice is replaced by its description if
+    that is unique.
     """
 
     name: str
@@ -248,7 +250,7 @@ class C3dFile:
 
     @property
     def length_unit(self) -> str:
-        """The unit of points, corners and origins; mm where the file does not say."""
+        """Unit of points, corners and origins; mm if the file does not state it."""
         return self.parameters.text("POINT", "UNITS") or "mm"
 
     def places(self, index: Sequence[int]) -> FloatArray:
@@ -259,15 +261,15 @@ class C3dFile:
             return self._decoded(words) * self.layout.point_scale
 
     def residuals(self, index: Sequence[int]) -> FloatArray:
-        """The fourth word (F, n) of points; where it is negative, the point was not seen."""
+        """Residuals (F, n) of points, their fourth words; negative if the point was not seen."""
         return self._decoded(self.words[:, 4 * np.asarray(index, np.intp) + 3])
 
     def unseen(self, index: Sequence[int]) -> BoolArray:
-        """Where the residual (F, n) of points is negative."""
+        """True where a point was not seen, (F, n): its residual is negative."""
         return self.residuals(index) < 0
 
     def stored(self, index: Sequence[int]) -> NDArray[np.generic]:
-        """Analog channels (F * samples a frame, n) bit by bit as they stand in the file."""
+        """Analog channels (F * samples a frame, n) exactly as stored in the file."""
         layout, chosen = self.layout, np.asarray(index, np.intp)
         columns = (
             4 * layout.points
@@ -293,7 +295,7 @@ class C3dFile:
         scale = self._per_channel("SCALE", 1.0)[chosen] * general
         values = self._decoded(words)
         if layout.real and not unsigned:
-            # Counts beyond a signed word's were unsigned, whatever FORMAT says.
+            # counts above the signed range are unsigned, whatever FORMAT says
             beyond = (offset < 0) & (values.max(axis=0, initial=0.0) > 32767)
             offset = np.where(beyond, offset + 65536.0, offset)
         with np.errstate(invalid="ignore", over="ignore"):
@@ -315,7 +317,7 @@ class C3dFile:
 
 
 def muscles_of(emg_channels: Mapping[str, str] | None) -> dict[str, str]:
-    """Analog channel -> muscle; refused where two channels are given to one muscle."""
+    """Map of analog channels to muscles; refuse two channels of one muscle."""
     muscles = dict(emg_channels or {})
     if len(set(muscles.values())) < len(muscles):
         raise InputError("two EMG channels of one muscle", expected="a muscle for each channel")
@@ -323,7 +325,7 @@ def muscles_of(emg_channels: Mapping[str, str] | None) -> dict[str, str]:
 
 
 def _check(data: bytes, name: str) -> None:
-    """Refuse bytes that do not begin as a C3D file does."""
+    """Refuse bytes that do not begin like a C3D file."""
     if len(data) < BLOCK:
         problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
         raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
@@ -332,7 +334,7 @@ def _check(data: bytes, name: str) -> None:
 
 
 def parameters_of(data: bytes, name: str) -> C3dParameters:
-    """The parameters of a C3D file, without its samples; errors as `parse_c3d`."""
+    """Read the parameters of a C3D file, without its samples; errors as in `parse_c3d`."""
     _check(data, name)
     return read_parameters(data, name, (data[0] - 1) * BLOCK)
 
@@ -348,10 +350,10 @@ def read_c3d(path: str | os.PathLike[str]) -> C3dFile:
 
 
 def parse_c3d(data: bytes, name: str) -> C3dFile:
-    """The content of a C3D file from its bytes.
+    """Read a C3D file from its bytes.
 
     `name`: the file's name, for messages.
-    Raises InputError: it is no C3D file, is cut off, or its header claims what it does not hold.
+    Raises InputError: it is no C3D file, is cut off, or does not hold what its header claims.
     """
     parameters = parameters_of(data, name)
     layout = layout_of(data, name, parameters)
@@ -370,13 +372,19 @@ def parse_c3d(data: bytes, name: str) -> C3dFile:
 
 
 def _labels(parameters: C3dParameters, group: str, count: int) -> tuple[str, ...]:
-    """Labels of points or channels; those without one get a number."""
-    given = list(parameters.texts(group, "LABELS")[:count])
-    # Some programs write four letters as the label and the marker's name as the description.
-    described = parameters.texts(group, "DESCRIPTIONS")[: len(given)]
-    times, longer = Counter(given), Counter(described)
+    """Labels of points or channels; numbers for those without a label."""
+    labels = list(parameters.texts(group, "LABELS")[:count])
+    # some programs write four letters as the label and the marker's name as the description
+    described = parameters.texts(group, "DESCRIPTIONS")[: len(labels)]
+    times, described_times = Counter(labels), Counter(described)
     for i, text in enumerate(described):
-        if given[i] and times[given[i]] > 1 and text and longer[text] == 1 and text not in times:
-            given[i] = text
-    unnamed = [f"{group}_{i}" for i in range(len(given) + 1, count + 1)]
-    return (*given, *unnamed)
+        if (
+            labels[i]
+            and times[labels[i]] > 1
+            and text
+            and described_times[text] == 1
+            and text not in times
+        ):
+            labels[i] = text
+    unnamed = [f"{group}_{i}" for i in range(len(labels) + 1, count + 1)]
+    return (*labels, *unnamed)

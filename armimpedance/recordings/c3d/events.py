@@ -1,4 +1,4 @@
-"""Events of a C3D file, and what else it holds that a recording has no place for."""
+"""Events of a C3D file, and its contents that a recording leaves out."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from armimpedance.recordings.c3d.c3d_file import C3dFile
 from armimpedance.recordings.c3d.parameters import Processor
 from armimpedance.recordings.c3d.plates import Plate
 
-#: The header's word 150 says that its events have labels of four characters.
+#: Value of the header's word 150 if its events have labels of four characters.
 _LABELLED: Final = 12345
 _MOST_IN_HEADER: Final = 18
 
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at a time.
+    """An event at one time.
 
-    `context`: such as Left; empty where there is none.
-    `time_s`: on the trial's own clock: 0 is its first frame.
+    `context`: such as Left; empty if there is none.
+    `time_s`: time on the trial's own clock; 0 is its first frame.
     """
 
     label: str
@@ -36,28 +36,28 @@ class Event:
 
     @property
     def name(self) -> str:
-        """Context and label as one name."""
+        """Context and label in one name."""
         general = self.context.lower() in ("", "general")
         return self.label if general else f"{self.context} {self.label}"
 
 
 def events_of(capture: C3dFile) -> tuple[Event, ...]:
-    """The events of a file in the order of their times; their clock begins at frame 1."""
-    found = _of_group(capture) or _of_header(capture.header, capture.parameters.processor)
+    """Events of a file in the order of their times, with times from its first frame."""
+    stored = _of_group(capture) or _of_header(capture.header, capture.parameters.processor)
     late = (capture.layout.first_frame - 1) / capture.rate_hz
-    moved = [Event(e.label, e.context, e.subject, e.time_s - late) for e in found]
-    return tuple(sorted((e for e in moved if np.isfinite(e.time_s)), key=lambda e: e.time_s))
+    shifted = [Event(e.label, e.context, e.subject, e.time_s - late) for e in stored]
+    return tuple(sorted((e for e in shifted if np.isfinite(e.time_s)), key=lambda e: e.time_s))
 
 
 def event_columns(events: tuple[Event, ...]) -> dict[str, float]:
-    """Columns of the trial table: ``event_<name>_s``, and ``_2``, … where it happened again."""
+    """Columns of the trial table: ``event_<name>_s``, with ``_2``, … for repeated events."""
     columns, seen = {}, Counter[str]()
     for event in events:
         stem = "event_" + (re.sub(r"\W+", "_", event.name).strip("_") or "unnamed")
         seen[stem] += 1
-        again = f"_{seen[stem]}" if seen[stem] > 1 else ""
+        repeat = f"_{seen[stem]}" if seen[stem] > 1 else ""
         # rounded to a microsecond: times are float32
-        columns[f"{stem}{again}_s"] = round(event.time_s, 6)
+        columns[f"{stem}{repeat}_s"] = round(event.time_s, 6)
     return columns
 
 
@@ -66,7 +66,7 @@ def _of_group(capture: C3dFile) -> list[Event]:
     labels = parameters.texts("EVENT", "LABELS")
     contexts = parameters.texts("EVENT", "CONTEXTS")
     subjects = parameters.texts("EVENT", "SUBJECTS")
-    # A time is a pair: minutes and seconds.
+    # a time is a pair of minutes and seconds
     times = parameters.numbers("EVENT", "TIMES")
     used = parameters.first("EVENT", "USED", len(labels))
     count = min(len(labels), len(times) // 2, int(used) if np.isfinite(used) else 0)
@@ -82,7 +82,7 @@ def _of_group(capture: C3dFile) -> list[Event]:
 
 
 def _of_header(header: bytes, processor: Processor) -> list[Event]:
-    """Events in the header: words 150 and 151, times from word 153 on, labels from 199 on."""
+    """Read events from the header: words 150 and 151, times from 153 on, labels from 199 on."""
     key, count = struct.unpack_from(f"{processor.order}2H", header, 298)
     if key != _LABELLED or not 0 < count <= _MOST_IN_HEADER:
         return []
@@ -93,11 +93,11 @@ def _of_header(header: bytes, processor: Processor) -> list[Event]:
     return [Event(label, "", "", float(t)) for label, t in zip(labels, times, strict=True)]
 
 
-# What a C3D file holds and no recording of markers has a place for.
+# Contents of a C3D file that a recording of markers leaves out.
 
-#: Points that are no places: outputs of a model, as the group POINT lists them.
+#: Points that are not places: outputs of a model, as listed in the group POINT.
 _OUTPUTS: Final = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
-#: What the reader itself reads, or what only tells how the file is laid out and shown.
+#: Groups that the reader uses, or that describe only the file's layout and display.
 _READ: Final = {
     "POINT", "ANALOG", "FORCE_PLATFORM", "EVENT", "EVENT_CONTEXT", "TRIAL", "ROTATION",
     "DATA_BLOCKS",
@@ -105,15 +105,15 @@ _READ: Final = {
 #: More names than these are counted instead of listed.
 _MOST: Final = 80
 
-#: Why -> what: merged over the trials of a recording.
+#: Reason -> names that are left out; merged over the trials of a recording.
 LeftOut = Mapping[str, tuple[str, ...]]
 
 
 def model_outputs(capture: C3dFile) -> dict[str, str]:
-    """Labels of points that are no places -> what they are, in lower case."""
-    given = {t.upper() for t in capture.parameters.texts("POINT", "TYPE_GROUPS")}
-    # Positions that a model found are places as markers are.
-    kinds = [k for k in (*_OUTPUTS, *sorted(given - {*_OUTPUTS})) if "MARKER" not in k]
+    """Map of labels of points that are not places to their kinds, in lower case."""
+    further = {t.upper() for t in capture.parameters.texts("POINT", "TYPE_GROUPS")}
+    # positions from a model are places, as markers are
+    kinds = [k for k in (*_OUTPUTS, *sorted(further - {*_OUTPUTS})) if "MARKER" not in k]
     return {
         label: kind.lower()
         for kind in kinds
@@ -123,13 +123,13 @@ def model_outputs(capture: C3dFile) -> dict[str, str]:
 
 
 def beside(capture: C3dFile, channels: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """What is left out of every file: by why, the names.
+    """Names that are left out of every file, by the reason.
 
-    `channels`: analog channels that were taken.
+    `channels`: analog channels that were read.
     """
-    taken = set(channels)
-    free = tuple(c or "without a name" for c in capture.analog_labels if c not in taken)
-    turned = capture.parameters.texts("ROTATION", "LABELS")
+    used = set(channels)
+    free = tuple(c or "without a name" for c in capture.analog_labels if c not in used)
+    rotations = capture.parameters.texts("ROTATION", "LABELS")
     groups = tuple(
         name or "without a name"
         for name, entries in capture.parameters.groups.items()
@@ -140,14 +140,14 @@ def beside(capture: C3dFile, channels: Iterable[str]) -> dict[str, tuple[str, ..
     cameras = capture.residuals(index).max(initial=0.0) > 0 if len(index) else False
     return {
         "analog channels that no muscle was given to": free,
-        "rotations of segments have no place in a recording of markers": turned,
+        "rotations of segments have no place in a recording of markers": rotations,
         "groups of parameters that are not read": groups,
         "only whether a marker was seen is kept": ("residuals and cameras",) if cameras else (),
     }
 
 
 def unused(capture: C3dFile, plates: Iterable[Plate]) -> dict[str, tuple[str, ...]]:
-    """What the file says of its plates and their wrenches do not use."""
+    """Descriptions of the plates that their wrenches do not use, by the reason."""
     kinds = {plate.kind for plate in plates}
     lifted = any(plate.kind == 1 and plate.origin_m.any() for plate in plates)
     bent = 3 in kinds and capture.parameters.numbers("FORCE_PLATFORM", "FPCOPPOLY").any()
@@ -162,14 +162,14 @@ def unused(capture: C3dFile, plates: Iterable[Plate]) -> dict[str, tuple[str, ..
 
 
 def sentences(trials: Iterable[LeftOut]) -> tuple[str, ...]:
-    """What was left out of any trial, each once, as sentences of the provenance."""
+    """Sentences of the provenance on everything left out of any trial, each once."""
     merged: dict[str, dict[str, None]] = {}
     for trial in trials:
-        for why, what in trial.items():
-            merged.setdefault(why, {}).update(dict.fromkeys(what))
-    told: list[str] = []
-    for why, names in merged.items():
+        for reason, left_names in trial.items():
+            merged.setdefault(reason, {}).update(dict.fromkeys(left_names))
+    messages: list[str] = []
+    for reason, names in merged.items():
         listed = [*names][:_MOST]
         more = len(names) - len(listed)
-        told += not_taken([*listed, f"{more} more"] if more else listed, why)
-    return tuple(told)
+        messages += not_taken([*listed, f"{more} more"] if more else listed, reason)
+    return tuple(messages)

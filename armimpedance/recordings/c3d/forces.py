@@ -1,4 +1,4 @@
-"""Force plates as the toolkit has them, and why some cannot be used."""
+"""Force plates in the toolkit's frame, and reasons why some cannot be used."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from armimpedance.recordings.c3d.plates import (
     plates_used,
 )
 
-#: Part of the load (its square) that must point one way, and a plate's normal along the vertical.
+#: Least share of the squared load in one direction, and least cosine of normal and vertical.
 _ONE_WAY: Final = 0.95
 _LEVEL: Final = 0.86
-#: Part of the load that must press on the plate itself, give or take, m.
+#: Least share of the load that must press on the plate, and tolerance of its edges, m.
 _INSIDE: Final = 0.9
 _MARGIN_M: Final = 0.03
-#: Only loads beyond this part of the largest one tell where they press.
+#: The centre of pressure is computed for loads above this share of the largest load.
 _HEAVY: Final = 0.2
 
 
@@ -38,7 +38,7 @@ class PlateForces:
 
     `wrenches` (F, K, 6): by each plate on the body, in the world's frame, about the plate's origin.
     `origins_m` (K, 3): the middle of each plate's surface in the world's frame.
-    `remarks`: how the signs were found, and what was taken off.
+    `remarks`: how the signs were determined, and which zeros were subtracted.
     """
 
     wrenches: FloatArray
@@ -49,9 +49,9 @@ class PlateForces:
 def check_level(
     plates: Sequence[Plate], rotation: FloatArray, marker_height_m: float, file: str
 ) -> None:
-    """Refuse axes whose vertical no plate's surface faces, or that put the markers below them.
+    """Refuse axes with which no plate is level, or the markers lie below the plates.
 
-    Raises InputError: it says which axes the plates and the markers speak for.
+    Raises InputError: the message names axes that fit the plates and the markers.
     """
     normals = np.array([plate.turn[:, 2] for plate in plates])
     up = rotation[2]
@@ -63,9 +63,9 @@ def check_level(
     problem = f"the force plates lie level if the file's {'xyz'[axis]} axis is vertical"
     if level:
         problem = f"the markers lie below the force plates if the file's {_name(up)} points up"
-    ways = {0: "y,z,x", 1: "x,-z,y", 2: "x,y,z"}
+    suggestions = {0: "y,z,x", 1: "x,-z,y", 2: "x,y,z"}
     against = {0: "y,-z,-x", 1: "x,z,-y", 2: "x,-y,-z"}
-    hint = against[axis] if level else ways[axis]
+    hint = against[axis] if level else suggestions[axis]
     raise InputError(problem, file=file, expected=f"axes such as {hint}: forward, left and up")
 
 
@@ -76,30 +76,30 @@ def plate_forces(
     rotation: FloatArray,
     force_by: Literal["limb", "device"] | None = None,
 ) -> PlateForces:
-    """What the force plates of a file show.
+    """Compute the wrenches of a file's force plates.
 
-    No file says whether its plates hold the force on the plate (as the C3D manual has it) or on the
-    body (as some programs write it). A body can only press on a plate: what its load's vertical
-    part shows is taken, and told.
+    No file states whether it holds the force on the plate (as in the C3D manual) or on the body (as
+    some programs write it). Since a body can only press on a plate, the sign follows from the
+    vertical part of the load; a remark states it.
 
     `plates`: at least one.
     `metres`: the file's unit of length, in m.
     `rotation` (3, 3): from the file's axes to the world's.
-    `force_by`: whose force on the other the file holds; None: what the load shows.
-    Raises InputError: a plate's channels cannot be read, or its load says that its description is
-    wrong.
+    `force_by`: whether the file holds the force by the limb or by the device; None: determined from
+    the load.
+    Raises InputError: a plate's channels cannot be read, or its load contradicts its description.
     """
     read = [_of_plate(capture, plate, metres, rotation) for plate in plates]
-    found = [wrench for wrench, _ in read]
-    shown = [
-        _direction(capture, p, w, rotation, force_by) for p, w in zip(plates, found, strict=True)
+    local = [wrench for wrench, _ in read]
+    directions = [
+        _direction(capture, p, w, rotation, force_by) for p, w in zip(plates, local, strict=True)
     ]
-    signs = _signs(shown, force_by)
+    signs = _signs(directions, force_by)
     n, remarks = capture.layout.samples_per_frame, [remark for _, remark in read]
     wrenches = []
-    for plate, wrench, sign in zip(plates, found, signs, strict=True):
-        offset, why = baseline(capture, wrench)
-        remarks.append(_taken_off(plate, offset, why))
+    for plate, wrench, sign in zip(plates, local, signs, strict=True):
+        offset, reason = baseline(capture, wrench)
+        remarks.append(_offset_remark(plate, offset, reason))
         world = rotation @ plate.turn
         pair = sign * _at_frames(wrench - offset, n).reshape(-1, 2, 3)
         # each of f, m (3,) in the plate's axes -> the world's: R f
@@ -107,16 +107,20 @@ def plate_forces(
     return PlateForces(
         wrenches=np.stack(wrenches, axis=1),
         origins_m=np.array([rotation @ plate.centre_m for plate in plates]),
-        remarks=(_told(plates, shown, signs, force_by), *filter(None, remarks), *_slowed(n)),
+        remarks=(
+            _force_remark(plates, directions, signs, force_by),
+            *filter(None, remarks),
+            *_slowed(n),
+        ),
     )
 
 
 def _of_plate(
     capture: C3dFile, plate: Plate, metres: float, rotation: FloatArray
 ) -> tuple[FloatArray, str]:
-    """The wrench (S, 6) in the plate's axes, and a remark where ORIGIN had the other sign.
+    """Wrench (S, 6) in the plate's axes, and a remark if ORIGIN has the other sign.
 
-    Raises InputError: the load presses beside the plate: its unit, origin or corners are wrong.
+    Raises InputError: the load presses beside the plate: a unit, the origin or corners are wrong.
     """
     up = plate.turn.T @ rotation[2]
     wrench = local_wrench(capture, plate, metres, up)
@@ -124,10 +128,10 @@ def _of_plate(
     if inside >= _INSIDE:
         return wrench, ""
     if plate.kind in (2, 4) and plate.origin_m[2] == 0 and plate.origin_m.any():
-        # Only its depth would tell the sign of ORIGIN: here where the load presses has to.
-        turned = local_wrench(capture, replace(plate, origin_m=-plate.origin_m), metres, up)
-        if _pressed_inside(plate, turned)[0] >= _INSIDE:
-            return turned, f"Force plate {plate.number}: ORIGIN taken with the other sign."
+        # without a depth the sign of ORIGIN follows from the centre of pressure
+        rotated = local_wrench(capture, replace(plate, origin_m=-plate.origin_m), metres, up)
+        if _pressed_inside(plate, rotated)[0] >= _INSIDE:
+            return rotated, f"Force plate {plate.number}: ORIGIN taken with the other sign."
     beside = f"{100 * (1 - inside):.0f} % of its load presses beside it"
     problem = f"force plate {plate.number}: {beside}"
     expected = f"moments, ORIGIN and CORNERS that fit (median {far:.2g} m from its middle)"
@@ -141,7 +145,7 @@ def _direction(
     rotation: FloatArray,
     force_by: Literal["limb", "device"] | None,
 ) -> float:
-    """1 where the load points up, -1 where it points down, 0 where there is none."""
+    """Direction of the load: 1 if it points up, -1 if it points down, 0 without a load."""
     vertical = wrench[:, :3] @ (plate.turn.T @ rotation[2])
     load = vertical[np.abs(vertical) > LEAST_LOAD_N]
     if not len(load):
@@ -155,17 +159,17 @@ def _direction(
 
 
 def _signs(shown: list[float], force_by: Literal["limb", "device"] | None) -> list[float]:
-    """What turns each plate's force into that on the body."""
+    """Factors that turn each plate's force into the force on the body."""
     if force_by is not None:
         return [1.0 if force_by == "device" else -1.0] * len(shown)
     loaded = {s for s in shown if s}
-    # A plate without a load is as the others, or as the manual says.
-    other = loaded.pop() if len(loaded) == 1 else -1.0
-    return [s or other for s in shown]
+    # a plate without a load gets the sign of the others, or the manual's
+    default = loaded.pop() if len(loaded) == 1 else -1.0
+    return [s or default for s in shown]
 
 
 def _pressed_inside(plate: Plate, wrench: FloatArray) -> tuple[float, float]:
-    """Part of the load that presses on the plate, and how far from its middle (median, m)."""
+    """Share of the load that presses on the plate, and its median distance from the middle, m."""
     normal = wrench[:, 2]
     heavy = np.abs(normal) > max(LEAST_LOAD_N, _HEAVY * float(np.abs(normal).max(initial=0.0)))
     if not heavy.any():
@@ -177,46 +181,46 @@ def _pressed_inside(plate: Plate, wrench: FloatArray) -> tuple[float, float]:
 
 
 def _at_frames(wrench: FloatArray, samples_per_frame: int) -> FloatArray:
-    """The wrench (F, 6) at the time of each frame, its first analog sample; without any delay."""
+    """Resample the wrench to the frames (F, 6), at their first analog samples, without delay."""
     if samples_per_frame == 1 or not len(wrench):
         return wrench
     from scipy.signal import resample_poly
 
-    # Beyond half the frames' rate nothing is left; below it the filter is flat and has no phase.
+    # the filter stops frequencies above half the frames' rate, and is flat without phase below it
     slow = resample_poly(wrench, 1, samples_per_frame, axis=0, padtype="antireflect")  # type: ignore[call-overload]
     return np.asarray(slow, dtype=np.float64)
 
 
-def _told(
+def _force_remark(
     plates: Sequence[Plate], shown: list[float], signs: list[float], force_by: str | None
 ) -> str:
-    """Whose force the file was found to hold."""
+    """Sentence on who exerts the force in the file."""
     types = ", ".join(str(plate.kind) for plate in plates)
     start = f"Force plates of type {types}: "
     if force_by is not None:
         against = [p.number for p, s, t in zip(plates, shown, signs, strict=True) if s == -t]
-        told = f"the file holds the force by the {force_by}, as stated"
+        message = f"the file holds the force by the {force_by}, as stated"
         wrong = f"; the load of plate {', '.join(map(str, against))} says the opposite"
-        return start + told + (wrong if against else "") + "."
+        return start + message + (wrong if against else "") + "."
     if not any(shown):
         return start + "none bears a load; taken as the force on the plate, as the manual has it."
     words = {1.0: "by the plate on the body", -1.0: "on the plate, which was turned"}
     if len(set(signs)) == 1:
-        way = "up" if signs[0] > 0 else "down"
-        return f"{start}the load points {way}: the file holds the force {words[signs[0]]}."
-    each = [f"{p.number} {words[s]}" for p, s in zip(plates, signs, strict=True)]
-    return f"{start}by their loads the file holds the force of plate {'; '.join(each)}."
+        direction = "up" if signs[0] > 0 else "down"
+        return f"{start}the load points {direction}: the file holds the force {words[signs[0]]}."
+    parts = [f"{p.number} {words[s]}" for p, s in zip(plates, signs, strict=True)]
+    return f"{start}by their loads the file holds the force of plate {'; '.join(parts)}."
 
 
-def _taken_off(plate: Plate, offset: FloatArray, why: str) -> str:
-    """What was taken off as the plate's zero; nothing said where the file asks for nothing."""
+def _offset_remark(plate: Plate, offset: FloatArray, reason: str) -> str:
+    """Sentence on the plate's zero that was subtracted, or why not; "" if the file states none."""
     if offset.any():
         size = float(np.linalg.norm(offset[:3]))
         return (
             f"Force plate {plate.number}: {size:.2g} N taken off, its zero in FORCE_PLATFORM:ZERO."
         )
-    if "frames" in why and "names" not in why:
-        return f"Force plate {plate.number}: no zero taken off, for {why}."
+    if "frames" in reason and "names" not in reason:
+        return f"Force plate {plate.number}: no zero taken off, for {reason}."
     return ""
 
 
@@ -231,15 +235,15 @@ def _name(axis: FloatArray) -> str:
     return ("-" if axis[at] < 0 else "") + "xyz"[at]
 
 
-# Whether a file's force plates can be taken, and why not where they cannot.
+# Force plates that can be used, and reasons for those that cannot.
 
 
 @dataclass(frozen=True)
 class TakenPlates:
-    """The force plates of a file, or why there are none.
+    """Force plates of a file, or reasons why there are none.
 
-    `channels`: labels of the analog channels that they were made of.
-    `left_out`: why -> what was not taken.
+    `channels`: labels of their analog channels.
+    `left_out`: reason -> names that are left out.
     """
 
     forces: PlateForces | None = None
@@ -256,13 +260,13 @@ def plates_taken(
     stated: bool,
     force_by: Literal["limb", "device"] | None,
 ) -> TakenPlates:
-    """The force plates; all or none: without one of them the others would mislead.
+    """Read all force plates or none: without one of them the others would mislead.
 
     `metres`: the file's unit of length, in m.
     `positions` (F, P, 3): markers in the world's frame, m.
     `rotation` (3, 3): from the file's axes to the world's.
     `stated`: whether the user stated these axes.
-    `force_by`: whose force on the other the file holds; None: what the load shows.
+    `force_by`: as in `plate_forces`.
     Raises InputError: the axes were not stated, and plates or markers contradict them.
     """
     used = plates_used(capture)
@@ -282,9 +286,9 @@ def plates_taken(
         return TakenPlates(left_out={_reason(error): names})
     kept = {plate.number for plate in plates}
     idle = tuple(name for i, name in enumerate(names, start=1) if i not in kept)
-    left = {"it bears nothing, and its place is not told": idle, **unused(capture, plates)}
+    left_out = {"it bears nothing, and its place is not told": idle, **unused(capture, plates)}
     channels = frozenset(capture.analog_labels[c] for plate in plates for c in plate.channels)
-    return TakenPlates(replace(forces, remarks=(*forces.remarks, *doubt)), channels, left)
+    return TakenPlates(replace(forces, remarks=(*forces.remarks, *doubt)), channels, left_out)
 
 
 def _axes_doubted(
@@ -294,7 +298,7 @@ def _axes_doubted(
     rotation: FloatArray,
     stated: bool,
 ) -> tuple[str, ...]:
-    """What plates and markers say against the axes, where these were stated; else it is refused."""
+    """Warn if plates or markers contradict the stated axes; refuse axes that were not stated."""
     seen = positions[np.isfinite(positions[..., 2])]
     height = float(np.median(seen[:, 2])) if len(seen) else np.inf
     try:

@@ -1,4 +1,4 @@
-"""The parameter section of a C3D file of any processor: texts and numbers with their sizes."""
+"""Parameter section of a C3D file of any processor: texts and numbers with their sizes."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from numpy.typing import NDArray
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, shown
 
-# How the three processors that wrote C3D files lay out a number: Intel, DEC (VAX), MIPS (SGI).
+# Number formats of the three processors that wrote C3D files: Intel, DEC (VAX), MIPS (SGI).
 
-#: A VAX exponent counts from 128 and its mantissa lies between 1/2 and 1: 4 times IEEE's number.
+#: A VAX exponent has offset 128 and a mantissa of 1/2 to 1: read as IEEE, a number is 4 times too
+#: large.
 _VAX_FACTOR: Final = 0.25
 
 
 @dataclass(frozen=True)
 class Processor:
-    """The order of bytes, and the form of real numbers.
+    """Byte order and format of real numbers.
 
-    `order`: of integers, and of reals where they are IEEE's.
-    `vax`: reals are DEC's F_floating.
+    `order`: byte order of integers, and of reals in IEEE format.
+    `vax`: True if reals are in DEC's F_floating.
     """
 
     name: str
@@ -32,25 +33,25 @@ class Processor:
     vax: bool = False
 
     def dtype(self, kind: Literal["i2", "u2", "f4"]) -> np.dtype:
-        """The numpy type of stored words; DEC's reals are to be decoded."""
+        """Numpy type of stored words; DEC's reals must be decoded."""
         return np.dtype(f"{self.order}{'u4' if self.vax and kind == 'f4' else kind}")
 
     def decoded(self, words: NDArray[np.generic]) -> FloatArray:
-        """Stored words of `dtype` as numbers."""
+        """Decode stored words of `dtype` to numbers."""
         if not (self.vax and words.dtype.kind == "u" and words.dtype.itemsize == 4):
             with np.errstate(invalid="ignore"):
                 return words.astype(np.float64)
-        # The halves of a VAX number stand the other way round.
+        # the halves of a VAX number are swapped
         stored = words.view(np.uint32)
         bits = (stored << np.uint32(16)) | (stored >> np.uint32(16))
         exponent = (bits >> np.uint32(23)) & np.uint32(0xFF)
         largest = exponent == 0xFF
-        # Such an exponent is a number to a VAX and none to IEEE: one less, and twice the value.
+        # this exponent is a number on a VAX but not in IEEE: one less, and twice the value
         safe = np.where(largest, bits - np.uint32(1 << 23), bits).astype(np.uint32)
         values = safe.view(np.float32).astype(np.float64) * _VAX_FACTOR
         values[largest] *= 2.0
         values[exponent == 0] = 0.0
-        # A sign without an exponent is the VAX's "reserved operand": no number.
+        # a sign with exponent 0 is the VAX's "reserved operand", not a number
         values[(exponent == 0) & (bits >> np.uint32(31) == 1)] = np.nan
         return values
 
@@ -63,7 +64,7 @@ PROCESSORS: Final = {
     86: Processor("MIPS", ">"),
 }
 
-#: The bytes of a value of each type: text, byte, integer, real.
+#: Bytes per value of each type: text, byte, integer, real.
 _BYTES: Final = {-1: 1, 1: 1, 2: 2, 4: 4}
 _DIMENSIONS: Final = 7
 _ENTRIES: Final = 20_000
@@ -73,8 +74,8 @@ _ENTRIES: Final = 20_000
 class Entry:
     """One parameter: texts or numbers.
 
-    `sizes`: its dimensions; of texts the first one, their length, is left out.
-    `numbers` (n,): in the order of the file: the first dimension runs fastest.
+    `sizes`: its dimensions; for texts without the first one, their length.
+    `numbers` (n,): in the order of the file: the first dimension varies fastest.
     """
 
     sizes: tuple[int, ...]
@@ -90,55 +91,55 @@ Groups = Mapping[str, Mapping[str, Entry]]
 class C3dParameters:
     """All parameters of a file, by group and name in capitals.
 
-    A Kinarm archive that is no C3D file has the same groups.
+    A Kinarm archive, which is not a C3D file, has the same groups.
     """
 
     groups: Groups
     processor: Processor = INTEL
 
     def entry(self, group: str, name: str) -> Entry | None:
-        """A parameter, or None."""
+        """Return a parameter, or None."""
         return self.groups.get(group, {}).get(name)
 
     def texts(self, group: str, name: str) -> tuple[str, ...]:
-        """The texts of a parameter and of those that carry it on: `LABELS`, `LABELS2`, …"""
-        found: list[str] = []
+        """Texts of a parameter and of its continuations: `LABELS`, `LABELS2`, …"""
+        texts: list[str] = []
         for number in range(1, 100):
             entry = self.entry(group, name if number == 1 else f"{name}{number}")
             if entry is None:
                 break
-            found += entry.texts
-        return tuple(found)
+            texts += entry.texts
+        return tuple(texts)
 
     def numbers(self, group: str, name: str) -> FloatArray:
-        """The numbers of a parameter and of those that carry it on; empty where there is none."""
-        found = [np.zeros(0)]
+        """Numbers of a parameter and of its continuations; empty if there is none."""
+        parts = [np.zeros(0)]
         for number in range(1, 100):
             entry = self.entry(group, name if number == 1 else f"{name}{number}")
             if entry is None:
                 break
-            found.append(entry.numbers)
-        return np.concatenate(found)
+            parts.append(entry.numbers)
+        return np.concatenate(parts)
 
     def first(self, group: str, name: str, default: float) -> float:
-        """A parameter's first number, or the default where there is none."""
+        """First number of a parameter, or the default if there is none."""
         entry = self.entry(group, name)
         return default if entry is None or not len(entry.numbers) else float(entry.numbers[0])
 
     def number(self, group: str, name: str) -> float | None:
-        """A parameter's first number; None where there is none, or it is not finite."""
+        """First number of a parameter; None if there is none, or it is not finite."""
         value = self.first(group, name, math.nan)
         return value if math.isfinite(value) else None
 
     def text(self, group: str, name: str) -> str:
-        """A parameter's first text; empty where there is none."""
+        """First text of a parameter; empty if there is none."""
         return next(iter(self.texts(group, name)), "")
 
 
 def read_parameters(data: bytes, name: str, start: int) -> C3dParameters:
-    """The parameter section of a C3D file.
+    """Read the parameter section of a C3D file.
 
-    C3dParameters
+    Parameters
     ----------
     data : bytes
         The whole file.
@@ -153,7 +154,7 @@ def read_parameters(data: bytes, name: str, start: int) -> C3dParameters:
 
 
 class _Section:
-    """The section; every read is checked against the end of the file."""
+    """Reader of the section; every read is checked against the end of the file."""
 
     def __init__(self, data: bytes, name: str, start: int) -> None:
         self.data, self.name, self.at = data, name, start
@@ -164,7 +165,7 @@ class _Section:
             expected = "84 (Intel), 85 (DEC) or 86 (MIPS)"
             raise InputError(f"processor type {code}", file=self.name, expected=expected)
         self.processor = PROCESSORS[code]
-        # The section's own count of blocks may be wrong; the data lie behind it.
+        # the section's own count of blocks may be wrong; the data come after the section
         data_block = int(np.frombuffer(self.data, self.processor.dtype("u2"), 9)[8])
         self.end = max(self.at - 4 + 512 * self.data[self.at - 2], 512 * (data_block - 1))
         groups: dict[int, str] = {}
@@ -178,11 +179,11 @@ class _Section:
         return C3dParameters(named, self.processor)
 
     def _entry(self, groups: dict[int, str], entries: list[tuple[int, str, Entry]]) -> bool:
-        """Read a group or parameter; whether there may be another one."""
+        """Read a group or parameter; return whether another one may follow."""
         length, group = np.frombuffer(self._take(2), np.int8).tolist()
         if length == 0:
             return False
-        # A negative length locks the entry against editing: of no meaning to a reader.
+        # a negative length locks the entry against editing, which does not matter here
         label = _decoded(self._take(abs(length))).upper()
         step = int(self._numbers("u2", self._peek(2))[0])
         following = self.at + step
@@ -193,15 +194,15 @@ class _Section:
         else:
             entries.append((group, label, self._value()))
         if step and following < self.at:
-            # A pointer that was not kept up: the entry's own content tells where it ends.
+            # a wrong pointer: the end follows from the entry's own content
             following = self._described()
-        # Some programs leave the last pointer pointing anywhere, with nothing but zeros behind it.
+        # some programs leave an arbitrary last pointer, with only zeros after it
         stays = following < self.end or any(self.data[self._described() : self.end])
         self.at = following
         return bool(step) and stays
 
     def _described(self) -> int:
-        """The position behind the description of the entry whose content was read."""
+        """Position after the description of the entry whose content was read."""
         return self.at + 1 + self.data[self.at] if self.at < len(self.data) else self.at
 
     def _value(self) -> Entry:
@@ -214,7 +215,7 @@ class _Section:
         sizes = tuple(self._take(dimensions))
         raw = self._take(math.prod(sizes) * _BYTES[kind])
         if kind == -1:
-            # Without a second dimension there is one text.
+            # without a second dimension there is one text
             width = sizes[0] if sizes else 1
             starts = range(0, len(raw), width) if width else ()
             texts = tuple(_decoded(raw[i : i + width]) for i in starts)
@@ -233,9 +234,9 @@ class _Section:
         return self.data[self.at : self.at + size]
 
     def _take(self, size: int) -> bytes:
-        taken = self._peek(size)
+        raw = self._peek(size)
         self.at += size
-        return taken
+        return raw
 
     def _broken(self, problem: str) -> InputError:
         return InputError(f"broken parameter section: {problem}", file=self.name)
@@ -246,5 +247,5 @@ def _decoded(raw: bytes) -> str:
 
 
 def plain_text(text: str) -> str:
-    """A text of a file without its filling, on one printable line: labels stand in messages."""
+    """Return a text without its padding, on one printable line, as labels appear in messages."""
     return shown(text.rstrip("\x00 ").lstrip())

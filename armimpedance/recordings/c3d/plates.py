@@ -1,4 +1,4 @@
-"""Force plates of a C3D file: their description, their units, force and moment from channels."""
+"""Force plates of a C3D file: description, units, and force and moment from channels."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d.c3d_file import C3dFile
 
-#: Types that are read -> their channels.
+#: Number of channels of each type that is read.
 CHANNELS: Final = {1: 6, 2: 6, 3: 8, 4: 6}
-#: What other types are called, for messages.
+#: Names of other types, for messages.
 _OTHERS: Final = {
     5: "Kistler with eight channels and a 6 x 8 matrix",
     6: "twelve channels",
@@ -23,12 +23,12 @@ _OTHERS: Final = {
     12: "Kistler split-belt treadmill",
     21: "AMTI stairs",
 }
-#: Edges at a corner may be so far from square, and no plate is shorter, m.
+#: Largest cosine between edges of a plate, and shortest edge, m.
 _SKEW: Final = 0.1
 _SHORTEST_M: Final = 0.05
-#: What a plate may show without a load, N.
+#: Largest force of a plate without a load, N.
 LEAST_LOAD_N: Final = 20.0
-#: More plates are no laboratory's.
+#: Most plates of a laboratory.
 MOST_PLATES: Final = 64
 
 
@@ -36,15 +36,15 @@ MOST_PLATES: Final = 64
 class Plate:
     """One force plate.
 
-    `number`: from 1.
+    `number`: its number from 1.
     `kind`: its type in the C3D manual.
-    `channels`: from 0.
+    `channels`: indices of its channels, from 0.
     `centre_m` (3,): the middle of its surface, in the file's axes.
     `half_m` (2,): half of its edges along its own x and y.
     `turn` (3, 3): its own axes as columns, in the file's axes.
-    `origin_m` (3,): as the file has it; of types 2 and 4 from the sensors' origin to the surface's
+    `origin_m` (3,): as in the file; for types 2 and 4 from the sensors' origin to the surface's
     middle.
-    `matrix` (6, 6) or None: of type 4: from channels to force and moment.
+    `matrix` (6, 6) or None: for type 4, from channels to force and moment.
     """
 
     number: int
@@ -58,16 +58,16 @@ class Plate:
 
 
 def plates_used(capture: C3dFile) -> int:
-    """How many force plates the file says to hold."""
+    """Number of force plates that the file states."""
     used = capture.parameters.first("FORCE_PLATFORM", "USED", 0.0)
     return int(used) if np.isfinite(used) and used > 0 else 0
 
 
 def plates_of(capture: C3dFile, metres: float) -> tuple[Plate, ...]:
-    """The force plates of a file, but those that are listed without a place and bear no load.
+    """Read the force plates of a file, except those without a valid description and load.
 
     `metres`: the file's unit of length, in m.
-    Raises InputError: a plate is of a type that is not read, or its description is not complete.
+    Raises InputError: a plate with a load has a type that is not read, or lacks descriptions.
     """
     used = plates_used(capture)
     if used > MOST_PLATES:
@@ -84,7 +84,7 @@ def plates_of(capture: C3dFile, metres: float) -> tuple[Plate, ...]:
 
 
 def _idle(capture: C3dFile, i: int) -> bool:
-    """Whether plate `i` is a form that was never filled in: nothing is ever on it."""
+    """True if plate `i` was never filled in: it never bears a load."""
     types = capture.parameters.numbers("FORCE_PLATFORM", "TYPE")
     if i >= len(types) or types[i] not in CHANNELS:
         return False
@@ -105,8 +105,8 @@ def _plate(capture: C3dFile, i: int, metres: float) -> Plate:
         raise _wrong(capture, i, "no TYPE", "one for each plate")
     kind = int(types[i])
     if kind not in CHANNELS:
-        what = f" ({_OTHERS[kind]})" if kind in _OTHERS else ""
-        raise _wrong(capture, i, f"type {kind}{what}", "types 1 to 4, which are read")
+        description = f" ({_OTHERS[kind]})" if kind in _OTHERS else ""
+        raise _wrong(capture, i, f"type {kind}{description}", "types 1 to 4, which are read")
     corners = _numbers(capture, i, "CORNERS", 12).reshape(4, 3) * metres
     turn, half = _frame(capture, i, corners)
     return Plate(
@@ -122,34 +122,36 @@ def _plate(capture: C3dFile, i: int, metres: float) -> Plate:
 
 
 def _numbers(capture: C3dFile, i: int, name: str, count: int) -> FloatArray:
-    """The numbers of plate `i` in a parameter that has so many of each."""
-    given = capture.parameters.numbers("FORCE_PLATFORM", name)
-    own = given[count * i : count * (i + 1)]
-    if len(own) < count or not np.isfinite(own).all():
+    """Numbers of plate `i` in a parameter with `count` numbers per plate."""
+    stored = capture.parameters.numbers("FORCE_PLATFORM", name)
+    plate_numbers = stored[count * i : count * (i + 1)]
+    if len(plate_numbers) < count or not np.isfinite(plate_numbers).all():
         raise _wrong(capture, i, f"{name} is not complete", f"{count} numbers a plate")
-    return own
+    return plate_numbers
 
 
 def _channels(capture: C3dFile, i: int, kind: int) -> tuple[int, ...]:
-    """The plate's channels: as many rows as the parameter has, those beyond the type's unused."""
+    """Indices of the plate's channels; further rows of the parameter are not used."""
     entry = capture.parameters.entry("FORCE_PLATFORM", "CHANNEL")
-    count, there = CHANNELS[kind], capture.layout.channels
+    count, available = CHANNELS[kind], capture.layout.channels
     rows = entry.sizes[0] if entry is not None and entry.sizes else 0
     if entry is None or rows < count:
         raise _wrong(capture, i, "CHANNEL is not complete", f"{count} channels of type {kind}")
-    own = entry.numbers[rows * i : rows * i + count]
-    if len(own) < count or not np.isfinite(own).all():
+    plate_channels = entry.numbers[rows * i : rows * i + count]
+    if len(plate_channels) < count or not np.isfinite(plate_channels).all():
         raise _wrong(capture, i, "CHANNEL is not complete", f"{count} channels of type {kind}")
-    if own.min() < 1 or own.max() > there:
-        worst = int(own.max() if own.max() > there else own.min())
-        raise _wrong(capture, i, f"channel {worst}", f"one of the {there} analog channels")
-    return tuple(int(c) - 1 for c in own)
+    if plate_channels.min() < 1 or plate_channels.max() > available:
+        worst = int(
+            plate_channels.max() if plate_channels.max() > available else plate_channels.min()
+        )
+        raise _wrong(capture, i, f"channel {worst}", f"one of the {available} analog channels")
+    return tuple(int(c) - 1 for c in plate_channels)
 
 
 def _frame(capture: C3dFile, i: int, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The plate's axes (3, 3) as columns, and half of its edges (2,).
+    """Axes of a plate (3, 3) as columns, and half of its edges (2,), m.
 
-    Corner 1 lies at its +x +y, corner 2 at -x +y, corner 3 at -x -y, corner 4 at +x -y.
+    Corner 1 is at +x +y, corner 2 at -x +y, corner 3 at -x -y, corner 4 at +x -y.
     """
     along, across = corners[0] - corners[1], corners[0] - corners[3]
     edges = np.array([np.linalg.norm(along), np.linalg.norm(across)])
@@ -167,12 +169,12 @@ def _frame(capture: C3dFile, i: int, corners: FloatArray) -> tuple[FloatArray, F
 
 
 def _matrix(capture: C3dFile, i: int) -> FloatArray:
-    """The calibration matrix of plate `i`: force and moment = C (channels)."""
+    """Calibration matrix C of plate `i`: force and moment = C (channels)."""
     flat = _numbers(capture, i, "CAL_MATRIX", 36)
     entry = capture.parameters.entry("FORCE_PLATFORM", "CAL_MATRIX")
     if entry is None or entry.sizes[:2] != (6, 6):
         raise _wrong(capture, i, "CAL_MATRIX is not 6 x 6", "6 x 6 for each plate of type 4")
-    # The file stores columns one after another; some programs say that theirs are rows.
+    # the file stores columns one after another; some programs state that they store rows
     by_row = capture.parameters.text("FORCE_PLATFORM", "MATRIX_STORE").upper() == "BYROW"
     C = flat.reshape(6, 6) if by_row else flat.reshape(6, 6).T
     if np.linalg.matrix_rank(C) < 6:
@@ -184,7 +186,7 @@ def _wrong(capture: C3dFile, i: int, problem: str, expected: str) -> InputError:
     return InputError(f"force plate {i + 1}: {problem}", file=capture.name, expected=expected)
 
 
-# Units of forces and moments as C3D files write them, in SI.
+# Units of force and moment in C3D files, in SI.
 
 #: Units of force, in N.
 _NEWTONS: Final = {
@@ -192,7 +194,7 @@ _NEWTONS: Final = {
     "kgf": 9.80665, "kp": 9.80665, "lbf": 4.4482216152605, "lb": 4.4482216152605,
     "lbs": 4.4482216152605,
 }  # fmt: skip
-#: Units of length, in m, as they stand in a moment's unit or a point's.
+#: Units of length, in m, as part of a unit of moment or for points.
 _METRES: Final = {
     "m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "inch": 0.0254, "inches": 0.0254,
     "ft": 0.3048,
@@ -200,17 +202,17 @@ _METRES: Final = {
 
 
 def force_unit(unit: str) -> float | None:
-    """A unit of force in N; None where it is none."""
+    """Return a unit of force in N; None if it is not one."""
     return _NEWTONS.get(unit.strip().lower())
 
 
 def length_unit(unit: str) -> float | None:
-    """A unit of length in m; None where it is none."""
+    """Return a unit of length in m; None if it is not one."""
     return _METRES.get(unit.strip().lower())
 
 
 def moment_unit(unit: str) -> float | None:
-    """A unit of moment, such as Nmm, N.m, N*mm or ntmm, in N m; None where it is none."""
+    """Return a unit of moment, such as Nmm, N.m, N*mm or ntmm, in N m; None if it is not one."""
     plain = re.sub(r"[\s.*·\-_]", "", unit.lower())
     for force in sorted(_NEWTONS, key=len, reverse=True):
         length = _METRES.get(plain.removeprefix(force))
@@ -221,10 +223,10 @@ def moment_unit(unit: str) -> float | None:
 
 # Force and moment of a plate from its channels, by the types of the C3D manual.
 #
-# Wrenches (S, 6) here are in the plate's own axes, the moment about the middle of its surface, and
-# by whom the file has them.
+# These wrenches (S, 6) are in the plate's own axes, with the moment about the middle of its surface
+# and the sign of the file.
 
-#: An amplifier's offset is at most this, N, and this part of the largest load; it hardly moves, N.
+#: Limits of an amplifier's offset: in N, as a share of the largest load, and its scatter in N.
 _LARGEST_ZERO_N: Final = 60.0
 _LARGEST_ZERO: Final = 0.1
 _STEADY_N: Final = 10.0
@@ -232,12 +234,12 @@ _LARGEST_N: Final = 1e5
 
 
 def local_wrench(capture: C3dFile, plate: Plate, metres: float, up: FloatArray) -> FloatArray:
-    """The wrench (S, 6) of a plate at the analog rate.
+    """Compute the wrench (S, 6) of a plate at the analog rate.
 
     `metres`: the file's unit of length, in m.
     `up` (3,): the vertical in the plate's axes.
-    Raises InputError: a value is not finite or no force that a plate bears, or the sensors'
-    distances are missing.
+    Raises InputError: a value is not finite or too large for a plate, or the sensors' distances are
+    missing.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         values = capture.analog(plate.channels) * _factors(capture, plate, metres)
@@ -258,18 +260,18 @@ def local_wrench(capture: C3dFile, plate: Plate, metres: float, up: FloatArray) 
 
 
 def baseline(capture: C3dFile, wrench: FloatArray) -> tuple[FloatArray, str]:
-    """What a plate shows where the file says that nothing is on it, (6,), and why it is zero.
+    """Offset (6,) of a plate in frames that the file states to be without load, or 0 and why.
 
     `wrench` (S, 6).
     Returns: `offset` (6,).
-    `reason`: empty where the offset is to be taken off.
+    `reason`: why it is 0; empty if the offset is to be subtracted.
     """
     nothing = np.zeros(6)
     zero = capture.parameters.numbers("FORCE_PLATFORM", "ZERO")[:2]
     layout = capture.layout
     if len(zero) < 2 or not (np.isfinite(zero).all() and zero[1] >= max(zero[0], 1)):
         return nothing, "the file names no frames without load"
-    # Frames are counted from 1 in the recording that the file may be a part of.
+    # frames are counted from 1 in the whole recording, of which the file may be a part
     first, last = max(int(zero[0]), 1) - layout.first_frame, int(zero[1]) - layout.first_frame
     if first < 0 or last >= layout.frames:
         return nothing, f"frames {zero[0]:g} to {zero[1]:g} are not in the file"
@@ -285,15 +287,15 @@ def baseline(capture: C3dFile, wrench: FloatArray) -> tuple[FloatArray, str]:
 
 
 def _factors(capture: C3dFile, plate: Plate, metres: float) -> FloatArray:
-    """What makes each channel SI; 1 of those that a matrix turns into forces."""
+    """Factors that convert each channel to SI; 1 for channels with a calibration matrix."""
     if plate.kind == 4:
         return np.ones(6)
     units = capture.parameters.texts("ANALOG", "UNITS")
-    own = [units[c] if c < len(units) else "" for c in plate.channels]
-    # The manual's units where the channel's own is none: N, N times the points' unit, that unit.
-    force = [force_unit(u) or 1.0 for u in own]
-    moment = [moment_unit(u) or metres for u in own]
-    length = [length_unit(u) or metres for u in own]
+    stated = [units[c] if c < len(units) else "" for c in plate.channels]
+    # the manual's units if the channel has none: N, N times the points' unit, that unit
+    force = [force_unit(u) or 1.0 for u in stated]
+    moment = [moment_unit(u) or metres for u in stated]
+    length = [length_unit(u) or metres for u in stated]
     if plate.kind == 3:
         return np.array(force)
     if plate.kind == 2:
@@ -302,7 +304,7 @@ def _factors(capture: C3dFile, plate: Plate, metres: float) -> FloatArray:
 
 
 def _pressed(values: FloatArray, plate: Plate, up: FloatArray) -> FloatArray:
-    """Type 1: force, where it presses on the surface, and the free moment about the normal."""
+    """Type 1: force, centre of pressure on the surface, free moment about the normal."""
     del plate, up
     force, free = values[:, :3], values[:, 5]
     place = np.column_stack([values[:, 3:5], np.zeros(len(values))])
@@ -317,7 +319,7 @@ def _of_six(values: FloatArray, plate: Plate, up: FloatArray) -> FloatArray:
 
 
 def _of_eight(values: FloatArray, plate: Plate, up: FloatArray) -> FloatArray:
-    """Type 3: two shear sensors an axis, four vertical ones at (+-a, +-b)."""
+    """Type 3: two shear sensors per axis, four vertical sensors at (+-a, +-b)."""
     a, b, depth = np.abs(plate.origin_m)
     fx12, fx34, fy14, fy23, fz1, fz2, fz3, fz4 = values.T
     wrench = np.column_stack(
@@ -334,17 +336,17 @@ def _of_eight(values: FloatArray, plate: Plate, up: FloatArray) -> FloatArray:
 
 
 def _to_surface(origin_m: FloatArray, up: FloatArray) -> FloatArray:
-    """The way from the sensors' origin to the surface: it leads up, whatever sign the file has."""
-    # A plate on a wall: the manual's sign, its z axis pointing into the plate.
+    """Vector from the sensors' origin to the surface: upwards, whatever the sign in the file."""
+    # a plate on a wall: the manual's sign, with the z axis into the plate
     outward = np.sign(up[2]) if abs(up[2]) > 0.5 else -1.0
     return -origin_m if origin_m[2] * outward < 0 else origin_m
 
 
 def _about_surface(wrench: FloatArray, to_surface: FloatArray) -> FloatArray:
-    moved = wrench.copy()
+    shifted = wrench.copy()
     # m_s = m_o - d x f
-    moved[:, 3:] -= np.cross(to_surface, wrench[:, :3])
-    return moved
+    shifted[:, 3:] -= np.cross(to_surface, wrench[:, :3])
+    return shifted
 
 
 _OF_TYPE: Final = {1: _pressed, 2: _of_six, 3: _of_eight, 4: _of_six}

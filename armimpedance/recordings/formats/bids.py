@@ -1,4 +1,4 @@
-"""Folders of BIDS: points as markers, angles, or anything else by a mapping of its columns."""
+"""Folders of BIDS: points as markers, joint angles, or other columns by a mapping."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.motion.skeleton_json import read_skeleton
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
 
-#: Where a mapping can lie in a dataset; validators pass over `code`.
+#: Folders of a dataset that may hold a mapping; validators skip `code`.
 _PLACES = ("code", ".")
 
 
@@ -56,7 +56,7 @@ def _mapping_in(root: Path) -> Path | None:
 
 
 def _skeleton_in(root: Path) -> Skeleton | None:
-    """The skeleton that `armimpedance share` put there."""
+    """Read the skeleton that `armimpedance share` wrote into a dataset, if there is one."""
     place = root / "code" / "skeleton.json"
     return read_skeleton(place) if place.is_file() else None
 

@@ -1,4 +1,4 @@
-"""Files of any layout with a mapping that says which column is what."""
+"""Files of any layout with a mapping of their columns."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def _read(path: Path, options: ReadOptions) -> Recording:
     mapping = read_mapping(mapping_of(path, _stated(options)))
     files = files_of(path, mapping.files)
     pattern = mapping.trials.pattern
-    read = with_tables(read_files(files, mapping.wants), mapping.tables, read_table, pattern)
-    return mapped_recording(read, mapping, path, strict=options.strict, where=options.where)
+    raw = with_tables(read_files(files, mapping.wants), mapping.tables, read_table, pattern)
+    return mapped_recording(raw, mapping, path, strict=options.strict, where=options.where)
 
 
 def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:
@@ -39,7 +39,7 @@ def _stated(options: ReadOptions) -> Path | None:
 
 FORMAT = Format(
     name="a table with a mapping of its columns (.csv, .mat, ...)",
-    # A folder of BIDS reads its points without a mapping, and takes one for all else.
+    # a folder of BIDS is read without a mapping for its points, and with one for the rest
     recognises=lambda path: not (is_recording_folder(path) or is_bids(path)) and is_mapped(path),
     read=_read,
     options=("mapping", "strict", "where"),

@@ -1,7 +1,8 @@
-"""Kinarm archives (`.kinarm`), the newer exports of Dexterit-E: a folder a trial, a file a channel.
+"""Kinarm archives (`.kinarm`), the newer exports of Dexterit-E.
 
-`raw/common/` holds what all trials share, `raw/BB_TT_RR/` a trial: `header.bin`, `parameters.bin`,
-`examevents.bin`, and the samples. What comes out is what a C3D file of the same trial gives.
+An archive has a folder per trial and a file per channel. `raw/common/` holds data common to all
+trials, `raw/BB_TT_RR/` a trial: `header.bin`, `parameters.bin`, `examevents.bin`, and the samples.
+The result is the same as from a C3D file of the trial.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from armimpedance.recordings.kinarm.exam_file import DEEPEST, ExamFile, ExamStor
 # The binary members of a Kinarm archive (`.kinarm`), byte by byte.
 #
 # Numbers are little-endian, int32 and float32; every member begins with an int32 version; a text is
-# an int32 count of UTF-16 units and twice as many bytes. The maker's own loader takes a first byte
-# of 0 as big-endian and says that no such version ever went to a laboratory: it is refused by name.
+# an int32 count of UTF-16 units and twice as many bytes. For the maker's own loader a first byte of
+# 0 means big-endian, with a remark that this version was never distributed: it is refused.
 
-#: Versions of headers, parameters and events; those of samples.
+#: Known versions of headers, parameters and events, and of samples.
 VERSIONS: Final = (2, 3)
 SAMPLE_VERSIONS: Final = (1,)
 
-#: Longer than any exam: a day at 10 kHz.
+#: Most samples of a trial: a day at 10 kHz, longer than any exam.
 MOST_FRAMES: Final = 864_000_000
 
 _TEXT: Final = 0
@@ -43,11 +44,11 @@ _NUMBERS: Final = {1: "u1", 2: "<i4", 3: "<f4"}
 
 @dataclass(frozen=True)
 class Header:
-    """What `header.bin` says of a trial.
+    """Content of a trial's `header.bin`.
 
-    `frames`: samples of every channel.
-    `acknowledgements`: frames of the screen whose time was confirmed (`videoack.bin`).
-    `channels`, `positions`: members: `<channel>.kinematics`, `<position>.position`.
+    `frames`: number of samples of every channel.
+    `acknowledgements`: number of screen frames whose time was confirmed (`videoack.bin`).
+    `channels`, `positions`: names of the members `<channel>.kinematics`, `<position>.position`.
     """
 
     frames: int
@@ -58,62 +59,64 @@ class Header:
 
 
 def read_header(data: bytes, name: str) -> Header:
-    """The content of `header.bin`.
+    """Read the content of `header.bin`.
 
-    Raises InputError: it is damaged or of an unknown version; as of all functions here.
+    Raises InputError: it is damaged or of an unknown version, as for all readers in this module.
     """
-    taken = _Member(data, name, VERSIONS)
-    frames, channels, positions, _, acknowledgements = (taken.int32() for _ in range(5))
-    rate_hz = float(taken.numbers("<f4", 1)[0])
-    taken.text()
+    member = _Member(data, name, VERSIONS)
+    frames, channels, positions, _, acknowledgements = (member.int32() for _ in range(5))
+    rate_hz = float(member.numbers("<f4", 1)[0])
+    member.text()
     if not 0 <= frames <= MOST_FRAMES:
-        raise taken.broken(f"{frames} frames")
+        raise member.broken(f"{frames} frames")
     if frames and not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise taken.broken(f"a rate of {rate_hz} frames/s")
-    return Header(frames, acknowledgements, rate_hz, taken.texts(channels), taken.texts(positions))
+        raise member.broken(f"a rate of {rate_hz} frames/s")
+    return Header(
+        frames, acknowledgements, rate_hz, member.texts(channels), member.texts(positions)
+    )
 
 
 def read_parameters(data: bytes, name: str) -> Groups:
-    """The content of `parameters.bin`: group -> name -> texts or numbers, names in capitals."""
-    taken = _Member(data, name, VERSIONS)
+    """Read `parameters.bin`: group -> name -> texts or numbers, names in capitals."""
+    member = _Member(data, name, VERSIONS)
     groups: dict[str, dict[str, Entry]] = {}
     group: dict[str, Entry] | None = None
-    while taken.left:
-        kind = taken.int32()
+    while member.left:
+        kind = member.int32()
         if kind == 0:
             break
         if kind not in (1, 2):
-            raise taken.broken(f"a record of unknown type {kind}")
-        label, _ = taken.text().upper(), taken.text()
+            raise member.broken(f"a record of unknown type {kind}")
+        label, _ = member.text().upper(), member.text()
         if kind == 1:
             group = groups.setdefault(label, {})
         elif group is None:
-            raise taken.broken(f"the parameter {label} before any group")
+            raise member.broken(f"the parameter {label} before any group")
         else:
-            group[label] = _value(taken, label)
+            group[label] = _value(member, label)
     return groups
 
 
-def _value(taken: _Member, label: str) -> Entry:
-    code, count = taken.int32(), taken.int32()
+def _value(member: _Member, label: str) -> Entry:
+    code, count = member.int32(), member.int32()
     if code == _TEXT:
-        return Entry((count,), taken.texts(count))
+        return Entry((count,), member.texts(count))
     if code not in _NUMBERS:
-        raise taken.broken(f"the parameter {label} of unknown type {code}")
+        raise member.broken(f"the parameter {label} of unknown type {code}")
     with np.errstate(invalid="ignore"):
-        numbers = taken.numbers(_NUMBERS[code], count).astype(np.float64)
+        numbers = member.numbers(_NUMBERS[code], count).astype(np.float64)
     return Entry((count,), numbers=numbers)
 
 
 def read_events(data: bytes, name: str) -> dict[str, Entry]:
-    """The content of `examevents.bin` as the group EVENTS of a C3D file has it."""
-    taken = _Member(data, name, VERSIONS)
-    count = taken.count(taken.int32(), 12)
+    """Read `examevents.bin` in the form of the group EVENTS of a C3D file."""
+    member = _Member(data, name, VERSIONS)
+    count = member.count(member.int32(), 12)
     labels, times = [], np.zeros(count)
     for i in range(count):
-        labels.append(taken.text())
-        taken.text()
-        times[i] = taken.numbers("<f4", 1)[0]
+        labels.append(member.text())
+        member.text()
+        times[i] = member.numbers("<f4", 1)[0]
     return {
         "LABELS": Entry((count,), tuple(labels)),
         "TIMES": Entry((count,), numbers=times),
@@ -122,27 +125,27 @@ def read_events(data: bytes, name: str) -> dict[str, Entry]:
 
 
 def read_label(data: bytes, name: str) -> str:
-    """The label of a channel from the first bytes of its member."""
+    """Read the label of a channel from the first bytes of its member."""
     return _Member(data, name, SAMPLE_VERSIONS).text()
 
 
 def read_samples(data: bytes, name: str) -> tuple[str, NDArray[np.float32]]:
-    """Label and samples, (n,), of a member `.kinematics`."""
-    taken = _Member(data, name, SAMPLE_VERSIONS)
-    label, _, _ = taken.text(), taken.text(), taken.text()
-    return label, taken.numbers("<f4", taken.int32())
+    """Read label and samples (n,) of a member `.kinematics`."""
+    member = _Member(data, name, SAMPLE_VERSIONS)
+    label, _, _ = member.text(), member.text(), member.text()
+    return label, member.numbers("<f4", member.int32())
 
 
 def read_positions(data: bytes, name: str) -> NDArray[np.float32]:
-    """Places, (n, 2) in m, of a member `.position`."""
-    taken = _Member(data, name, SAMPLE_VERSIONS)
-    taken.text(), taken.text()
-    count = taken.count(taken.int32(), 8)
-    return taken.numbers("<f4", 2 * count).reshape(count, 2)
+    """Read the positions (n, 2), m, of a member `.position`."""
+    member = _Member(data, name, SAMPLE_VERSIONS)
+    member.text(), member.text()
+    count = member.count(member.int32(), 8)
+    return member.numbers("<f4", 2 * count).reshape(count, 2)
 
 
 class _Member:
-    """The bytes of a member; nothing is taken, and no space for it, that is not there."""
+    """Reader of a member's bytes; counts are checked before anything is read or allocated."""
 
     def __init__(self, data: bytes, name: str, versions: tuple[int, ...]) -> None:
         self.data, self.name, self.at = data, name, 0
@@ -163,14 +166,14 @@ class _Member:
 
     @property
     def left(self) -> int:
-        """Bytes that are not taken yet."""
+        """Number of bytes that are not read yet."""
         return len(self.data) - self.at
 
     def int32(self) -> int:
         return int.from_bytes(self._take(4), "little", signed=True)
 
     def count(self, claimed: int, size: int) -> int:
-        """A number of things of at least so many bytes each, which must be there."""
+        """Check that `claimed` entries of at least `size` bytes each are in the member."""
         if not 0 <= claimed * size <= self.left:
             raise self.broken(f"{claimed} entries of {size} bytes in {self.left} bytes")
         return claimed
@@ -185,7 +188,7 @@ class _Member:
         return tuple(self.text() for _ in range(self.count(claimed, 4)))
 
     def numbers(self, kind: str, claimed: int) -> NDArray[Any]:
-        """So many numbers, a view of the member."""
+        """Read numbers, as a view of the member."""
         dtype = np.dtype(kind)
         count = self.count(claimed, dtype.itemsize)
         return np.frombuffer(self._take(count * dtype.itemsize), dtype)
@@ -193,9 +196,9 @@ class _Member:
     def _take(self, size: int) -> bytes:
         if size > self.left:
             raise self.broken(f"cut off after {len(self.data)} bytes")
-        taken = self.data[self.at : self.at + size]
+        part = self.data[self.at : self.at + size]
         self.at += size
-        return taken
+        return part
 
     def broken(self, problem: str) -> InputError:
         return InputError(f"damaged: {problem}", file=self.name, expected="a whole archive")
@@ -204,32 +207,32 @@ class _Member:
 _SHARED: Final = re.compile(r"((?:.*/)?)common/(?:parameters|header)\.bin")
 _TRIAL: Final = re.compile(r"(\d+)_(\d+)_(\d+)")
 
-#: Labels stand at the beginning of a member.
+#: Bytes at the beginning of a member that hold its label.
 _LABEL_BYTES: Final = 2048
 
-#: Larger than what any exam says of itself; its samples are in other members.
+#: Largest header, parameters or events, bytes; samples are in other members.
 _LARGEST_BIN: Final = 2 * 1024**2
 
 
 def archive_roots(files: Files) -> set[str]:
-    """The folders that hold a `common/`, with their slashes, those of an analysis aside."""
-    found = {match[1] for name in files if (match := _SHARED.fullmatch(name))}
+    """Folders that hold a `common/`, with a final slash, except folders of an analysis."""
+    roots = {match[1] for name in files if (match := _SHARED.fullmatch(name))}
     return {
         root
-        for root in found
+        for root in roots
         if root.count("/") <= DEEPEST and "analysis" not in root.lower().split("/")
     }
 
 
 @dataclass
 class Archive:
-    """The folders of an archive's trials.
+    """Trials of an archive.
 
-    `path`: for messages.
-    `files`: see `packing`.
-    `root`: the folder of `common/` and of the trials, with its slash.
-    `wanted`: which channels are read, by their labels.
-    `store`: where the samples are kept.
+    `path`: path of the archive, for messages.
+    `files`: see `exam_file.Files`.
+    `root`: the folder of `common/` and of the trials, with a final slash.
+    `wanted`: function of a channel's label: True if the channel is read.
+    `store`: memory for the samples.
     """
 
     path: object
@@ -240,7 +243,7 @@ class Archive:
     _labels: dict[str, str] = field(default_factory=dict)
 
     def trials(self) -> Iterator[tuple[str, tuple[int, int, int]]]:
-        """The folders of the trials, sorted, each with block, protocol and repetition."""
+        """Yield the folders of the trials, sorted, each with block, protocol and repetition."""
         names = {n[len(self.root) :].split("/")[0] for n in self.files if n.startswith(self.root)}
         for name in sorted(names):
             match = _TRIAL.fullmatch(name)
@@ -249,7 +252,7 @@ class Archive:
                 yield name, (block, protocol, repetition)
 
     def common(self) -> ExamFile:
-        """What all trials share.
+        """Read the data common to all trials.
 
         Raises InputError: it is missing or damaged.
         """
@@ -262,15 +265,15 @@ class Archive:
         )
 
     def trial(self, folder: str) -> ExamFile:
-        """One trial, with those of its channels that are wanted.
+        """Read one trial, with the wanted channels.
 
-        Raises InputError: one of the members that are needed is missing or damaged.
+        Raises InputError: a member that is needed is missing or damaged.
         """
         header = self._header(folder)
         parameters = self._parameters(folder)
         if f"{self.root}{folder}/examevents.bin" in self.files:
             events = read_events(*self._member(folder, "examevents.bin"))
-            # The events stand here; a group of that name in the parameters is an older one.
+            # the current events; a group of this name in the parameters is older
             parameters = {**parameters, "EVENTS": events}
         channels, others = self._channels(folder, header)
         return ExamFile(
@@ -285,17 +288,17 @@ class Archive:
         )
 
     def _member(self, folder: str, name: str, size: int | None = None) -> tuple[bytes, str]:
-        """The bytes of a member, and its place for messages."""
-        place = f"{self.root}{folder}/{name}"
-        told = f"{self.path}:{place}"
-        if place not in self.files:
-            raise InputError("no such member", file=told, expected="a whole archive")
+        """Read the bytes of a member; return them and its name for messages."""
+        member_path = f"{self.root}{folder}/{name}"
+        full_name = f"{self.path}:{member_path}"
+        if member_path not in self.files:
+            raise InputError("no such member", file=full_name, expected="a whole archive")
         is_bin = name.endswith(".bin")
-        data = self.files[place](_LARGEST_BIN + 1 if is_bin else size)
+        data = self.files[member_path](_LARGEST_BIN + 1 if is_bin else size)
         if is_bin and len(data) > _LARGEST_BIN:
             problem = f"is larger than {_LARGEST_BIN / 1024**2:g} MiB"
-            raise InputError(problem, file=told, expected="a header, parameters or events")
-        return data, told
+            raise InputError(problem, file=full_name, expected="a header, parameters or events")
+        return data, full_name
 
     def _header(self, folder: str) -> Header:
         return read_header(*self._member(folder, "header.bin"))
@@ -304,12 +307,12 @@ class Archive:
         return read_parameters(*self._member(folder, "parameters.bin"))
 
     def _label(self, folder: str, channel: str) -> str:
-        """The label of a channel, which stands in its member; looked up once in an exam."""
+        """Return the label of a channel, which its member holds; read once per exam."""
         if channel not in self._labels:
             try:
                 label = read_label(*self._member(folder, f"{channel}.kinematics", _LABEL_BYTES))
             except InputError:
-                # Whether it is damaged is seen where it is read, if it is.
+                # a damaged member is reported when its samples are read
                 return channel
             self._labels[channel] = label or channel
         return self._labels[channel]
@@ -317,7 +320,7 @@ class Archive:
     def _channels(
         self, folder: str, header: Header
     ) -> tuple[Mapping[str, Samples], tuple[str, ...]]:
-        """The channels that are wanted, and the labels of the others."""
+        """Read the wanted channels; return them and the labels of the others."""
         channels: dict[str, Samples] = {}
         others = []
         for name in header.channels if header.frames else ():
@@ -325,9 +328,9 @@ class Archive:
             if not self.wanted(label):
                 others.append(label)
             elif label not in channels:
-                own, samples = read_samples(*self._member(folder, f"{name}.kinematics"))
-                if self._all_there(folder, own or name, len(samples), header):
-                    channels[own or name] = self.store.keep(own or name, samples)
+                stored_label, samples = read_samples(*self._member(folder, f"{name}.kinematics"))
+                if self._all_there(folder, stored_label or name, len(samples), header):
+                    channels[stored_label or name] = self.store.keep(stored_label or name, samples)
         return channels, tuple(others)
 
     def _hands(self, folder: str, header: Header) -> Mapping[str, Samples]:
@@ -341,7 +344,7 @@ class Archive:
         return hands
 
     def _all_there(self, folder: str, label: str, count: int, header: Header) -> bool:
-        """Whether a channel was recorded: all of it, or (False) nothing.
+        """True if a channel was recorded completely, False if it has no samples.
 
         Raises InputError: a part of it is missing.
         """

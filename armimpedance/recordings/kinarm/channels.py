@@ -1,4 +1,4 @@
-"""The channels of Kinarm trials: which are kept, which must be there, which trials are sound."""
+"""Channels of Kinarm trials: kept channels, required channels, and checks of the trials."""
 
 from __future__ import annotations
 
@@ -18,42 +18,42 @@ from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
 
-#: Channels that are kept as they were recorded, beside `ACHn`: the side's robot as it moved.
+#: Channels that are kept as recorded, in addition to `ACHn`: motion of the side's robot.
 KEPT_CHANNELS: Final = tuple(
     f"{link}{what}" for link in ("L1", "L2") for what in ("Ang", "Vel", "Acc")
 ) + ("M1TorCMD", "M2TorCMD", "FS_Status")
 
-#: What is needed to hold the force against the robot, beside its links' angles.
+#: Channels for the check of the force's sign, in addition to the links' angles.
 FRICTION: Final = ("M1TorFRC", "M2TorFRC")
 
 _ANALOG_INPUT: Final = re.compile(r"ACH\d+")
 
 
 def wanted_channels(muscles: Mapping[str, str]) -> Callable[[str], bool]:
-    """Whether a channel of an exam is read at all, by its label."""
+    """Return a predicate of a channel's label: True if the channel is read."""
     names = (*KEPT_CHANNELS, *FRICTION, "FS_ForceX", "FS_ForceY")
-    known = {f"{side}_{name}" for side in ("Right", "Left") for name in names}
-    known |= {"StatusBits", *muscles}
-    return lambda label: label in known or _ANALOG_INPUT.fullmatch(label) is not None
+    labels = {f"{side}_{name}" for side in ("Right", "Left") for name in names}
+    labels |= {"StatusBits", *muscles}
+    return lambda label: label in labels or _ANALOG_INPUT.fullmatch(label) is not None
 
 
 def force_labels(side: Side) -> tuple[str, str]:
-    """The force sensor's channels in the plane."""
+    """Labels of the force sensor's channels in the plane."""
     return f"{side.title()}_FS_ForceX", f"{side.title()}_FS_ForceY"
 
 
 def link_labels(side: Side) -> tuple[str, str]:
-    """The angles of the robot's two links."""
+    """Labels of the angles of the robot's two links."""
     return f"{side.title()}_L1Ang", f"{side.title()}_L2Ang"
 
 
 def sound_trials(
     trials: Sequence[ExamTrial], side: Side, muscles: Mapping[str, str]
 ) -> tuple[list[ExamTrial], list[LeftOut]]:
-    """The trials that are as the exam's others, and those that are not, with what is wrong.
+    """Separate valid trials from those that are left out, with the reasons.
 
-    The exam's rate is the commonest one; a trial must have the force, the muscles' inputs, and the
-    links' angles and the hand where most trials have them, all of them finite.
+    The exam's rate is the most common rate. A trial must have the force and the muscles' inputs,
+    and the links' angles and the hand if most trials have them; all must be finite.
 
     `muscles`: analog input -> muscle.
     """
@@ -71,15 +71,15 @@ def sound_trials(
         except InputError as error:
             left_out.append(LeftOut(trial.name, error))
         else:
-            # Two trials of one number are both kept: they are counted through.
+            # two trials with the same number are both kept, and renumbered later
             sound[key if key not in sound else (*key, trial.name)] = trial
     return list(sound.values()), left_out
 
 
 def _usual(trials: Sequence[ExamTrial], labels: Sequence[str]) -> tuple[str, ...]:
-    """Those of the labels that more than half of the trials have."""
-    there = [{*trial.file.channels, *trial.file.hands} for trial in trials]
-    return tuple(n for n in labels if 2 * sum(n in names for names in there) > len(there))
+    """Labels that more than half of the trials have."""
+    labels_of = [{*trial.file.channels, *trial.file.hands} for trial in trials]
+    return tuple(n for n in labels if 2 * sum(n in names for names in labels_of) > len(labels_of))
 
 
 def _check_trial(
@@ -109,7 +109,7 @@ def _check_trial(
 
 
 def _check_size(file: ExamFile, label: str, values: FloatArray, largest: float, unit: str) -> None:
-    """Refuse places and angles, (F, ...), that no arm reaches, as of a damaged file."""
+    """Refuse positions and angles (F, ...) that no arm reaches, as in a damaged file."""
     size = np.abs(values).reshape(len(values), -1).max(axis=1)
     if size.max() > largest:
         row = int(np.argmax(size > largest))
@@ -119,7 +119,7 @@ def _check_size(file: ExamFile, label: str, values: FloatArray, largest: float, 
 
 
 def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:
-    """Refuse a trial that holds the same samples as another of its set and number."""
+    """Refuse a trial with the same samples as an earlier trial of the same set and number."""
     if earlier is None or trial.file.parameters.number("TRIAL", "TRIAL_NUM") is None:
         return
     if trial.file.same_samples(earlier.file):
@@ -128,14 +128,14 @@ def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:
 
 
 def channel(file: ExamFile, label: str) -> FloatArray:
-    """One analog channel, (F,).
+    """Return one analog channel, (F,).
 
-    Raises InputError: the file has no such channel, or it is not finite throughout.
+    Raises InputError: the file has no such channel, or a value is not finite.
     """
     if label not in file.channels:
-        there = ", ".join([*file.channels, *file.others][:8])
+        available = ", ".join([*file.channels, *file.others][:8])
         raise InputError(
-            "no such channel", file=file.name, column=label, expected=f"it: {there}, …"
+            "no such channel", file=file.name, column=label, expected=f"it: {available}, …"
         )
     values = file.samples(label)
     check_finite(file, label, values)
@@ -143,13 +143,13 @@ def channel(file: ExamFile, label: str) -> FloatArray:
 
 
 def channels(files: Sequence[ExamFile], *labels: str) -> FloatArray:
-    """Analog channels of all trials one after another, (N, len(labels))."""
+    """Return analog channels of all trials, one after another, (N, len(labels))."""
     parts = (np.column_stack([channel(file, label) for label in labels]) for file in files)
     return joined([file.frames for file in files], parts, len(labels))
 
 
 def check_finite(file: ExamFile, label: str, values: FloatArray) -> None:
-    """Refuse values, (F,) or (F, d), that are not finite throughout; the first row is named."""
+    """Refuse values (F,) or (F, d) that are not all finite; the error names the first row."""
     broken = ~np.isfinite(values)
     if broken.any():
         row = int(np.argmax(broken.reshape(len(values), -1).any(axis=1))) + 1
@@ -161,11 +161,12 @@ def check_finite(file: ExamFile, label: str, values: FloatArray) -> None:
 def further_channels(
     files: list[ExamFile], side: Side, muscles: Mapping[str, str]
 ) -> tuple[dict[str, FloatArray], list[str]]:
-    """Channels kept as recorded, neither mirrored nor turned, and a remark on each that is not.
+    """Channels that are kept as recorded (not mirrored), and remarks on those left out.
 
-    An input that is zero in all trials is nobody's, and left out without a word.
+    An input that is zero in all trials is unused, and left out without a remark.
 
-    `files`: each channel is let go of, in place, when it is taken: a long exam is not held twice.
+    `files`: the channels are removed from it as they are read: a long exam is never in memory
+    twice.
     `muscles`: analog input -> muscle.
     """
     kept, remarks = {}, []
@@ -192,7 +193,7 @@ def _let_go(files: list[ExamFile], labels: Container[str]) -> None:
 
 
 def _problem(holders: Sequence[ExamFile], label: str, trials: int) -> str:
-    """Why a channel of these files cannot be kept; "" where it can."""
+    """Reason why a channel of these files cannot be kept; "" if it can."""
     if len(holders) < trials:
         return f"not in {trials - len(holders)} trials"
     broken = sum(not np.isfinite(file.samples(label)).all() for file in holders)
@@ -200,48 +201,49 @@ def _problem(holders: Sequence[ExamFile], label: str, trials: int) -> str:
 
 
 def _kept(side: Side) -> set[str]:
-    """Labels of the channels that are kept as they were recorded, beside `ACHn`."""
+    """Labels of the channels that are kept as recorded, in addition to `ACHn`."""
     return {*(f"{side.title()}_{name}" for name in KEPT_CHANNELS), "StatusBits"}
 
 
-# The channels of a Kinarm exam that a recording of it does not take, in a few words.
+# Sentences on the channels of a Kinarm exam that its recording leaves out.
 
 
 def labels_there(files: Sequence[ExamFile]) -> set[str]:
-    """Labels of all channels and hands; those that were read and are zero are nobody's."""
-    there = {label for file in files for label in file.others}
+    """Labels of all channels and hands, except those that were read and are all zero."""
+    labels = {label for file in files for label in file.others}
     for file in files:
-        read = {**file.channels, **file.hands}
-        there |= {label for label in read.keys() - there if anything(read[label])}
-    return there
+        samples = {**file.channels, **file.hands}
+        labels |= {label for label in samples.keys() - labels if anything(samples[label])}
+    return labels
 
 
 def channels_not_taken(there: set[str], side: Side, taken: Collection[str]) -> tuple[str, ...]:
-    """Sentences of the provenance on the channels that are there and not in the recording.
+    """Sentences of the provenance on the exam's channels that are not in the recording.
 
+    `there`: labels of all channels.
     `side`: the arm of the recording.
-    `taken`: labels that are in the recording, beside the force and the hand.
+    `taken`: labels in the recording, in addition to the force and the hand.
     """
-    left = there - {*taken, *force_labels(side), f"{side.title()}_Hand"}
-    other = "Left_" if side == "right" else "Right_"
-    of_other = {label for label in left if label.startswith(other)}
+    unused = there - {*taken, *force_labels(side), f"{side.title()}_Hand"}
+    other_side = "Left_" if side == "right" else "Right_"
+    of_other = {label for label in unused if label.startswith(other_side)}
     return (
-        *not_taken(grouped(left - of_other), "the recording has no use for these channels"),
+        *not_taken(grouped(unused - of_other), "the recording has no use for these channels"),
         *not_taken(grouped(of_other), "the other arm's"),
     )
 
 
 def grouped(labels: Iterable[str]) -> list[str]:
-    """Labels that differ at their end only, together: `FS_TorqueX/Y/Z`, `ACH1/2/3`."""
+    """Join labels that differ only at their end: `FS_TorqueX/Y/Z`, `ACH1/2/3`."""
     ends: dict[str, list[str]] = {}
     for label in sorted(labels, key=_in_order):
         match = re.fullmatch(r"(.*[a-z_])([U-Z])|(.*?\D)(\d+)", label)
         stem, end = [part for part in match.groups() if part] if match else (label, "")
         ends.setdefault(stem, []).append(end)
-    return [stem + "/".join(each) for stem, each in ends.items()]
+    return [stem + "/".join(endings) for stem, endings in ends.items()]
 
 
 def _in_order(label: str) -> tuple[str, int]:
-    """What labels are sorted by: ACH9 before ACH10."""
+    """Sort key of labels: ACH9 before ACH10."""
     match = re.fullmatch(r"(.*?)(\d{1,9})", label)
     return (match[1], int(match[2])) if match else (label, -1)

@@ -1,4 +1,4 @@
-"""The dynamics of a Kinarm's links, and the torques on them, from the inertias in `common.c3d`.
+"""Dynamics of a Kinarm's links, and the torques on them, from the inertias in `common.c3d`.
 
 Two motors at the shoulder turn link 1 and, through a crank (link 3) and a bar (link 4) that runs
 along link 1, link 2. With the links' absolute angles a1, a2 as coordinates,
@@ -9,8 +9,8 @@ along link 1, link 2. With the links' absolute angles a1, a2 as coordinates,
     + m4 L3^2,   B = m2 L1 (c2x cos d - c2y sin d) + m4 L3 (c4x cos e + c4y sin e),   B' = dB/dd,
 
 d = a2 - a1, e = d - (angle between link 2 and the crank), c = (along, across) the centre of mass
-from the link's own joint, J the motors' inertias. What acts on the links is tau = motors + J^T F,
-with F the force **by the limb on the robot** at the hand and J = dX/d(a1, a2).
+from the link's own joint, J the motors' inertias. The torques on the links are
+tau = motors + J^T F, F the force **by the limb on the robot** at the hand and J = dX/d(a1, a2).
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from armimpedance.recordings.kinarm.channels import FRICTION, channels, force_la
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.robot import Robot
 
-#: Without these there are no links to speak of.
+#: Parameters that are required for the dynamics.
 _NEEDED: Final = ("L1_I", "L1_M", "L1_C_AXIAL", "L2_I", "L2_M", "L2_C_AXIAL")
 
 
 @dataclass(frozen=True)
 class LinkInertias:
-    """What the equations above need of the links, SI units.
+    """Coefficients of the equations above, SI units.
 
-    `first`, `second`: a and D.
+    `first`, `second`: A and D.
     `along`, `across`: B = along cos d + across sin d.
     """
 
@@ -47,13 +47,13 @@ class LinkInertias:
     def torque(
         self, angle: FloatArray, velocity: FloatArray, acceleration: FloatArray
     ) -> FloatArray:
-        """Torque that this motion of the links takes, (N, 2) in N m.
+        """Inertial torque of a motion of the links, (N, 2), N m.
 
         `angle`, `velocity`, `acceleration` (N, 2): of links 1 and 2, from the x axis.
         """
-        apart = angle[:, 1] - angle[:, 0]
-        coupling = self.along * np.cos(apart) + self.across * np.sin(apart)
-        slope = -self.along * np.sin(apart) + self.across * np.cos(apart)
+        difference = angle[:, 1] - angle[:, 0]
+        coupling = self.along * np.cos(difference) + self.across * np.sin(difference)
+        slope = -self.along * np.sin(difference) + self.across * np.cos(difference)
         a1, a2 = acceleration.T
         v1, v2 = velocity.T
         # [A B; B D] (2, 2) times acceleration (2,) plus B' (v2^2, -v1^2).
@@ -62,37 +62,42 @@ class LinkInertias:
 
 
 def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
-    """The inertias of one side's links; None where `common.c3d` does not hold links 1 and 2.
+    """Inertias of one side's links; None if `common.c3d` does not state links 1 and 2.
 
-    What else is not stated (crank, bar, motors) counts as massless: the balance leaves the size of
-    the inertias open.
+    Other parts that are not stated (crank, bar, motors) count as massless, since the balance of
+    torques fits a factor of the inertias.
 
-    `robot`: its first link's length counts; an exoskeleton's is set to the subject.
+    `robot`: supplies the length of the first link; an exoskeleton's is adjusted to the subject.
     """
     group = f"{robot.side.upper()}_KINARM"
-    names = [f"L{i}_{what}" for i in (1, 2, 3, 4) for what in ("I", "M", "C_AXIAL", "C_ANTERIOR")]
-    found = {
+    names = [
+        f"L{i}_{quantity}" for i in (1, 2, 3, 4) for quantity in ("I", "M", "C_AXIAL", "C_ANTERIOR")
+    ]
+    stated_values = {
         n: common.parameters.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")
     }
-    if robot.links_m is None or not all(map(found.get, _NEEDED)):
+    if robot.links_m is None or not all(map(stated_values.get, _NEEDED)):
         return None
-    known = {name: value or 0.0 for name, value in found.items()}
+    parameters = {name: value or 0.0 for name, value in stated_values.items()}
     # "Anterior" is counter-clockwise on the right and clockwise on the left.
     turn = -1.0 if robot.side == "left" else 1.0
     mass, axial, anterior = (
-        [known[f"L{i}_{what}"] for i in (1, 2, 3, 4)] for what in ("M", "C_AXIAL", "C_ANTERIOR")
+        [parameters[f"L{i}_{quantity}"] for i in (1, 2, 3, 4)]
+        for quantity in ("M", "C_AXIAL", "C_ANTERIOR")
     )
     aside = [turn * distance for distance in anterior]
-    about = [known[f"L{i + 1}_I"] + mass[i] * (axial[i] ** 2 + aside[i] ** 2) for i in range(4)]
+    about = [
+        parameters[f"L{i + 1}_I"] + mass[i] * (axial[i] ** 2 + aside[i] ** 2) for i in range(4)
+    ]
     stated = common.parameters.number(group, "L2_L5_ANGLE")
     angle = stated if stated and robot.kind == "exoskeleton" else 0.0
-    crank = mass[3] * known["L3_L"]
+    crank = mass[3] * parameters["L3_L"]
     cosine, sine = np.cos(turn * angle), np.sin(turn * angle)
     length = float(robot.lengths_m[0])
     second = mass[1] * length
     return LinkInertias(
-        first=about[0] + about[3] + known["MOTOR1_I"] + second * length,
-        second=about[1] + about[2] + known["MOTOR2_I"] + mass[3] * known["L3_L"] ** 2,
+        first=about[0] + about[3] + parameters["MOTOR1_I"] + second * length,
+        second=about[1] + about[2] + parameters["MOTOR2_I"] + mass[3] * parameters["L3_L"] ** 2,
         # cos e = cos d cos g + sin d sin g, sin e = sin d cos g - cos d sin g, g the crank's angle.
         along=float(second * axial[1] + crank * (axial[3] * cosine - aside[3] * sine)),
         across=float(-second * aside[1] + crank * (axial[3] * sine + aside[3] * cosine)),
@@ -100,7 +105,7 @@ def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
 
 
 def hand_torque(links: FloatArray, robot: Robot, force: FloatArray) -> FloatArray:
-    """Torque on the links from a force at the hand, J^T F, (N, 2) in N m.
+    """Torque on the links by a force at the hand, J^T F, (N, 2), N m.
 
     `links` (N, 2): angles of links 1 and 2 from the x axis.
     `robot`: with known lengths.
@@ -116,24 +121,24 @@ def hand_torque(links: FloatArray, robot: Robot, force: FloatArray) -> FloatArra
     return np.column_stack([(lever1 * force).sum(axis=1), (lever2 * force).sum(axis=1)])
 
 
-# The torques on a Kinarm's links, trial by trial, as far as its files show them.
+# Torques on a Kinarm's links, trial by trial, from its files.
 
-#: Support of the smoothing of all torques alike, s: the links move below some 20 Hz.
+#: Support of the smoothing of all torques, s; the links move at less than about 20 Hz.
 SMOOTHED_S: Final = 0.06
-#: Of short trials, at most this part of the usual length.
+#: Largest support as a share of the usual length of trials.
 SMOOTHED_PART: Final = 0.3
-#: One sample in so much time is looked at; between them the smoothed torques do not change, s.
+#: Time between the samples that are used, s; smoothed torques hardly change within it.
 STEP_S: Final = 0.005
-#: Of a long exam fewer samples suffice: so many of the recording, evenly.
+#: Most samples that are used, evenly spaced over a long exam.
 MOST_SAMPLES: Final = 100_000
-#: A link that turns slower than this may stick, rad/s.
+#: Least speed of a moving link, rad/s; a slower link may stick.
 MOVING_RAD_S: Final = 0.03
 
-#: Below this speed friction is not yet full, rad/s.
+#: Speed scale below which dry friction is not fully developed, rad/s.
 _CREEP_RAD_S: Final = 0.05
 
-#: Whatever the sensor's axes are, the hand's force is a sum of these times the sensor's: as it is,
-#: a quarter turn on, mirrored, swapped.
+#: For any axes of the sensor, the hand's force is a weighted sum of these matrices times the
+#: sensor's force: unchanged, turned by 90 degrees, mirrored, swapped.
 FRAMES: Final = np.array(
     [
         [[1.0, 0.0], [0.0, 1.0]],
@@ -148,8 +153,8 @@ FRAMES: Final = np.array(
 class LinkTorques(FrozenRecord):
     """Smoothed torques while the links move, N samples of 2 axes, N m.
 
-    `velocity` (N, 2).
-    `inertial`, `motor` (N, 2): what the motion takes; what the motors do.
+    `velocity` (N, 2): of the links, rad/s.
+    `inertial`, `motor` (N, 2): inertial torque of the motion; torque of the motors.
     `hand` (N, 2, 4): J^T F of the sensor's force in each of `FRAMES`.
     `trial` (N,): number of each sample's trial, from 0.
     `step_s`: time between two samples.
@@ -164,20 +169,25 @@ class LinkTorques(FrozenRecord):
 
     @property
     def moving_s(self) -> float:
-        """For how long the links move."""
+        """Time during which the links move, s."""
         return len(self.trial) * self.step_s
 
     def without_friction(self) -> LinkTorques:
-        """The same after what is constant, dry or viscous in each axis is projected out."""
+        """Return the torques with constant, dry and viscous friction of each axis projected out."""
         bases = []
         for speed in self.velocity.T:
             columns = np.column_stack([np.ones_like(speed), np.tanh(speed / _CREEP_RAD_S), speed])
             bases.append(np.linalg.qr(columns)[0])
 
         def projected(torque: FloatArray) -> FloatArray:
-            # Each axis (N,) less its part in the span of that axis' basis (N, 3).
+            # each axis (N,) less its projection onto that axis' basis (N, 3)
             axes = zip(torque.T, bases, strict=True)
-            return np.column_stack([each - basis @ (basis.T @ each) for each, basis in axes])
+            return np.column_stack(
+                [
+                    torque_of_axis - basis @ (basis.T @ torque_of_axis)
+                    for torque_of_axis, basis in axes
+                ]
+            )
 
         return replace(
             self,
@@ -188,7 +198,7 @@ class LinkTorques(FrozenRecord):
 
 
 def _friction_channels(files: Sequence[ExamFile], robot: Robot) -> tuple[str, ...]:
-    """The channels of the motors' friction, where all files have them."""
+    """Channels of the motors' friction; empty unless all files have them."""
     friction = tuple(f"{robot.side.title()}_{name}" for name in FRICTION)
     whole = all(label in file.channels for label in friction for file in files)
     return friction if whole else ()
@@ -197,7 +207,7 @@ def _friction_channels(files: Sequence[ExamFile], robot: Robot) -> tuple[str, ..
 def link_torques(
     files: Sequence[ExamFile], motors: Sequence[str], inertias: LinkInertias, robot: Robot
 ) -> LinkTorques | None:
-    """The torques of all trials where the links move; None where they never do."""
+    """Torques of all trials while the links move; None if they never move."""
     friction = _friction_channels(files, robot)
     usual_s = float(np.median([file.frames for file in files])) / files[0].rate_hz
     kernels = spline_kernels(min(SMOOTHED_S, SMOOTHED_PART * usual_s), files[0].rate_hz)
@@ -218,17 +228,23 @@ def link_torques(
         )
         moves = (np.abs(velocity) > MOVING_RAD_S).any(axis=1)
         inertial = inertias.torque(angle, velocity, acceleration)
-        pushed = _filtered(motor, kernels.smooth, step)
-        held = [hand_torque(links, robot, force @ frame.T) for frame in FRAMES]
-        hand = np.stack([_filtered(each, kernels.smooth, step) for each in held], axis=2)
-        parts.append(tuple(each[moves] for each in (inertial, pushed, hand, velocity)))
+        smoothed_motor = _filtered(motor, kernels.smooth, step)
+        hand_torques = [hand_torque(links, robot, force @ frame.T) for frame in FRAMES]
+        hand = np.stack(
+            [_filtered(values, kernels.smooth, step) for values in hand_torques], axis=2
+        )
+        parts.append(tuple(values[moves] for values in (inertial, smoothed_motor, hand, velocity)))
         trial += [number] * int(moves.sum())
     if not trial:
         return None
-    inertial, pushed, hand, velocity = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return LinkTorques(inertial, pushed, hand, velocity, np.array(trial), step / files[0].rate_hz)
+    inertial, smoothed_motor, hand, velocity = (
+        np.concatenate(values) for values in zip(*parts, strict=True)
+    )
+    return LinkTorques(
+        inertial, smoothed_motor, hand, velocity, np.array(trial), step / files[0].rate_hz
+    )
 
 
 def _filtered(signal: FloatArray, weights: FloatArray, step: int) -> FloatArray:
-    """Signals (F, 2) through a kernel, where it fits in, every `step` samples."""
-    return np.column_stack([np.correlate(each, weights, "valid")[::step] for each in signal.T])
+    """Filter signals (F, 2) with a kernel, without the ends, every `step` samples."""
+    return np.column_stack([np.correlate(column, weights, "valid")[::step] for column in signal.T])

@@ -59,29 +59,30 @@ def read_kinarm(
 ) -> Recording:
     """Read an exam as Dexterit-E writes it, C3D files or a `.kinarm` archive.
 
-    The hand's position follows from the link angles where the links' lengths are known (the
-    encoders are what differentiates best) and agree with the recorded hand; else it is the
-    recorded hand. A left arm is mirrored (x to -x, angles a to pi - a), so that the conventions of
-    a right arm hold. An exoskeleton's links lie along the arm: they give joint angles and the
-    shoulder. An endpoint robot's do not: its angles are kept as further columns only.
+    The hand's position is computed from the link angles if the links' lengths are known and agree
+    with the recorded hand, since encoders have the least noise; otherwise it is the recorded hand.
+    A left arm is mirrored (x to -x, angles a to pi - a), so that the conventions of a right arm
+    hold. An exoskeleton's links lie along the arm and give joint angles and the shoulder. An
+    endpoint robot's do not: its angles are kept as further columns only.
 
-    Trials without samples, and trials that are broken or not as the others, are left out; the
-    provenance and the `findings` say how many, which and why.
+    Trials that have no samples, are broken or differ from the others are left out; the provenance
+    and the `findings` state their number and names, and why.
 
     `path`: a `.kinarm` archive; a folder or zip with `common.c3d` and `BB_TT_RR.c3d`, at most two
     folders deep; or one trial's file with `common.c3d` beside it.
-    `force_by`: whose force on the other the sensor's channels hold; the files do not say it. None:
-    found from the robot's own inertias and motor torques (`force_balance`), where they show it.
-    `side`: needed where both arms have a force sensor.
+    `force_by`: whether the sensor's channels hold the force by the limb or by the device, which the
+    files do not state. None: determined from the robot's own inertias and motor torques
+    (`force_balance`), if they show it.
+    `side`: needed if both arms have a force sensor.
     `choice`: which trials, and the events at which the disturbance begins and is back.
     `emg_channels`: analog input -> muscle, such as ``{"ACH0": "biceps_long"}``.
     `keep_personal`: keep subject, experiment, dates and times, which identify a person.
     Returns: a recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name,
-    or what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
-    `is_error`, `event_<label>_s` (first occurrence), and what the exam's tables say of the trial:
-    see `Protocol.columns`.
-    Raises InputError: the exam cannot be read, lacks what is needed, holds both arms and no side
-    was chosen, or whose force it is was not told and cannot be found.
+    or its settings without the direction), `set` (block), `protocol`, `repetition`, `is_error`,
+    `event_<label>_s` (first occurrence), and settings from the exam's tables: see
+    `Protocol.columns`.
+    Raises InputError: the exam cannot be read, lacks something that is needed, holds both arms and
+    no side was chosen, or the sign of the force was neither stated nor can be determined.
     """
     muscles = muscles_of(emg_channels)
     session = _session(path, side, muscles, choice or Choice(), keep_personal)
@@ -91,9 +92,9 @@ def read_kinarm(
 
 @dataclass(frozen=True)
 class _Session:
-    """The trials of a recording, the file of each in a list of its own, and what is known of all.
+    """Trials of a recording, their files in a list, and data common to all.
 
-    What is taken of the files is let go of at once, in place: a long exam is hundreds of megabytes.
+    Channels are removed from the list as they are read: a long exam is hundreds of megabytes.
     """
 
     side: Side
@@ -112,9 +113,9 @@ def _session(
     choice: Choice,
     keep_personal: bool,
 ) -> _Session:
-    """The trials that are sound and wanted.
+    """Read the valid and requested trials.
 
-    Raises InputError: None is.
+    Raises InputError: there are none.
     """
     exam, renamed = with_own_names(read_exam(path, wanted_channels(muscles)))
     side = choose_side(exam, side, path)
@@ -142,10 +143,10 @@ def _recording(
     personal: Mapping[str, str],
     path: object,
 ) -> Recording:
-    """The recording of a session, of whose files nothing is left."""
+    """Build the recording of a session, and remove the channels from its files."""
     side, files = session.side, session.files
     frames, rate_hz = [file.frames for file in files], files[0].rate_hz
-    there = labels_there(files)
+    labels = labels_there(files)
     hand = hand_position(files, robot_of(session.common, side))
     robot, along = hand.robot, hand.robot.kind == "exoskeleton"
     balance = force_balance(files, session.common, robot)
@@ -158,11 +159,11 @@ def _recording(
     joint_angles = _joint_angles(files, side) if along else None
     emg = channels(files, *muscles) if muscles else None
     further, dropped = further_channels(files, side, muscles)
-    source = [hand.source, _told_force(whose, "found" if force_by is None else "stated")]
-    told = (
+    source = [hand.source, _force_sentence(whose, "found" if force_by is None else "stated")]
+    remarks = (
         *session.remarks,
         *dropped,
-        *channels_not_taken(there, side, {*muscles, *further}),
+        *channels_not_taken(labels, side, {*muscles, *further}),
         *not_taken(session.beside, "beside the trials"),
         *(f"{name}: {text}" for name, text in personal.items()),
     )
@@ -180,17 +181,17 @@ def _recording(
         shoulder_m=robot.shoulder_m * mirror if along and robot.shoulder_m is not None else None,
         subject=_subject(personal),
         extra=further,
-        provenance=(*_provenance(robot, source, findings, len(frames)), *told),
+        provenance=(*_provenance(robot, source, findings, len(frames)), *remarks),
         findings=findings,
     )
 
 
-def _force_by(told: ForceBy | None, balance: Balance, path: object) -> ForceBy:
-    """Whose force the sensor holds, as told, else as found.
+def _force_by(stated: ForceBy | None, balance: Balance, path: object) -> ForceBy:
+    """Return whose force the sensor holds: as stated, else as determined from the balance.
 
-    Raises InputError: it was not told and cannot be found.
+    Raises InputError: it was not stated and cannot be determined.
     """
-    whose = told or balance.force_by
+    whose = stated or balance.force_by
     if whose is not None:
         return whose
     raise InputError(
@@ -202,9 +203,9 @@ def _force_by(told: ForceBy | None, balance: Balance, path: object) -> ForceBy:
 
 
 def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
-    """The subject of an exam; the files name nobody unless `keep_personal`.
+    """Return the subject of an exam; without `keep_personal` an unknown subject.
 
-    Raises InputError: the exam cannot be read, where it has to be.
+    Raises InputError: the exam cannot be read.
     """
     if not keep_personal:
         return Subject()
@@ -212,8 +213,8 @@ def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
 
 
 def _joint_angles(files: Sequence[ExamFile], side: Side) -> FloatArray:
-    """Shoulder and elbow, (N, 2), from links that lie along the arm."""
-    # Link angles both count from the x axis; mirrored, a becomes pi - a.
+    """Angles of shoulder and elbow (N, 2), rad, from links that lie along the arm."""
+    # both link angles are measured from the x axis; mirrored, a becomes pi - a
     link1, link2 = channels(files, *link_labels(side)).T
     if side == "left":
         link1, link2 = np.pi - link1, np.pi - link2
@@ -221,7 +222,7 @@ def _joint_angles(files: Sequence[ExamFile], side: Side) -> FloatArray:
 
 
 def _personal(common: ExamFile) -> dict[str, str]:
-    """The texts of the group EXPERIMENT: subject, study, task."""
+    """Texts of the group EXPERIMENT: subject, study, task."""
     texts = {
         name: common.parameters.text("EXPERIMENT", name)
         for name in common.parameters.groups.get("EXPERIMENT", {})
@@ -234,16 +235,16 @@ def _subject(personal: Mapping[str, str]) -> Subject:
     return Subject(id=named[0]) if named else Subject()
 
 
-def _told_force(whose: ForceBy, how: str) -> str:
+def _force_sentence(whose: ForceBy, reason: str) -> str:
     if whose == "limb":
-        return f"Force: sensor by the limb on the device, as {how}."
-    return f"Force: sensor by the device on the limb, as {how}; its sign was turned."
+        return f"Force: sensor by the limb on the device, as {reason}."
+    return f"Force: sensor by the device on the limb, as {reason}; its sign was turned."
 
 
 def _provenance(
     robot: Robot, sources: Sequence[str], findings: Sequence[Finding], n_trials: int
 ) -> list[str]:
-    # Neither the file's name nor the subject: exams are often named after people.
+    # neither the file's name nor the subject: exams are often named after people
     of = f"{n_trials} trials, {robot.side} arm, robot {robot.version}"
     sentences = [f"Kinarm exam, {of}.", *sources]
     if robot.side == "left":
@@ -252,4 +253,7 @@ def _provenance(
         sentences.append(
             "No joint angles and no shoulder: the links are the robot's, not along the arm."
         )
-    return [*sentences, *(f"{each.name.capitalize()}: {each.message}." for each in findings)]
+    return [
+        *sentences,
+        *(f"{finding.name.capitalize()}: {finding.message}." for finding in findings),
+    ]

@@ -1,4 +1,4 @@
-"""The files of a Kinarm exam in a folder, a zip or an archive, and what one of them holds."""
+"""Files of a Kinarm exam in a folder, a zip or an archive, and the content of one file."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d.c3d_file import C3dFile
 from armimpedance.recordings.c3d.parameters import C3dParameters
 
-#: Channels of 32 bits that are no number: they stand in the files as if they were one.
+#: Channels of status bits (32), which the files store as if they were numbers.
 STATUS_WORD: Final = re.compile(r"(Right|Left)_FS_Status")
 
-#: What is mapped for a channel at once: 17 minutes at 1 kHz.
+#: Memory that is mapped for a channel at once: 17 minutes at 1 kHz.
 ROOM_BYTES: Final = 4 * 1024**2
 
-#: Samples as they are held: single precision wherever that is exact, as it is in the files.
+#: Samples in memory: single precision if that is exact, as for the numbers in the files.
 Samples = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True)
 class ExamFile:
-    """A trial of an exam, or what all trials share.
+    """A trial of an exam, or the data common to all trials.
 
-    `name`: for messages.
+    `name`: the file's name, for messages.
     `rate_hz`: samples per second.
     `frames`: number of samples F of every channel.
     `hands`: such as `Right_Hand` -> places (F, 2) in m.
-    `channels`: label -> samples (F,) in the unit of the file; the channels that were asked for.
-    `others`: labels of the channels that are there and were not read.
-    `acknowledgements`: how many frames of the screen have a time at which they were shown.
+    `channels`: label -> samples (F,) in the unit of the file, for the requested channels.
+    `others`: labels of the channels that were not read.
+    `acknowledgements`: number of screen frames with a time at which they were shown.
     """
 
     name: str
@@ -54,30 +54,30 @@ class ExamFile:
     acknowledgements: int = 0
 
     def samples(self, label: str) -> FloatArray:
-        """One channel, (F,), in double precision; a status word as the whole number that it is."""
+        """Return one channel (F,) in double precision; a status word as an integer value."""
         values = self.channels[label]
         if STATUS_WORD.fullmatch(label) and values.dtype == np.float32:
             values = np.ascontiguousarray(values).view(np.uint32)
         return _doubled(values)
 
     def columns(self, labels: Iterable[str]) -> FloatArray:
-        """Channels side by side, (F, number of labels), finite or not."""
+        """Return channels as columns (F, number of labels), finite or not."""
         return np.column_stack([self.samples(label) for label in labels])
 
     def place(self, hand: str) -> FloatArray:
-        """Where a hand was, (F, 2) in m."""
+        """Return the position of a hand (F, 2), m."""
         return _doubled(self.hands[hand])
 
     def without(self, labels: Container[str]) -> ExamFile:
-        """The same without these channels and hands."""
+        """Return a copy without these channels and hands."""
         channels, hands = (
-            {name: samples for name, samples in each.items() if name not in labels}
-            for each in (self.channels, self.hands)
+            {name: samples for name, samples in group.items() if name not in labels}
+            for group in (self.channels, self.hands)
         )
         return replace(self, channels=channels, hands=hands)
 
     def same_samples(self, other: ExamFile) -> bool:
-        """Whether all channels that were read are the same, number by number."""
+        """Return True if all channels that were read hold the same numbers."""
         same = self.channels.keys() == other.channels.keys()
         return same and all(
             np.array_equal(self.samples(label), other.samples(label)) for label in self.channels
@@ -85,49 +85,49 @@ class ExamFile:
 
 
 def joined(frames: Sequence[int], parts: Iterable[Samples], width: int = 0) -> FloatArray:
-    """Something of each trial, one after another, without a second copy of the whole.
+    """Join arrays of all trials, one after another, without a second copy in memory.
 
     `frames`: number of samples F of each trial.
-    `parts` iterable of (F,) or (F, width): one of each trial, made when it is its turn.
+    `parts` iterable of (F,) or (F, width): the array of each trial, computed when it is needed.
     `width`: columns of the parts; 0: they are (F,).
     Returns: (N,) or (N, width).
     """
-    whole = np.empty((sum(frames), width) if width else sum(frames))
+    array = np.empty((sum(frames), width) if width else sum(frames))
     at = 0
     for part in parts:
-        whole[at : at + len(part)] = part
+        array[at : at + len(part)] = part
         at += len(part)
-    return whole
+    return array
 
 
 def anything(values: Samples) -> bool:
-    """Whether any of these is not zero; what is no number is not."""
+    """Return True if any value is not zero; NaN counts as not zero."""
     with np.errstate(invalid="ignore"):
         return bool(values.any())
 
 
 def _doubled(values: NDArray[Any]) -> FloatArray:
-    # Of what is no number, some bits are turned: the check for such comes after.
+    # some bits of a NaN may change; NaN is checked later
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64)
 
 
 class ExamStore:
-    """Room for the samples of an exam, a hundred thousand short arrays: single precision where that
-    is exact, nothing for the zeros of sensors that are not there.
+    """Memory for the samples of an exam, which has up to a hundred thousand short arrays.
 
-    Each channel has rooms of its own, mapped from the system one by one: a channel that nobody
-    holds any more gives its memory back, which the pieces of a heap would not.
+    Single precision is used if that is exact, and no memory for the zeros of absent sensors. Each
+    channel has its own blocks, mapped from the system: when a channel is deleted, its memory is
+    returned at once, unlike pieces of a heap.
     """
 
     def __init__(self) -> None:
         self._rooms: dict[str, NDArray[np.float32]] = {}
 
     def keep(self, label: str, values: Samples) -> Samples:
-        """The same numbers, (F, ...), where they need little memory.
+        """Return the same numbers (F, ...) in a form that needs little memory.
 
-        `values` (F, ...).
-        `label`: the channel.
+        `values` (F, ...): samples.
+        `label`: their channel.
         """
         bits = values.view(f"u{values.itemsize}") if values.flags.c_contiguous else values
         if not bits.any():
@@ -140,13 +140,13 @@ class ExamStore:
         if room is None or len(room) < single.size:
             size = max(ROOM_BYTES, single.nbytes)
             room = np.frombuffer(mmap.mmap(-1, size), dtype=np.float32)
-        taken, self._rooms[label] = room[: single.size], room[single.size :]
-        taken[:] = single.ravel()
-        return taken.reshape(values.shape)
+        stored, self._rooms[label] = room[: single.size], room[single.size :]
+        stored[:] = single.ravel()
+        return stored.reshape(values.shape)
 
 
 def from_c3d(c3d: C3dFile, wanted: Callable[[str], bool], store: ExamStore) -> ExamFile:
-    """A file of an exam from the C3D file that it is, with the channels that are wanted.
+    """Convert a C3D file to a file of an exam, with the wanted channels.
 
     Raises InputError: its channels are not sampled once per frame, as all channels of an exam are.
     """
@@ -154,7 +154,7 @@ def from_c3d(c3d: C3dFile, wanted: Callable[[str], bool], store: ExamStore) -> E
     if layout.frames and layout.samples_per_frame != 1:
         problem = f"{layout.samples_per_frame} analog samples per frame"
         raise InputError(problem, file=c3d.name, expected="1, as Dexterit-E writes it")
-    # Of two channels of one name the first one counts.
+    # of two channels of the same name the first is used
     labels = {label: i for i, label in reversed(list(enumerate(c3d.analog_labels)))}
     labels = {label: i for label, i in labels.items() if wanted(label)}
     points = {label: i for i, label in reversed(list(enumerate(c3d.point_labels)))}
@@ -172,43 +172,43 @@ def from_c3d(c3d: C3dFile, wanted: Callable[[str], bool], store: ExamStore) -> E
 
 
 def _column(c3d: C3dFile, label: str, index: int, values: FloatArray) -> Samples:
-    """One channel of a C3D file, in its unit; of a status word the bits as they are stored."""
+    """One channel of a C3D file, in its unit; for a status word the bits as stored."""
     is_word = STATUS_WORD.fullmatch(label) and c3d.layout.real
     return np.ascontiguousarray(c3d.stored([index])[:, 0] if is_word else values)
 
 
-# What holds the files of a Kinarm exam: a folder, a zip, or one trial beside `common.c3d`.
+# Containers of a Kinarm exam: a folder, a zip, or one trial beside `common.c3d`.
 #
-# Nothing is unpacked to the disk, and a zip is read only after what it claims was checked: how many
-# members, how large, how densely packed, and that none of them lies outside of its folder.
+# Nothing is unpacked to the disk. A zip is read only after a check of its claims: number, size and
+# compression of its members, and that none of them lies outside of its folder.
 
-#: More than any exam unpacked: an hour at 1 kHz with 100 channels is 1.4 GB.
+#: Largest unpacked exam, bytes: an hour at 1 kHz with 100 channels is 1.4 GB.
 LARGEST_EXAM_BYTES: Final = 4 * 1024**3
-#: A thousand trials with a hundred channels each are 100,000 members.
+#: Most members of a zip: a thousand trials with a hundred channels each are 100,000 members.
 MOST_MEMBERS: Final = 200_000
-#: Half of an exam may be the zeros of absent sensors, which pack a thousandfold; the other half
-#: hardly packs at all. Beyond so much the whole is nothing that was measured.
+#: Largest ratio of compression. Zeros of absent sensors, up to half of an exam, are compressed a
+#: thousandfold, measured samples hardly at all.
 LARGEST_RATIO: Final = 100
-#: A small archive may pack as densely as it likes.
+#: Unpacked size up to which any ratio of compression is accepted, bytes.
 SMALL_BYTES: Final = 64 * 1024**2
-#: One channel of a day at 1 kHz is 346 MB.
+#: Largest member, bytes; one channel of a day at 1 kHz is 346 MB.
 LARGEST_MEMBER_BYTES: Final = 1024**3
 
-#: How deep below its root an exam may lie: `raw/`, or `name/raw/`.
+#: Most folders above an exam within its container: `raw/`, or `name/raw/`.
 DEEPEST: Final = 2
 
 COMMON_NAME: Final = "common.c3d"
 
-#: The files by their names, each with what reads it: its first bytes, so many, or (None) all.
+#: Name of a file -> function that reads its first bytes (their number), or (None) all.
 Files = Mapping[str, Callable[[int | None], bytes]]
 
 
 @contextmanager
 def files_of(path: Path) -> Iterator[Files]:
-    """The files by their names relative to `path`.
+    """Open the files of an exam, by their names relative to `path`.
 
     `path`: a folder, a zip (`.zip` or `.kinarm`), or a trial's `.c3d` with `common.c3d` beside it.
-    Yields: name -> what reads the file.
+    Yields: name -> function that reads the file.
     Raises InputError: there is nothing to read, or the zip is broken, too large, packed too
     densely, or has paths outside of its folder.
     """
@@ -225,14 +225,14 @@ def files_of(path: Path) -> Iterator[Files]:
 
 
 def is_common(name: str) -> bool:
-    """Whether a file is what the trials of a C3D exam share."""
+    """Return True if a file holds the data common to the trials of a C3D exam."""
     return name.rsplit("/", 1)[-1] == COMMON_NAME and name.count("/") <= DEEPEST
 
 
 def folder_files(path: Path) -> list[str]:
     """C3D files at most `DEEPEST` folders below `path`, and the members of an unpacked archive."""
     patterns = ["*/" * depth for depth in range(DEEPEST + 1)]
-    found = [
+    files = [
         file
         for pattern in patterns
         for file in path.glob(pattern + "*")
@@ -240,12 +240,12 @@ def folder_files(path: Path) -> list[str]:
     ]
     for pattern in patterns:
         for shared in path.glob(pattern + "common/parameters.bin"):
-            found += [file for file in shared.parent.parent.glob("*/*") if file.is_file()]
-    return [file.relative_to(path).as_posix() for file in found]
+            files += [file for file in shared.parent.parent.glob("*/*") if file.is_file()]
+    return [file.relative_to(path).as_posix() for file in files]
 
 
 def _single_trial(path: Path) -> Files:
-    """One trial, and what it shares with the others of its exam, beside it or one folder up."""
+    """One trial, and the exam's `common.c3d` in the same folder or one above."""
     if is_common(path.name):
         problem = "is what the trials of an exam share, and no trial"
         raise InputError(problem, file=path, expected="a trial beside it, or their folder")
@@ -282,7 +282,7 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
                 f"holds more than {MOST_MEMBERS} files", file=path, expected="a Kinarm exam"
             )
         archive = zipfile.ZipFile(path)
-    # Of a damaged directory the library lets a few of Python's own errors through.
+    # for a damaged directory the library also raises some of Python's own errors
     except (zipfile.BadZipFile, OSError, ValueError, struct.error, NotImplementedError) as error:
         raise InputError(f"not a readable zip: {error}", file=path) from None
     with archive:
@@ -290,10 +290,10 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def _claimed_members(path: Path) -> int:
-    """How many members the directory of a zip tells, or has room for, before it is read."""
-    whole = path.stat().st_size
+    """Number of members that the directory of a zip claims or has room for, before it is read."""
+    file_size = path.stat().st_size
     with path.open("rb") as file:
-        file.seek(max(whole - 65_557, 0))
+        file.seek(max(file_size - 65_557, 0))
         tail = file.read()
     at = tail.rfind(b"PK\x05\x06")
     if at < 0 or at + 22 > len(tail):
@@ -301,10 +301,10 @@ def _claimed_members(path: Path) -> int:
     count, size = struct.unpack_from("<HI", tail, at + 10)
     further = tail.rfind(b"PK\x06\x06", 0, at)
     if 0 <= further <= at - 56:
-        # Of an archive of more than 65,535 members.
+        # the record for more than 65,535 members
         count, size = struct.unpack_from("<QQ", tail, further + 32)
-    # The library goes by the size, whatever the count is; names are some forty letters.
-    return max(int(count), min(int(size), whole) // 100)
+    # the library uses the size, whatever the count is; names have about forty letters
+    return max(int(count), min(int(size), file_size) // 100)
 
 
 def _zip_files(path: Path, archive: zipfile.ZipFile) -> Files:
@@ -318,7 +318,7 @@ def _zip_files(path: Path, archive: zipfile.ZipFile) -> Files:
         raise InputError(problem, file=path, expected=f"at most {LARGEST_RATIO} times")
     files: dict[str, Callable[[int | None], bytes]] = {}
     for info in members:
-        # The name as stored: the library has cut it at a NUL and turned the system's separators.
+        # the name as stored: the library cuts it at a NUL and replaces separators
         name = info.orig_filename.replace("\\", "/")
         parts = PurePosixPath(name).parts
         outside = name.startswith("/") or ".." in parts or re.match(r"[A-Za-z]:", name)
@@ -348,7 +348,7 @@ def _unpacking(
             if info.file_size > LARGEST_MEMBER_BYTES:
                 raise _too_large(Path(f"{path}:{info.filename}"), info.file_size)
             if size is None:
-                # Reads no more than the size that was checked; a longer member fails its CRC.
+                # reads at most the size that was checked; a longer member fails its CRC
                 return archive.read(info)
             with archive.open(info) as member:
                 return member.read(size)

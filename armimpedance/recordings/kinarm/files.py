@@ -1,4 +1,4 @@
-"""A Kinarm exam as its files: what all trials share, the trials, and those that hold nothing.
+"""A Kinarm exam as its files: data common to all trials, the trials, and those left out.
 
 Two layouts: C3D files `BB_TT_RR.c3d` beside `common.c3d`, and archives (`archive`).
 """
@@ -36,9 +36,9 @@ _Numbers = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class ExamTrial:
-    """One trial: its file's own name and content, block (set), protocol, repetition.
+    """One trial: name and content of its file, block (set), protocol, repetition.
 
-    Folders and exams are often named after people, and are no part of `name`.
+    `name` has no folders, since folders and exams are often named after people.
     """
 
     name: str
@@ -50,14 +50,14 @@ class ExamTrial:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A trial that is not in the recording; `error` says why, None: it holds no samples."""
+    """A trial that is left out; `error` is the reason, None: it holds no samples."""
 
     name: str
     error: InputError | None = None
 
     @property
     def reason(self) -> str:
-        """What is wrong, where, in a few words, without the path."""
+        """Short text of the error and its place, without the path."""
         if self.error is None:
             return "no samples"
         row = None if self.error.row is None else f"sample {self.error.row}"
@@ -67,9 +67,9 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class Exam:
-    """An exam: what all trials share, the trials by file name, and those that hold nothing.
+    """An exam: data common to all trials, the trials by file name, and those left out.
 
-    `beside` is what else is there and was not read, in words.
+    `beside` lists other contents, which are not read, in words.
     """
 
     common: ExamFile
@@ -79,7 +79,7 @@ class Exam:
 
 
 def is_exam(path: Path) -> bool:
-    """Whether `path` is a zip or `.kinarm` file, a folder of an exam's files, or one of them."""
+    """Return True for a zip or `.kinarm` file, a folder of an exam's files, or one of them."""
     if path.is_dir():
         names = folder_files(path)
         c3d = (n for n in names if is_common(n) or _TRIAL_NAME.fullmatch(PurePosixPath(n).name))
@@ -88,21 +88,21 @@ def is_exam(path: Path) -> bool:
 
 
 def is_exam_file(path: Path) -> bool:
-    """Whether `path` is a C3D file as Dexterit-E writes it: a trial, or what all trials share."""
+    """Return True for a C3D file by Dexterit-E: a trial, or the data common to all trials."""
     if path.suffix.lower() != ".c3d" or not path.is_file():
         return False
     try:
         parameters = parameters_of(path.read_bytes(), str(path))
     except (OSError, InputError):
         return False
-    # Motion capture has a group TRIAL as well, but more points than two hands.
+    # motion capture also has a group TRIAL, but other points than two hands
     groups, points = parameters.groups, {*parameters.texts("POINT", "LABELS")}
     hands = bool(points) and points <= {"Right_Hand", "Left_Hand"}
     return _is_shared(groups) or (hands and "TRIAL" in groups)
 
 
 def _is_shared(groups: Groups) -> bool:
-    """Whether these are the parameters of what trials share: the robots, and no trial."""
+    """True if these are the parameters of `common.c3d`: robots, and no trial."""
     return "TRIAL" not in groups and bool({"RIGHT_KINARM", "LEFT_KINARM"} & set(groups))
 
 
@@ -113,14 +113,14 @@ def read_exam(
 ) -> Exam:
     """Read all trials of an exam.
 
-    Nothing is unpacked to the disk. A trial without samples, or of which something that is needed
-    is broken, is left out.
+    Nothing is unpacked to the disk. A trial without samples, or with a broken part that is needed,
+    is left out.
 
     `path`: a folder, a zip, a `.kinarm`, or the file of one trial with `common.c3d` beside it.
-    `wanted`: which channels are kept, by their labels: an exam has some sixty.
-    `kept`: what is kept of a trial before the next one is read; all of it without.
+    `wanted`: function of a channel's label: True if the channel is read; an exam has about sixty.
+    `kept`: function that reduces a trial before the next one is read; None keeps all of it.
     Raises InputError: there is no exam at `path`, a zip is broken, too large or has paths outside
-    of its folder, what all trials share is damaged, or no trial can be read.
+    of its folder, the common data are damaged, or no trial can be read.
     """
     with files_of(Path(path)) as files:
         layout = _layout(Path(path), files, wanted)
@@ -148,7 +148,7 @@ def read_exam(
 
 
 def read_common(path: str | os.PathLike[str]) -> ExamFile:
-    """What the trials of an exam share, without reading them.
+    """Read the data common to the trials of an exam, without the trials.
 
     Raises InputError: as `read_exam`.
     """
@@ -157,7 +157,7 @@ def read_common(path: str | os.PathLike[str]) -> ExamFile:
 
 
 def none_left(left_out: Sequence[LeftOut], path: object) -> InputError:
-    """The error where every trial had to be left out: the first reason, and how many there are."""
+    """Return the error if every trial is left out: the first reason, and their number."""
     broken = [trial.error for trial in left_out if trial.error is not None]
     if not broken:
         problem = f"none of the {len(left_out)} trials holds a sample"
@@ -172,7 +172,7 @@ def none_left(left_out: Sequence[LeftOut], path: object) -> InputError:
 
 
 def left_out_findings(left_out: Sequence[LeftOut], exam: Exam) -> list[Finding]:
-    """How many trials are not in the recording, which, and why."""
+    """Return findings on the trials that are left out, with names and reasons."""
     total = len(exam.trials) + len(exam.left_out)
     empty = sorted(trial.name for trial in left_out if trial.error is None)
     broken = [f"{trial.name} ({trial.reason})" for trial in left_out if trial.error is not None]
@@ -187,19 +187,19 @@ def left_out_findings(left_out: Sequence[LeftOut], exam: Exam) -> list[Finding]:
 
 
 def _beside(files: Files, trials: Sequence[ExamTrial]) -> tuple[str, ...]:
-    """What an exam holds beside its trials' samples."""
+    """Contents of an exam other than its trials' samples, in words."""
     folders = {part.lower() for name in files for part in name.split("/")[:-1]}
-    there = {
+    present = {
         "the results of an analysis": "analysis" in folders,
         "the exam's own label": any(PurePosixPath(n).name == "description.txt" for n in files),
         "times at which frames were shown": any(t.file.acknowledgements for t in trials),
     }
-    return tuple(what for what, is_there in there.items() if is_there)
+    return tuple(content for content, is_present in present.items() if is_present)
 
 
 @dataclass(frozen=True)
 class _C3DExam:
-    """An exam of C3D files; its face is that of `Archive`."""
+    """An exam of C3D files, with the same methods as `Archive`."""
 
     path: Path
     files: Files
@@ -221,11 +221,11 @@ class _C3DExam:
         return from_c3d(parse_c3d(data, f"{self.path}:{name}"), self.wanted, self.store)
 
     def _numbers_of(self, name: str) -> _Numbers | None:
-        """Block, protocol and repetition from a file's name; None where it is no trial."""
+        """Block, protocol and repetition from a file's name; None if it is not a trial."""
         inside = name[len(self.root) :] if name.startswith(self.root) else ""
         match = _TRIAL_NAME.fullmatch(inside)
         if match is None:
-            # A single trial may have been given another name.
+            # a single trial may have been renamed
             alone = self.path.suffix.lower() == ".c3d" and not is_common(name)
             return (1, 1, 1) if alone else None
         block, protocol, repetition = (int(part) for part in match.groups())
@@ -233,9 +233,9 @@ class _C3DExam:
 
 
 def _layout(path: Path, files: Files, wanted: Callable[[str], bool]) -> Archive | _C3DExam:
-    """The one exam among the files.
+    """Find the exam among the files.
 
-    Raises InputError: there is none, or there are several.
+    Raises InputError: there is no exam, or more than one.
     """
     shared = {name[: -len(COMMON_NAME)] for name in files if is_common(name)}
     archives = archive_roots(files)

@@ -1,8 +1,8 @@
-"""Whose force a Kinarm's sensor holds, and in which unit, by the robot's own dynamics.
+"""Sign and unit of a Kinarm's force sensor, from the robot's own dynamics.
 
-The links obey ``inertial torque = motors + J^T F`` with F the force by the limb on the robot. Held
-against it with the sensor's force as F and as -F, friction and the size of the inertias left open,
-one of the two balances and the other does not; a factor beside F tells the unit.
+The links obey ``inertial torque = motors + J^T F`` with F the force by the limb on the robot. The
+equation is tested with the sensor's force as F and as -F, with friction and a factor of the
+inertias fitted: it balances for one sign and not for the other. A factor of F shows the unit.
 """
 
 from __future__ import annotations
@@ -22,38 +22,38 @@ from armimpedance.recordings.kinarm.robot import Robot
 
 ForceBy = Literal["limb", "device"]
 
-#: Less movement than this says nothing, s.
+#: Least time of movement for the test, s.
 SHORTEST_S: Final = 0.2
-#: How far an inertia may be from the stated one: what is bolted to a link is not in the file.
+#: Range of the inertias' factor: parts that are bolted to a link are not in the file.
 INERTIA_FACTOR: Final = (0.5, 2.0)
-#: The torques balance where this part of their mean square, at most, is left over.
+#: Largest residual, as a share of the torques' mean square, with which they balance.
 UNBALANCED: Final = 0.4
-#: Less left over than this is friction and unstated inertia, not another unit of the force.
+#: A smaller residual is due to friction and unstated inertia, not to another unit of the force.
 WELL_BALANCED: Final = 0.05
-#: The other sign must leave so many times more.
+#: The residual with the other sign must be this many times larger.
 CLEARLY_WORSE: Final = 3.0
-#: At least this part of the trials must say the same.
+#: Least share of the trials that must give the same sign.
 AGREEING: Final = 0.8
-#: Fewer pushes go in too few directions to show the sensor's axes.
+#: Fewest trials for a test of the sensor's axes: fewer have too few directions.
 TRIALS_FOR_AXES: Final = 4
-#: Motors that do less than this beside the links' inertia (mean square) show nothing: where another
-#: motor moved the links, the limb's inertia would look like the device's force.
+#: Least mean square of the motors' torque relative to the inertial torque. With less, another motor
+#: moved the links, and the limb's inertia would look like the device's force.
 MOTORS_COUNT: Final = 0.05
-#: A factor beyond which the force is in another unit, or the sensor's calibration is off.
+#: Factor beyond which the force is in another unit, or the sensor's calibration is wrong.
 SCALE_FACTOR: Final = 1.5
 
-#: The weights of a force that is in the axes of the hand.
+#: Weights of `FRAMES` for a force in the axes of the hand.
 _AS_IT_IS: Final = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
 class Balance:
-    """What the robot's dynamics say of the force sensor.
+    """Result of the test of the force sensor by the robot's dynamics.
 
-    `force_by`: whose force the sensor holds; None: cannot be told.
-    `evidence`: the numbers that show it; where it cannot be told, why not.
-    `scale`: Newtons per unit of the channel, as the motors show it; None where noise hides it.
-    `axes`: how the hand's force stands in the sensor's channels, where those are other axes.
+    `force_by`: whose force the sensor holds; None: undetermined.
+    `evidence`: the numbers that show it, or why it is undetermined.
+    `scale`: newtons per unit of the channel, from the motors; None if noise hides it.
+    `axes`: the hand's force in terms of the sensor's channels, if these have other axes.
     """
 
     force_by: ForceBy | None
@@ -63,11 +63,11 @@ class Balance:
 
 
 def force_balance(files: Sequence[ExamFile], common: ExamFile, robot: Robot) -> Balance:
-    """Hold the sensor's force against the robot's own inertias and motors.
+    """Test the sensor's force against the robot's own inertias and motors.
 
-    `files`: one per trial, sound.
-    `common`: what all trials share.
-    `robot`: with the handle where it is.
+    `files`: one valid file per trial.
+    `common`: data common to all trials.
+    `robot`: with the actual position of the handle.
     """
     inertias = link_inertias(common, robot)
     if inertias is None:
@@ -89,31 +89,31 @@ def force_balance(files: Sequence[ExamFile], common: ExamFile, robot: Robot) -> 
 
 
 def _judged(torques: LinkTorques) -> Balance:
-    """Which sign balances, and the factor beside the force, of torques without friction."""
+    """Determine the sign that balances, and the force's factor, from torques without friction."""
     if (torques.motor**2).sum() < MOTORS_COUNT * (torques.inertial**2).sum():
         return Balance(None, "the motors do hardly anything beside the links' inertia")
-    share = {scale: _unbalanced(torques, scale * _AS_IT_IS) for scale in (1.0, -1.0)}
-    winner = min(share, key=lambda scale: share[scale])
-    plain = share[winner]
+    residuals = {scale: _unbalanced(torques, scale * _AS_IT_IS) for scale in (1.0, -1.0)}
+    winner = min(residuals, key=lambda scale: residuals[scale])
+    plain = residuals[winner]
     factor: float | None = float(_weights(torques, 1)[0])
     if factor is not None and _other_unit(factor):
-        # A noisy sensor shows a small factor as well, but with it the torques balance no better.
+        # a noisy sensor also gives a small factor, but then the torques balance no better
         scaled = {scale: _unbalanced(torques, scale * _AS_IT_IS) for scale in (factor, -factor)}
         if _explains(scaled[factor], plain):
-            share, winner = scaled, factor
+            residuals, winner = scaled, factor
         else:
             factor = None
-    evidence = f"{_equation(torques)}; {_shares(share, winner)}"
+    evidence = f"{_equation(torques)}; {_shares(residuals, winner)}"
     agree, n_trials = _agreeing(torques, winner), len(np.unique(torques.trial))
-    turned = _weights(torques, 4)
-    left = _unbalanced(torques, turned)
-    mostly = np.linalg.norm(turned[1:]) > abs(turned[0])
-    explained = _explains(left, share[winner]) or (mostly and _explains(left, plain))
+    weights = _weights(torques, 4)
+    residual = _unbalanced(torques, weights)
+    mostly = np.linalg.norm(weights[1:]) > abs(weights[0])
+    explained = _explains(residual, residuals[winner]) or (mostly and _explains(residual, plain))
     if explained and n_trials >= TRIALS_FOR_AXES:
-        return Balance(None, f"its axes are not those of the hand: {evidence}", axes=_axes(turned))
-    if share[winner] > UNBALANCED:
+        return Balance(None, f"its axes are not those of the hand: {evidence}", axes=_axes(weights))
+    if residuals[winner] > UNBALANCED:
         return Balance(None, f"the robot's torques do not balance with either sign: {evidence}")
-    if share[-winner] < CLEARLY_WORSE * share[winner]:
+    if residuals[-winner] < CLEARLY_WORSE * residuals[winner]:
         return Balance(None, f"both signs balance alike: {evidence}")
     evidence += f"; so say {agree} of {n_trials} trials"
     if agree < AGREEING * n_trials:
@@ -121,9 +121,9 @@ def _judged(torques: LinkTorques) -> Balance:
     return Balance("limb" if winner > 0 else "device", evidence, factor)
 
 
-def _explains(left: float, plain: float) -> bool:
-    """Whether more freedom leaves so much less over that friction and noise cannot be why."""
-    return plain > WELL_BALANCED and CLEARLY_WORSE * left < plain
+def _explains(residual: float, plain: float) -> bool:
+    """True if the smaller residual cannot be explained by friction and noise alone."""
+    return plain > WELL_BALANCED and CLEARLY_WORSE * residual < plain
 
 
 def _other_unit(factor: float) -> bool:
@@ -131,7 +131,7 @@ def _other_unit(factor: float) -> bool:
 
 
 def _residual(torques: LinkTorques, weights: FloatArray) -> FloatArray:
-    """motors + J^T F - g inertial torque, (N, 2), each axis with its own best g; F by `weights`."""
+    """Residuals motors + J^T F - g inertial torque (N, 2), g fitted per axis; F by `weights`."""
     # hand (N, 2, 4) times the weights of the frames (4,).
     pushed = torques.motor + torques.hand @ weights
     size = (torques.inertial**2).sum(axis=0)
@@ -141,23 +141,23 @@ def _residual(torques: LinkTorques, weights: FloatArray) -> FloatArray:
 
 
 def _unbalanced(torques: LinkTorques, weights: FloatArray) -> float:
-    """The part of the mean square that is left over, the mean of both axes."""
+    """Mean square of the residuals as a share of the torques', mean of both axes."""
     parts = (torques.motor, torques.hand @ weights, torques.inertial)
-    whole = sum((part**2).mean(axis=0) for part in parts)
-    left = (_residual(torques, weights) ** 2).mean(axis=0)
-    return float((left / np.where(whole > 0, whole, 1.0)).mean())
+    total = sum((part**2).mean(axis=0) for part in parts)
+    residual = (_residual(torques, weights) ** 2).mean(axis=0)
+    return float((residual / np.where(total > 0, total, 1.0)).mean())
 
 
 def _agreeing(torques: LinkTorques, scale: float) -> int:
-    """How many trials are balanced better with this sign than with the other."""
+    """Number of trials that balance better with this sign than with the other."""
     squares = [(_residual(torques, s * _AS_IT_IS) ** 2).sum(axis=1) for s in (scale, -scale)]
-    sums = [np.bincount(torques.trial, weights=each) for each in squares]
+    sums = [np.bincount(torques.trial, weights=square) for square in squares]
     seen = np.bincount(torques.trial) > 0
     return int((sums[0] < sums[1])[seen].sum())
 
 
 def _weights(torques: LinkTorques, frames: int) -> FloatArray:
-    """Weights (4,) of the first frames that the motors show: motors = g inertial - J^T F."""
+    """Fit weights (4,) of the first frames to the motors: motors = g inertial - J^T F."""
     zero = np.zeros((len(torques.inertial), 1))
     # [inertial_1  0  hand_1; 0  inertial_2  hand_2] (2 N, 2 + frames) times (g1, g2, -weights)
     # (2 + frames,) = motors (2 N,), by least squares.
@@ -167,19 +167,19 @@ def _weights(torques: LinkTorques, frames: int) -> FloatArray:
             [zero, torques.inertial[:, 1:], torques.hand[:, 1, :frames]],
         ]
     )
-    found = np.linalg.lstsq(columns, torques.motor.T.ravel(), rcond=None)[0]
-    return np.append(-found[2:], np.zeros(4 - frames))
+    solution = np.linalg.lstsq(columns, torques.motor.T.ravel(), rcond=None)[0]
+    return np.append(-solution[2:], np.zeros(4 - frames))
 
 
 def _axes(weights: FloatArray) -> str:
-    """The force on the robot in the sensor's axes."""
+    """Text of the force on the robot in terms of the sensor's axes."""
     # weights (4,) times frames (4, 2, 2).
     (xx, xy), (yx, yy) = np.tensordot(weights, FRAMES, axes=1)
     return f"Fx = {xx:+.2f} X {xy:+.2f} Y, Fy = {yx:+.2f} X {yy:+.2f} Y"
 
 
 def _equation(torques: LinkTorques) -> str:
-    """The torques of each link as an equation, fitted freely."""
+    """Text of the equation of each link's torques, with fitted coefficients."""
     texts = []
     for axis in (0, 1):
         columns = np.column_stack([torques.motor[:, axis], torques.hand[:, axis, 0]])
@@ -197,7 +197,7 @@ def _shares(share: dict[float, float], winner: float) -> str:
 
 
 def force_findings(told: ForceBy | None, balance: Balance) -> list[Finding]:
-    """What the balance says of the sign and of the unit, beside what the user told."""
+    """Findings on the force's sign and unit: the balance compared with the user's statement."""
     if balance.force_by is None:
         text = f"as told, by the {told}; it cannot be held against the robot: {balance.evidence}"
         sign = Finding("force sign", "cannot tell", text)

@@ -1,4 +1,4 @@
-"""Where the hand of a Kinarm exam is: from the links' angles, held against the recorded hand."""
+"""Hand position in a Kinarm exam: from the links' angles, compared with the recorded hand."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from armimpedance.recordings.kinarm.channels import channels, link_labels
 from armimpedance.recordings.kinarm.exam_file import ExamFile, anything, joined
 from armimpedance.recordings.kinarm.robot import GEOMETRIES, Robot
 
-#: The hand as recorded and as its links put it agree within 0.001 mm in a real exam.
+#: Largest difference of the recorded hand and that from the links; in a real exam it is 0.001 mm.
 HAND_TOLERANCE_M: Final = 1e-4
 
-#: What a handle's fitted place may leave: single precision in the file, of a metre.
+#: Largest residual with a fitted handle: single precision of positions of about a metre.
 FITTED_TOLERANCE_M: Final = 2e-6
 
 
 @dataclass(frozen=True)
 class Hand:
-    """Where the hand was.
+    """Position of the hand and its source.
 
-    `position` (N, 2): in the robot's frame, all trials one after another.
-    `robot`: with the handle where it was found.
-    `source`: a sentence on where the position is from.
+    `position` (N, 2): in the robot's frame, all trials one after another, m.
+    `robot`: with the fitted position of the handle.
+    `source`: a sentence on the source of the position.
     """
 
     position: FloatArray
@@ -36,13 +36,13 @@ class Hand:
 
 
 def hand_position(files: Sequence[ExamFile], robot: Robot) -> Hand:
-    """Position of the hand in the robot's frame.
+    """Determine the position of the hand in the robot's frame.
 
-    Where the handle is not at the end of link 2 as `common.c3d` has it, its place on link 2 is
+    If the handle is not at the end of link 2 as stated in `common.c3d`, its position on link 2 is
     fitted to the recorded hand.
 
-    `files`: one per trial, sound.
-    Raises InputError: neither the hand nor the links are there.
+    `files`: one valid file per trial.
+    Raises InputError: the files have neither the hand nor the links.
     """
     hand = f"{robot.side.title()}_Hand"
     seen = all(hand in file.hands for file in files) and any(
@@ -65,29 +65,29 @@ def hand_position(files: Sequence[ExamFile], robot: Robot) -> Hand:
 
 def _why_not(robot: Robot) -> str:
     if robot.kind == "unknown":
-        known = ", ".join(f"{each.begins}..." for each in GEOMETRIES)
+        known = ", ".join(f"{geometry.begins}..." for geometry in GEOMETRIES)
         return f"the geometry of the robot {robot.version} is not known, those of {known} are"
     return "the links' lengths are not known"
 
 
 def _checked_hand(files: Sequence[ExamFile], robot: Robot, hand: str) -> Hand:
-    """The hand from the links where the recorded one agrees, with its handle where that is."""
-    apart_m = _farthest(files, robot, hand)
-    if apart_m > FITTED_TOLERANCE_M:
+    """Hand from the links if the recorded hand agrees, with a fitted handle if necessary."""
+    error_m = _farthest(files, robot, hand)
+    if error_m > FITTED_TOLERANCE_M:
         fitted = _with_handle(files, robot, hand)
-        left_m = _farthest(files, fitted, hand)
-        if left_m <= FITTED_TOLERANCE_M:
-            told = _told_handle(robot, fitted, left_m)
-            return Hand(_from_links(files, fitted), fitted, told)
-    if apart_m > HAND_TOLERANCE_M:
+        residual_m = _farthest(files, fitted, hand)
+        if residual_m <= FITTED_TOLERANCE_M:
+            sentence = _handle_sentence(robot, fitted, residual_m)
+            return Hand(_from_links(files, fitted), fitted, sentence)
+    if error_m > HAND_TOLERANCE_M:
         text = (
             "Hand position: as recorded; the one from the link angles is up to "
-            f"{1e3 * apart_m:.3g} mm away, which no place of the handle on link 2 explains: the "
+            f"{1e3 * error_m:.3g} mm away, which no place of the handle on link 2 explains: the "
             "links' lengths cannot be right."
         )
         return Hand(_recorded(files, hand), robot, text)
     text = (
-        f"Hand position: from the link angles, within {1e3 * apart_m:.2g} mm of the recorded hand."
+        f"Hand position: from the link angles, within {1e3 * error_m:.2g} mm of the recorded hand."
     )
     return Hand(_from_links(files, robot), robot, text)
 
@@ -101,24 +101,24 @@ def _from_links(files: Sequence[ExamFile], robot: Robot) -> FloatArray:
 
 
 def _placed(file: ExamFile, robot: Robot) -> FloatArray:
-    """Where the links of one trial put the hand, (F, 2)."""
+    """Hand position from the links of one trial, (F, 2), m."""
     return robot.hand_position(*channels([file], *link_labels(robot.side)).T)
 
 
 def _farthest(files: Sequence[ExamFile], robot: Robot, hand: str) -> float:
-    """How far the hand from the links and the recorded one are apart at most, m."""
-    apart = (_placed(file, robot) - file.place(hand) for file in files)
-    return max(float(np.linalg.norm(each, axis=1).max()) for each in apart)
+    """Largest distance between the hand from the links and the recorded hand, m."""
+    differences = (_placed(file, robot) - file.place(hand) for file in files)
+    return max(float(np.linalg.norm(difference, axis=1).max()) for difference in differences)
 
 
 def _with_handle(files: Sequence[ExamFile], robot: Robot, hand: str) -> Robot:
-    """The robot with its handle on link 2 where the recorded hand puts it."""
+    """Fit the position of the handle on link 2 to the recorded hand."""
     # [u(a2)  n(a2)] (2 N, 2) times [along, aside] = hand - shoulder - L1 u(a1) (2 N), by least
-    # squares; u is the direction of link 2, n across it, counter-clockwise. Of each trial the
-    # triangular factor of both sides suffices.
+    # squares; u is the direction of link 2, n across it, counter-clockwise. For each trial only the
+    # triangular factor of both sides is needed.
     probes = [
-        replace(robot, links_m=np.append(robot.lengths_m[:1], place))
-        for place in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+        replace(robot, links_m=np.append(robot.lengths_m[:1], offset))
+        for offset in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
     ]
     factors = []
     for file in files:
@@ -126,20 +126,20 @@ def _with_handle(files: Sequence[ExamFile], robot: Robot, hand: str) -> Robot:
         sides = (along - elbow, aside - elbow, file.place(hand) - elbow)
         factors.append(np.linalg.qr(np.column_stack([s.ravel() for s in sides]), mode="r"))
     both = np.concatenate(factors)
-    place = np.linalg.lstsq(both[:, :2], both[:, 2], rcond=None)[0]
-    return replace(robot, links_m=np.append(robot.lengths_m[:1], place))
+    offset = np.linalg.lstsq(both[:, :2], both[:, 2], rcond=None)[0]
+    return replace(robot, links_m=np.append(robot.lengths_m[:1], offset))
 
 
-def _told_handle(robot: Robot, fitted: Robot, left_m: float) -> str:
+def _handle_sentence(robot: Robot, fitted: Robot, residual_m: float) -> str:
     along, aside = 1e3 * (fitted.lengths_m - robot.lengths_m)[1:]
     return (
         "Hand position: from the link angles; the handle lies "
         f"{_plain(aside)} mm across link 2 (counter-clockwise positive) and {_plain(along)} mm "
         "beyond its stated length, fitted to the recorded hand, which leaves "
-        f"{1e3 * left_m:.2g} mm."
+        f"{1e3 * residual_m:.2g} mm."
     )
 
 
 def _plain(millimetres: float) -> str:
-    """To a thousandth of a millimetre, never minus zero."""
+    """Text with three decimals, without minus zero."""
     return f"{round(millimetres, 3) + 0.0:.3f}"

@@ -1,7 +1,7 @@
-"""A look at a Kinarm exam as the experimenter thinks of it, whether or not it can be converted.
+"""Overview of a Kinarm exam in the experimenter's terms, whether or not it can be converted.
 
-Of each trial only the range of its channels is kept, and of a few trials, spread over the exam, the
-samples: an exam of any length is looked at in the memory of a few minutes.
+Only the ranges of channels are kept of each trial, and the samples of a few trials spread over the
+exam: an exam of any length needs the memory of a few minutes.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from armimpedance.recordings.kinarm.robot import SIDES, Side, choose_side, robot
 from armimpedance.recordings.kinarm.tables import protocol_of, protocol_row
 from armimpedance.recordings.kinarm.trials import event_column, in_words, trial_table
 
-#: Samples of whole trials that are kept to find whose force the sensor holds: 2 min at 1 kHz.
+#: Samples of whole trials that are kept to determine the force's sign: 2 min at 1 kHz.
 KEPT_SAMPLES: Final = 120_000
 
 #: Labels of channels that may hold EMG.
 _INPUT: Final = re.compile(r"ACH\d+|.*(EMG|MUSCLE).*", re.IGNORECASE)
 
-#: What is the matter with a trial: nothing, no samples, or why it cannot be used.
+#: States of a trial; any other text is the reason why it cannot be used.
 SOUND, EMPTY = "sound", "empty"
 
 
 @dataclass(frozen=True)
 class Input:
-    """A channel that may hold EMG: in how many trials it moves, its range, its unit."""
+    """A channel that may hold EMG: number of trials in which it changes, range, unit."""
 
     label: str
     trials: int
@@ -48,18 +48,18 @@ class Input:
 
 @dataclass(frozen=True)
 class ExamOverview:
-    """What an exam holds.
+    """Contents of an exam.
 
-    `trials`: one per trial as columns of a table: `trial`, `file`, `state` ("sound", "empty", or
-    what is broken), `samples`, `duration_s`, and what `convert` would make the trial table of.
+    `trials`: one mapping per trial, as a row of a table: `trial`, `file`, `state` ("sound",
+    "empty", or the fault), `samples`, `duration_s`, and the columns of `convert`'s trial table.
     `protocols`: row of the trial protocols -> its name, else its targets and load in words.
-    `robots`: side -> version and kind of the robot; sides without one are not there.
-    `force_trials`: side -> in how many trials a force sensor shows anything.
-    `side`: the arm that would be converted; None: it must be told, or none can be.
-    `refusal`: why no arm can be chosen; "" where one can.
-    `whose_force`: "limb" or "device" as the robot's dynamics show; None: they do not.
+    `robots`: side -> version and kind of the robot, for the sides that have one.
+    `force_trials`: side -> number of trials with a force that is not zero.
+    `side`: the arm that would be converted; None: it must be stated, or no arm can be converted.
+    `refusal`: why no arm can be chosen; "" if one can.
+    `whose_force`: "limb" or "device" from the robot's dynamics; None: undetermined.
     `events`: columns of the events that the exam defines, also of those that occurred in no trial.
-    `others`: labels of the channels that were not looked at.
+    `others`: labels of the channels that were not read.
     """
 
     path: str
@@ -80,14 +80,14 @@ class ExamOverview:
 
 @dataclass
 class _Spread:
-    """Whole trials, spread over an exam of unknown length; where they are too many, each second."""
+    """Whole trials, spread over an exam of unknown length; if there are too many, every second."""
 
     files: list[ExamFile] = field(default_factory=list)
     step: int = 1
     seen: int = 0
 
     def keep(self, file: ExamFile) -> ExamFile:
-        """Remember a trial, or not; what an overview needs of it."""
+        """Keep a copy of the trial if it is its turn; return only the ranges of its channels."""
         if self.seen % self.step == 0:
             self.files.append(_own(file))
         self.seen += 1
@@ -97,15 +97,17 @@ class _Spread:
 
 
 def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamOverview:
-    """What a Kinarm exam holds, as its experimenter thinks of it.
+    """Summarise the contents of a Kinarm exam in the experimenter's terms.
 
-    `path`: an exam in any form that is read; it need not have a force sensor.
-    `side`: the arm that is looked at, where both were recorded.
+    `path`: an exam in any form that can be read; it need not have a force sensor.
+    `side`: the arm to summarise, if both were recorded.
     Raises InputError: there is no exam at `path`, or no trial of it can be read.
     """
-    known, spread = wanted_channels({}), _Spread()
+    is_wanted, spread = wanted_channels({}), _Spread()
     with unchanged(path):
-        whole = read_exam(path, lambda n: known(n) or _INPUT.fullmatch(n) is not None, spread.keep)
+        whole = read_exam(
+            path, lambda n: is_wanted(n) or _INPUT.fullmatch(n) is not None, spread.keep
+        )
     exam, renamed = with_own_names(whole)
     chosen, refusal = _chosen_side(exam, side, path)
     shown = chosen or side or _first_side(exam)
@@ -118,7 +120,7 @@ def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamO
         trials=tuple(rows),
         protocols=_protocols(exam, shown),
         rates_hz=tuple(sorted({trial.file.rate_hz for trial in exam.trials})),
-        robots={s: told for s in SIDES if (told := _robot(exam.common, s))},
+        robots={s: description for s in SIDES if (description := _robot(exam.common, s))},
         force_trials=with_force,
         side=chosen,
         refusal=refusal,
@@ -132,7 +134,7 @@ def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamO
 
 
 def _own(file: ExamFile) -> ExamFile:
-    """The same file with samples of its own: those of an exam share rooms, which it would hold."""
+    """Copy a file's samples, since those of an exam share blocks of memory."""
 
     def copied(samples: Mapping[str, Samples]) -> dict[str, Samples]:
         return {n: v.copy() if v.any() else v for n, v in samples.items()}
@@ -143,7 +145,7 @@ def _own(file: ExamFile) -> ExamFile:
 
 
 def _ranges(file: ExamFile) -> ExamFile:
-    """The same file with the lowest and the highest sample of each channel only."""
+    """Reduce a file to the lowest and the highest sample of each channel."""
     if not file.frames:
         return file
     channels = {n: np.array([v.min(), v.max()], v.dtype) for n, v in file.channels.items()}
@@ -151,22 +153,22 @@ def _ranges(file: ExamFile) -> ExamFile:
     return replace(file, channels=channels, hands=hands)
 
 
-def _chosen_side(exam: Exam, asked: Side | None, path: object) -> tuple[Side | None, str]:
+def _chosen_side(exam: Exam, requested: Side | None, path: object) -> tuple[Side | None, str]:
     try:
-        return choose_side(exam, asked, path), ""
+        return choose_side(exam, requested, path), ""
     except InputError as error:
         return None, error.problem
 
 
 def _first_side(exam: Exam) -> Side:
-    """The side that is shown where none can be chosen: that of a robot that is there."""
-    there = [
+    """Side to show if none can be chosen: of a present robot, preferably one that moves."""
+    present = [
         s
         for s in SIDES
         if exam.common.parameters.number(f"{s.upper()}_KINARM", "IS_PRESENT") != 0.0
     ]
-    moving = [s for s in there if any(_moves(trial.file, s) for trial in exam.trials)]
-    return (moving or there or list(SIDES))[0]
+    moving = [s for s in present if any(_moves(trial.file, s) for trial in exam.trials)]
+    return (moving or present or list(SIDES))[0]
 
 
 def _moves(file: ExamFile, side: Side) -> bool:
@@ -179,7 +181,7 @@ def _has_force(file: ExamFile, side: Side) -> bool:
 
 
 def _robot(common: ExamFile, side: Side) -> str:
-    """Version and kind of a side's robot; "" where there is none."""
+    """Version and kind of a side's robot; "" if there is none."""
     group = f"{side.upper()}_KINARM"
     if (
         group not in common.parameters.groups
@@ -191,28 +193,28 @@ def _robot(common: ExamFile, side: Side) -> str:
 
 
 def _rows(exam: Exam, side: Side, *, judged: bool) -> tuple[list[dict[str, object]], list[str]]:
-    """Every trial as a row, in the order they were run, those that cannot be used at the end.
+    """One row per trial in the order they were run, unusable trials at the end.
 
-    Trials are judged as `convert` does it, where there is a force at all.
+    Trials are checked as by `convert`, if there is any force.
     """
     sound, broken = sound_trials(exam.trials, side, {}) if judged else (list(exam.trials), [])
-    why = {left.name: _reason(left) for left in broken}
-    # Two trials of one name would be two files of one name; then both are as the first one is.
-    apart = [trial for trial in exam.trials if trial.name in why]
+    reasons = {trial_out.name: _reason(trial_out) for trial_out in broken}
+    # two trials with the same name would be two files of the same name: both get the first's state
+    unusable = [trial for trial in exam.trials if trial.name in reasons]
     rows, remarks = [], []
-    for trials in filter(None, (sound, apart)):
-        table, told = trial_table(trials, exam.common, side, keep_personal=False)
-        remarks += told if trials is sound else []
+    for trials in filter(None, (sound, unusable)):
+        table, notes = trial_table(trials, exam.common, side, keep_personal=False)
+        remarks += notes if trials is sound else []
         for row in table.drop(columns="direction_from", errors="ignore").to_dict("records"):
             trial = trials[int(row.pop("file_index"))]
-            rows.append(_row(trial, {str(k): v for k, v in row.items()}, why.get(trial.name)))
-    for left in sorted(exam.left_out, key=lambda each: each.name):
-        rows.append(_empty_row(left))
+            rows.append(_row(trial, {str(k): v for k, v in row.items()}, reasons.get(trial.name)))
+    for trial_out in sorted(exam.left_out, key=lambda missing: missing.name):
+        rows.append(_empty_row(trial_out))
     return rows, remarks
 
 
 def _protocols(exam: Exam, side: Side) -> dict[object, str]:
-    """What the tables say of each protocol, in words."""
+    """Name or description of each protocol, by its row."""
     words: dict[object, str] = {}
     for trial in exam.trials:
         if protocol_row(trial) not in words:
@@ -234,31 +236,31 @@ def _row(trial: ExamTrial, row: dict[str, object], broken: str | None) -> dict[s
 
 
 def _plain_value(value: object) -> object:
-    """A cell as a table holds it: nothing where there is no number."""
+    """Return a cell for a table: None for a number that is not finite."""
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _empty_row(left: LeftOut) -> dict[str, object]:
-    """A trial of which nothing but its file's name is known."""
-    row: dict[str, object] = {"trial": None, "file": left.name, "state": _reason(left)}
-    if left.error is None:
+def _empty_row(left_out: LeftOut) -> dict[str, object]:
+    """Row of a trial of which only the file's name is known."""
+    row: dict[str, object] = {"trial": None, "file": left_out.name, "state": _reason(left_out)}
+    if left_out.error is None:
         row["samples"] = 0
-    numbers = re.match(r"(\d{1,9})_(\d{1,9})_(\d{1,9})(\D|$)", left.name)
+    numbers = re.match(r"(\d{1,9})_(\d{1,9})_(\d{1,9})(\D|$)", left_out.name)
     if numbers is not None:
         row["set"], row["protocol"], row["repetition"] = (int(n) for n in numbers.groups()[:3])
     return row
 
 
-def _reason(left: LeftOut) -> str:
-    """What is wrong with a trial; the sample is not known, of which the range was kept only."""
-    error = left.error
+def _reason(left_out: LeftOut) -> str:
+    """Fault of a trial, without a row, since only the range of its samples was kept."""
+    error = left_out.error
     if error is None:
         return EMPTY
     return f"{error.column}: {error.problem}" if error.column else error.problem
 
 
 def _whose_force(exam: Exam, side: Side) -> tuple[str | None, str]:
-    """Whose force the sensor of a side holds, by the trials that were kept whole."""
+    """Determine whose force the sensor of a side holds, from the trials that were kept whole."""
     try:
         sound = sound_trials(exam.trials, side, {})[0]
         files = [trial.file for trial in sound]
@@ -273,12 +275,12 @@ def _whose_force(exam: Exam, side: Side) -> tuple[str | None, str]:
 
 def _defined_events(exam: Exam) -> tuple[str, ...]:
     files = (exam.common, *(trial.file for trial in exam.trials))
-    each = (file.parameters.texts("EVENT_DEFINITIONS", "LABELS") for file in files)
-    return tuple(filter(None, next(filter(None, each), ())))
+    labels = (file.parameters.texts("EVENT_DEFINITIONS", "LABELS") for file in files)
+    return tuple(filter(None, next(filter(None, labels), ())))
 
 
 def _inputs(exam: Exam) -> list[Input]:
-    """The channels that may hold EMG: inputs that are not the same number throughout."""
+    """Channels that may hold EMG: inputs that are not constant."""
     ranges: dict[str, list[np.ndarray]] = {}
     units: dict[str, str] = {}
     for trial in exam.trials:
@@ -287,15 +289,15 @@ def _inputs(exam: Exam) -> list[Input]:
             if _INPUT.fullmatch(label):
                 ranges.setdefault(label, []).append(values.astype(np.float64))
         units |= _units(file) if not units else {}
-    found = []
-    for label, each in ranges.items():
-        low, high = np.array(each).T
+    inputs = []
+    for label, extremes in ranges.items():
+        low, high = np.array(extremes).T
         moving = int(np.sum(low != high))
         if moving:
             finite = np.isfinite(low) & np.isfinite(high)
             lowest, highest = low[finite].min(initial=np.inf), high[finite].max(initial=-np.inf)
-            found.append(Input(label, moving, lowest, highest, units.get(label, "")))
-    return found
+            inputs.append(Input(label, moving, lowest, highest, units.get(label, "")))
+    return inputs
 
 
 def _units(file: ExamFile) -> dict[str, str]:

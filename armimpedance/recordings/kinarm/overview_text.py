@@ -1,4 +1,4 @@
-"""What a look at a Kinarm exam says: lines, tables of text, and what to type next."""
+"""Text of an overview of a Kinarm exam: lines, tables of text, and the next command."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from armimpedance.recordings.where import OTHER_NAMES, plain_name
 Row = Mapping[str, object]
 Table = tuple[str, Sequence[str], Sequence[Sequence[str]]]
 
-#: Events whose names say that a disturbance begins, and what its end is then called.
+#: Patterns for names of events at which a disturbance begins, and words for its end.
 _DISTURBANCE: Final = re.compile(r"PERT|LOAD|PUSH|FORCE|DISTURB|BUMP|PULSE|TORQUE|FIELD")
 _BEGINS: Final = re.compile(r"(?<![A-Z])(ON|ONSET|START|BEGIN)(?![A-Z])")
 _ENDS: Final = ("OFF", "OFFSET", "END", "STOP", "FINISH")
@@ -31,16 +31,17 @@ _WIDEST: Final = 44
 
 @dataclass(frozen=True)
 class ExamLook:
-    """What an exam holds, to be shown.
+    """Contents of an exam as text.
 
     `head`: sentences on the whole exam.
     `tables` tuple of (title, header, rows): protocols, blocks, conditions, events, inputs, and
     trials that cannot be used.
-    `next`: what to type next, and what is to be known for it.
-    `trials`: one per trial, as columns of a table.
+    `next`: what to type next, and what the user must know for it.
+    `trials`: one mapping per trial, as a row of a table.
     `events`: the labels of its events.
-    `pair`: those that are named as the begin and the end of a disturbance; None: not one pair.
-    `sides`: the arms of which a force was recorded.
+    `pair`: the events that are named as begin and end of a disturbance; None if not exactly one
+    pair is.
+    `sides`: the arms with a recorded force.
     """
 
     head: tuple[str, ...]
@@ -53,14 +54,14 @@ class ExamLook:
 
 
 def look_at_exam(path: str | os.PathLike[str], side: Side | None = None) -> ExamLook:
-    """What a Kinarm exam holds, as its experimenter thinks of it.
+    """Summarise the contents of a Kinarm exam in the experimenter's terms.
 
     Parameters
     ----------
     path : path
         An exam in any form that `open_recording` takes; it need not have a force sensor.
     side : {"right", "left"}, optional
-        The arm that is looked at, where both were recorded.
+        The arm to summarise, if both were recorded.
 
     Returns
     -------
@@ -71,31 +72,31 @@ def look_at_exam(path: str | os.PathLike[str], side: Side | None = None) -> Exam
     InputError
         There is no exam at `path`, or no trial of it can be read.
     """
-    seen = overview_of(path, side)
+    overview = overview_of(path, side)
     tables = (
-        _by(seen, "protocol", "Protocols"),
-        _by(seen, "set", "Blocks"),
-        _conditions(seen),
-        _events(seen),
-        _inputs(seen),
-        _broken(seen),
+        _by(overview, "protocol", "Protocols"),
+        _by(overview, "set", "Blocks"),
+        _conditions(overview),
+        _events(overview),
+        _inputs(overview),
+        _broken(overview),
     )
     return ExamLook(
-        head=tuple(_head(seen)),
+        head=tuple(_head(overview)),
         tables=tuple(table for table in tables if table[2]),
-        next=tuple(_next(seen, asked=side)),
-        trials=seen.trials,
-        events=tuple(_event_times(_sound(seen))),
-        pair=_pair(_sound(seen)),
-        sides=tuple(side for side, trials in seen.force_trials.items() if trials),
+        next=tuple(_next(overview, requested=side)),
+        trials=overview.trials,
+        events=tuple(_event_times(_sound(overview))),
+        pair=_pair(_sound(overview)),
+        sides=tuple(side for side, trials in overview.force_trials.items() if trials),
     )
 
 
 def _head(seen: ExamOverview) -> Iterator[str]:
     counts = _counts(seen.trials)
     kinds = ("empty", "broken", "marked as errors")
-    told = ", ".join(f"{n} {kind}" for n, kind in zip(counts[1:], kinds, strict=True))
-    yield f"{len(seen.trials)} trials: {told}"
+    text = ", ".join(f"{n} {kind}" for n, kind in zip(counts[1:], kinds, strict=True))
+    yield f"{len(seen.trials)} trials: {text}"
     seconds = [s for row in seen.trials if isinstance(s := row.get("duration_s"), float)]
     rates = ", ".join(f"{rate:g}" for rate in seen.rates_hz)
     lasting = f"{min(seconds):.3g} to {max(seconds):.3g} s" if seconds else "no time"
@@ -108,13 +109,13 @@ def _head(seen: ExamOverview) -> Iterator[str]:
         yield "robot: the exam does not say"
     if any(seen.force_trials.values()):
         whose = {"limb": "the limb on the device", "device": "the device on the limb"}
-        told = whose.get(str(seen.whose_force), "not shown by the robot's dynamics")
-        yield f"force by: {told} ({seen.evidence})"
+        text = whose.get(str(seen.whose_force), "not shown by the robot's dynamics")
+        yield f"force by: {text} ({seen.evidence})"
     yield from seen.remarks
     columns = dict.fromkeys(name for row in _sound(seen) for name in row)
-    own = [c for c in columns if c not in ("file", "state", "samples", "duration_s")]
-    others = [other for other, column in OTHER_NAMES.items() if column in own]
-    yield f"columns for --where: {', '.join([*others, *map(plain_name, own)])}"
+    further = [c for c in columns if c not in ("file", "state", "samples", "duration_s")]
+    short_names = [short_name for short_name, column in OTHER_NAMES.items() if column in further]
+    yield f"columns for --where: {', '.join([*short_names, *map(plain_name, further)])}"
     if seen.others:
         yield f"further channels: {', '.join(grouped(seen.others))}"
 
@@ -124,15 +125,15 @@ def _sound(seen: ExamOverview) -> list[Row]:
 
 
 def _counts(rows: Iterable[Row]) -> tuple[int, int, int, int]:
-    """How many trials: all, empty, broken, and marked as errors by the task."""
-    every = list(rows)
-    empty = sum(row["state"] == EMPTY for row in every)
-    broken = sum(row["state"] not in (SOUND, EMPTY) for row in every)
-    return len(every), empty, broken, sum(row.get("is_error") is True for row in every)
+    """Numbers of trials: all, empty, broken, and marked as errors by the task."""
+    all_rows = list(rows)
+    empty = sum(row["state"] == EMPTY for row in all_rows)
+    broken = sum(row["state"] not in (SOUND, EMPTY) for row in all_rows)
+    return len(all_rows), empty, broken, sum(row.get("is_error") is True for row in all_rows)
 
 
 def _by(seen: ExamOverview, column: str, title: str) -> Table:
-    """Trials of each protocol or block."""
+    """Table of the trials of each protocol or block."""
     groups: dict[object, list[Row]] = {}
     for row in seen.trials:
         groups.setdefault(row.get(column), []).append(row)
@@ -157,7 +158,7 @@ def _order(number: object) -> float:
 
 
 def _conditions(seen: ExamOverview) -> Table:
-    """The conditions of the sound trials."""
+    """Table of the conditions of the sound trials."""
     groups: dict[str, list[Row]] = {}
     for row in _sound(seen):
         groups.setdefault(str(row["condition"]), []).append(row)
@@ -174,13 +175,13 @@ def _conditions(seen: ExamOverview) -> Table:
 
 
 def _directions(rows: Iterable[Row]) -> str:
-    known = sorted({v for row in rows if isinstance(v := row.get("direction_deg"), float)})
-    shown = ", ".join(f"{v:g}" for v in known[:8])
-    return f"{shown}, … ({len(known)})" if len(known) > 8 else shown
+    directions = sorted({v for row in rows if isinstance(v := row.get("direction_deg"), float)})
+    shown = ", ".join(f"{v:g}" for v in directions[:8])
+    return f"{shown}, … ({len(directions)})" if len(directions) > 8 else shown
 
 
 def _ranges(values: Iterable[object]) -> str:
-    """Whole numbers, those that follow each other together: ``1-8, 12``."""
+    """Integers as text, with ranges: ``1-8, 12``."""
     numbers = sorted({int(v) for v in values if isinstance(v, int | np.integer)})
     parts: list[list[int]] = []
     for number in numbers:
@@ -221,24 +222,24 @@ def _inputs(seen: ExamOverview) -> Table:
 
 
 def _broken(seen: ExamOverview) -> Table:
-    """Why trials are broken, the commonest reason first, with the first of their files."""
+    """Table of the reasons why trials are broken, the most common first, with an example file."""
     broken = [row for row in seen.trials if row["state"] not in (SOUND, EMPTY)]
     reasons = Counter(str(row["state"]) for row in broken)
     first = {str(row["state"]): str(row["file"]) for row in reversed(broken)}
-    rows = [[_short(why, 70), str(n), first[why]] for why, n in reasons.most_common(12)]
+    rows = [[_short(reason, 70), str(n), first[reason]] for reason, n in reasons.most_common(12)]
     return "Broken trials", ["what is wrong", "trials", "first"], rows
 
 
-def _next(seen: ExamOverview, asked: Side | None) -> Iterator[str]:
-    """A call of `convert` that works, and what it leaves open."""
+def _next(seen: ExamOverview, requested: Side | None) -> Iterator[str]:
+    """Lines with a call of `convert` that works, and remarks on what it leaves open."""
     both = all(seen.force_trials.values())
     if not any(seen.force_trials.values()) or not _sound(seen):
         yield f"It cannot be converted: {seen.refusal or 'no trial is sound'}."
         return
-    place = f"./{seen.path}" if seen.path.startswith("-") else seen.path
-    words = ["armimpedance", "convert", place, "session"]
+    shown_path = f"./{seen.path}" if seen.path.startswith("-") else seen.path
+    words = ["armimpedance", "convert", shown_path, "session"]
     side: str = seen.side or next(s for s, n in seen.force_trials.items() if n)
-    if both or asked is not None:
+    if both or requested is not None:
         words += ["--side", side]
     if seen.whose_force is None:
         words += ["--force-by", "limb"]
@@ -246,11 +247,11 @@ def _next(seen: ExamOverview, asked: Side | None) -> Iterator[str]:
     if pair is not None:
         words += ["--events", *pair]
     yield shlex.join(words)
-    yield from _left_open(seen, both and asked is None, pair is None)
+    yield from _left_open(seen, both and requested is None, pair is None)
 
 
 def _left_open(seen: ExamOverview, either_side: bool, no_pair: bool) -> Iterator[str]:
-    """What the proposed call does not say."""
+    """Yield remarks on what the proposed call does not specify."""
     if either_side:
         yield "Both arms were recorded: --side left is the other one."
     if seen.whose_force is None:
@@ -267,7 +268,7 @@ def _left_open(seen: ExamOverview, either_side: bool, no_pair: bool) -> Iterator
 
 
 def _pair(rows: Sequence[Row]) -> tuple[str, str] | None:
-    """The one pair of events that are named as a disturbance's begin and end; None: not one."""
+    """The pair of events named as a disturbance's begin and end; None if there is not one pair."""
     times = _event_times(rows)
     pairs = []
     for name in times:
@@ -275,15 +276,15 @@ def _pair(rows: Sequence[Row]) -> tuple[str, str] | None:
         if match is None or not _DISTURBANCE.search(name.upper()):
             continue
         ends = [name[: match.start()] + end + name[match.end() :] for end in _ENDS]
-        known = {other.upper(): other for other in times}
-        pairs += [(name, known[end.upper()]) for end in ends if end.upper() in known]
+        by_name = {event.upper(): event for event in times}
+        pairs += [(name, by_name[end.upper()]) for end in ends if end.upper() in by_name]
     if len(pairs) != 1 or not any(_follows(row, *pairs[0]) for row in rows):
         return None
     return pairs[0]
 
 
 def _follows(row: Row, onset: str, end: str) -> bool:
-    """Whether a disturbance begins and ends inside of a trial."""
+    """True if a disturbance begins and ends within a trial."""
     first, last, lasting = (
         row.get(n) for n in (f"event_{onset}_s", f"event_{end}_s", "duration_s")
     )
@@ -293,6 +294,6 @@ def _follows(row: Row, onset: str, end: str) -> bool:
 
 
 def _short(text: str, width: int = _WIDEST) -> str:
-    """The text, its middle left out where it is longer: names differ at their ends."""
+    """Return a text, with its middle left out if it is too long: names differ at their ends."""
     half = width // 2
     return text if len(text) <= width else f"{text[: half - 1]}…{text[-half:]}"

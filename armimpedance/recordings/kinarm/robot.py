@@ -1,4 +1,4 @@
-"""The robot of a Kinarm exam: which side and kind, its links, and where they put the hand."""
+"""The robot of a Kinarm exam: side, kind, links, and the position of the hand."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ Kind = Literal["exoskeleton", "endpoint", "unknown"]
 
 @dataclass(frozen=True)
 class Geometry:
-    """Where `common.c3d` holds the lengths of one kind of robot.
+    """Parameters of `common.c3d` with the lengths of one kind of robot.
 
-    `begins`: how the robot's version begins, as in `KINARM_EP_Rev2`.
-    `kind`: the links of an exoskeleton lie along the arm, its axes on the arm's joints; those of an
-    endpoint robot lie where the robot was put.
+    `begins`: beginning of the robot's version, as in `KINARM_EP_Rev2`.
+    `kind`: the links of an exoskeleton lie along the arm, with axes at the arm's joints; those of
+    an endpoint robot do not.
     `group`, `links`: the group and the lengths of links 1 and 2 in it; ``{side}`` is RIGHT or LEFT.
-    `aside`: how far the hand lies aside of link 2, towards the front on both sides; None: on it.
+    `aside`: parameter of the hand's distance from the axis of link 2, positive to the front; None:
+    no distance.
     """
 
     begins: str
@@ -37,8 +38,8 @@ class Geometry:
     aside: str | None = None
 
 
-#: The kinds of robots. Classic and newer End-Point robots state their own links; exoskeletons,
-#: those for humans (H) and for monkeys (M), are set to the arm by the calibration.
+#: Known kinds of robots. Classic and newer End-Point robots state their own links; exoskeletons,
+#: for humans (H) and for monkeys (M), are adjusted to the arm by the calibration.
 GEOMETRIES: Final = (
     Geometry("KINARM_EP", "endpoint", "{side}_KINARM", ("L1_L", "L2_L")),
     *(
@@ -54,10 +55,10 @@ GEOMETRIES: Final = (
 class Robot:
     """One side's robot.
 
-    `shoulder_m` (2,) or None: the robot's first axis; the subject's shoulder for an exoskeleton
-    only.
-    `links_m` (3,) or None: lengths of links 1 and 2, and how far the hand lies aside of link 2
-    (counter-clockwise).
+    `shoulder_m` (2,) or None: the robot's first axis, which is the subject's shoulder only for an
+    exoskeleton.
+    `links_m` (3,) or None: lengths of links 1 and 2, and distance of the hand from the axis of
+    link 2 (positive counter-clockwise).
     """
 
     side: Side
@@ -68,18 +69,18 @@ class Robot:
 
     @property
     def lengths_m(self) -> FloatArray:
-        """`links_m`, (3,), NaN where it is not known."""
+        """Lengths `links_m` (3,); NaN if they are not known."""
         return np.full(3, np.nan) if self.links_m is None else self.links_m
 
     @property
     def places_hand(self) -> bool:
-        """Whether the links' lengths and where they stand are known."""
+        """True if the links' lengths and the position of the robot are known."""
         return self.shoulder_m is not None and self.links_m is not None
 
     def hand_position(self, link1_rad: FloatArray, link2_rad: FloatArray) -> FloatArray:
-        """Where the links put the hand, (N, 2) in m; NaN where their lengths are not known.
+        """Hand position from the link angles, (N, 2), m; NaN if the lengths are not known.
 
-        `link1_rad`, `link2_rad` (N,): both from the x axis.
+        `link1_rad`, `link2_rad` (N,): angles, both from the x axis.
         """
         first, second, aside = self.lengths_m
         shoulder = np.full(2, np.nan) if self.shoulder_m is None else self.shoulder_m
@@ -90,32 +91,39 @@ class Robot:
 
 
 def robot_of(common: ExamFile, side: Side) -> Robot:
-    """The robot of one side, from what all trials share, by the table `GEOMETRIES`.
+    """Return the robot of one side, from the common data and the table `GEOMETRIES`.
 
-    A robot whose version is not in it has no lengths: the hand is then where it was recorded.
+    A robot whose version is not in the table has no lengths: the recorded hand is then used.
     """
     prefix = side.upper()
     version = common.parameters.text(f"{prefix}_KINARM", "VERSION")
     shoulder = _numbers(common, "CALIBRATION", f"{prefix}_SHO_X", f"{prefix}_SHO_Y")
-    geometry = next((each for each in GEOMETRIES if version.startswith(each.begins)), None)
+    geometry = next(
+        (
+            known_geometry
+            for known_geometry in GEOMETRIES
+            if version.startswith(known_geometry.begins)
+        ),
+        None,
+    )
     if geometry is None:
         return Robot(side, version or "not stated", "unknown", shoulder, None)
     group = geometry.group.format(side=prefix)
     links = _numbers(common, group, *(name.format(side=prefix) for name in geometry.links))
-    beside = geometry.aside and geometry.aside.format(side=prefix)
-    aside = common.parameters.number(group, beside) if beside else None
-    # To the front is clockwise of a left arm's link 2.
+    aside_name = geometry.aside and geometry.aside.format(side=prefix)
+    aside = common.parameters.number(group, aside_name) if aside_name else None
+    # the front is clockwise of a left arm's link 2
     turn = -1.0 if side == "left" else 1.0
     lengths = None if links is None else np.append(links, turn * (aside or 0.0))
     return Robot(side, version, geometry.kind, shoulder, lengths)
 
 
 def with_own_names(exam: Exam) -> tuple[Exam, list[str]]:
-    """The exam with the data of its one robot under that robot's names, and a remark on it.
+    """Rename the data of an exam's only robot to that robot's names; return a remark on it.
 
-    Where a lab has a left robot only, its hand (and in some exams its channels) stand under the
-    names of the right one. They are the left one's where the exam says that there is no right
-    robot and the left names hold nothing.
+    If a lab has only a left robot, its hand (and in some exams its channels) have the names of the
+    right one. They are renamed if the exam states that there is no right robot and the left names
+    hold no data.
     """
     if _has_robot(exam, "right") or not _has_robot(exam, "left"):
         return exam, []
@@ -135,7 +143,7 @@ def _as_left(file: ExamFile) -> ExamFile:
 
 
 def _moved(samples: Mapping[str, Samples]) -> Mapping[str, Samples]:
-    """The same with what is under a right name only moved to the left one."""
+    """Rename right-hand samples to left-hand names, if only the right names hold data."""
 
     def empty(label: str) -> bool:
         return label not in samples or not anything(samples[label])
@@ -149,15 +157,15 @@ def _moved(samples: Mapping[str, Samples]) -> Mapping[str, Samples]:
 
 
 def choose_side(exam: Exam, asked: Side | None, path: object) -> Side:
-    """The side that was recorded with a force sensor.
+    """Return the side that was recorded with a force sensor.
 
-    Raises InputError: no side has forces, both have and none was asked for, or the one asked for
-    has none.
+    Raises InputError: no side has forces, both have and no side was requested, or the requested
+    side has none.
     """
-    seen = {side: _trials_with_force(exam, side) for side in SIDES if _has_robot(exam, side)}
-    # A damaged trial or two do not make an absent sensor a second arm.
-    with_force = [side for side, n in seen.items() if n and 2 * n >= max(seen.values())]
-    if asked is not None and not seen.get(asked):
+    counts = {side: _trials_with_force(exam, side) for side in SIDES if _has_robot(exam, side)}
+    # one or two damaged trials of an absent sensor do not count as a second arm
+    with_force = [side for side, n in counts.items() if n and 2 * n >= max(counts.values())]
+    if asked is not None and not counts.get(asked):
         raise _no_force(asked, path)
     if asked is not None:
         return asked
@@ -180,12 +188,12 @@ def _no_force(side: str, path: object) -> InputError:
 
 
 def _has_robot(exam: Exam, side: Side) -> bool:
-    # An exam that does not say whether a robot is there is judged by its channels alone.
+    # an exam that does not state whether a robot is present is judged by its channels only
     return exam.common.parameters.number(f"{side.upper()}_KINARM", "IS_PRESENT") != 0.0
 
 
 def _trials_with_force(exam: Exam, side: Side) -> int:
-    """In how many trials the sensor of a side shows anything; an absent one reads as zeros."""
+    """Number of trials in which a side's sensor is not zero; an absent sensor reads zero."""
     labels = [f"{side.title()}_FS_Force{axis}" for axis in "XY"]
     return sum(
         any(anything(file.channels[n]) for n in labels if n in file.channels)

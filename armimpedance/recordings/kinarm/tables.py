@@ -1,8 +1,8 @@
-"""The tables of a Kinarm exam: protocols, targets, loads, and the direction of the disturbance.
+"""Tables of a Kinarm exam: protocols, targets, loads, and the direction of the disturbance.
 
 `TP_TABLE` has a row for each trial protocol and a column (a parameter) for each of the task's
 settings; a setting may be a row, counted from 1, of `TARGET_TABLE` (`X_GLOBAL`, `Y_GLOBAL` in cm,
-in the frame of the hand; `X`, `Y` from an origin of the task) or of `LOAD_TABLE`. They stand in
+in the frame of the hand; `X`, `Y` from an origin of the task) or of `LOAD_TABLE`. The tables are in
 `common.c3d`, in older exams in every trial.
 """
 
@@ -20,12 +20,12 @@ from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial
 from armimpedance.recordings.kinarm.robot import Side
 
-# The direction in which a trial protocol of a Kinarm exam disturbs the hand, from its tables.
+# Direction of the disturbance in a trial protocol, from the exam's tables.
 
 Value = float | str
 
-#: What a direction can be from, the strongest first: a setting that states it, the force of the
-#: load, the way from the target of the start to that of the end.
+#: Sources of a direction, the strongest first: a setting that states it, the force of the load, the
+#: vector from the start target to the end target.
 Kind = Literal["stated", "load", "target"]
 _STRONGEST_FIRST: Final[tuple[Kind, ...]] = ("stated", "load", "target")
 
@@ -38,9 +38,9 @@ _FORCE_X: Final = re.compile(r"F_?X|(.*_)?FORCE_?X(_.*)?|X_FORCE(_.*)?")
 class Direction:
     """A direction in the recording's frame.
 
-    `source`: the setting that it is from.
+    `source`: name of the setting.
     `degrees`: from +x, counter-clockwise, in [0, 360).
-    `size`: of the load in N, of the way in m; None where the tables do not say it.
+    `size`: of the load in N, or of the distance in m; None if the tables do not state it.
     """
 
     kind: Kind
@@ -55,11 +55,11 @@ def direction_of(
     targets: Mapping[str, tuple[float, float] | None],
     side: Side,
 ) -> Direction | None:
-    """The disturbance's direction; None where the tables do not say it, or say several.
+    """Return the disturbance's direction; None if the tables state no direction or several.
 
     `settings`: column of `TP_TABLE` -> number or text.
-    `loads`: those settings that are loads -> columns of `LOAD_TABLE`.
-    `targets`: those settings that are targets -> place in m, from any origin, or None.
+    `loads`: setting that is a load -> columns of `LOAD_TABLE`.
+    `targets`: setting that is a target -> position in m, from any origin, or None.
     """
     mirror = -1.0 if side == "left" else 1.0
     stated = {n: v for n, v in settings.items() if n.endswith("DIRECTION_DEG")}
@@ -68,8 +68,8 @@ def direction_of(
         if isinstance(value, float):
             angle = np.deg2rad(value)
             return _direction("stated", name, mirror * np.cos(angle), np.sin(angle), sized=False)
-    every = {name: force_of(row, side) for name, row in loads.items()}
-    forces = {name: force for name, force in every.items() if force is not None}
+    force_by_load = {name: force_of(row, side) for name, row in loads.items()}
+    forces = {name: force for name, force in force_by_load.items() if force is not None}
     pushing = {name: force for name, force in forces.items() if any(force)} or forces
     if len(pushing) == 1:
         ((name, (x, y)),) = pushing.items()
@@ -82,13 +82,13 @@ def direction_of(
 
 
 def ends_of(targets: Iterable[str]) -> tuple[str | None, str | None]:
-    """The settings of the targets at which a movement starts and ends, where there is one each."""
+    """Return the settings of the start and end target of a movement; None if not unique."""
     names = list(targets)
     return _one(names, _START), _one(names, _END)
 
 
 def force_columns(load: Mapping[str, Value]) -> tuple[str, str] | None:
-    """The columns of a load's force along x and y; None where their names do not say which."""
+    """Return the columns of a load's force along x and y; None if the names do not show them."""
     pairs = [(n, re.sub(r"X(?=$|_)", "Y", n, count=1)) for n in load if _FORCE_X.fullmatch(n)]
     whole = [pair for pair in pairs if all(isinstance(load.get(n), float) for n in pair)]
     chosen = [pair for pair in whole if pair[0] in ("FORCE_X", "FX")] or whole
@@ -96,7 +96,7 @@ def force_columns(load: Mapping[str, Value]) -> tuple[str, str] | None:
 
 
 def force_of(load: Mapping[str, Value], side: Side) -> tuple[float, float] | None:
-    """The force of a load in N in the recording's frame; None where the table does not say."""
+    """Return the force of a load in the recording's frame, N; None if the table has none."""
     columns = force_columns(load)
     if columns is None:
         return None
@@ -105,15 +105,15 @@ def force_of(load: Mapping[str, Value], side: Side) -> tuple[float, float] | Non
 
 
 def only_strongest(directions: Iterable[Direction | None]) -> list[Direction | None]:
-    """The directions of an exam without those that are from weaker sources than others are.
+    """Replace directions from sources weaker than the strongest in the exam by None.
 
-    Where loads push in some protocols, a protocol without a load has no disturbance: the way to
-    its target is a movement of the person's own.
+    If loads push in some protocols, a protocol without a load has no disturbance: the way to its
+    target is a voluntary movement.
     """
     every = list(directions)
-    there = [direction.kind for direction in every if direction is not None]
-    strongest = next((kind for kind in _STRONGEST_FIRST if kind in there), None)
-    return [one if one is not None and one.kind == strongest else None for one in every]
+    kinds = [direction.kind for direction in every if direction is not None]
+    strongest = next((kind for kind in _STRONGEST_FIRST if kind in kinds), None)
+    return [item if item is not None and item.kind == strongest else None for item in every]
 
 
 def _direction(
@@ -126,14 +126,14 @@ def _direction(
 
 
 def _one(names: list[str], pattern: re.Pattern[str]) -> str | None:
-    """The one target that starts or ends a movement; None where none or several might."""
-    found = [name for name in names if pattern.search(name)]
-    exact = [name for name in found if name in ("START_TARGET", "END_TARGET")]
-    chosen = exact or found
+    """Name of the target that starts or ends a movement; None if there is not exactly one."""
+    matching = [name for name in names if pattern.search(name)]
+    exact = [name for name in matching if name in ("START_TARGET", "END_TARGET")]
+    chosen = exact or matching
     return chosen[0] if len(chosen) == 1 else None
 
 
-#: Parameters of a table that are no columns.
+#: Parameters of a table that are not columns.
 _NO_COLUMNS: Final = ("USED", "COLUMN_ORDER", "DESCRIPTIONS", "DESCRIPTION", "UNITS")
 
 #: Columns of `TP_TABLE` that may name a protocol.
@@ -151,16 +151,16 @@ _LOAD: Final = re.compile(r"(.*_)?LOAD(_?\d+|_ROW)?")
 
 @dataclass(frozen=True)
 class Protocol:
-    """What the tables say of one trial.
+    """Settings of one trial from the exam's tables.
 
-    `row`: of `TP_TABLE`, from 1.
-    `name`: the name that the exam gives to it; "" where it gives none.
+    `row`: row of `TP_TABLE`, from 1.
+    `name`: the exam's name of the protocol; "" if it has none.
     `settings`: column of `TP_TABLE` -> number or text.
-    `targets`: those of the settings that are targets -> place (x, y) in m in the recording's frame,
-    or None where the table does not say.
-    `ways`: the same targets in m from one origin, whichever it is: for the way between two of them.
-    `loads`: those of the settings that are loads -> the columns of the load table.
-    `direction`: of the disturbance.
+    `targets`: setting that is a target -> position (x, y) in m in the recording's frame, or None if
+    the table does not state it.
+    `ways`: the same targets in m from any common origin, for the vector between two targets.
+    `loads`: setting that is a load -> the columns of the load table.
+    `direction`: direction of the disturbance.
     """
 
     row: int
@@ -173,11 +173,11 @@ class Protocol:
     direction: Direction | None
 
     def columns(self) -> dict[str, Value]:
-        """As columns of the trial table.
+        """Return the settings as columns of the trial table.
 
-        `tp_<setting>` as it stands in `TP_TABLE`; `<setting>_x_m`, `<setting>_y_m` where it is a
-        target; `load_<column>` of the row of `LOAD_TABLE` that `LOAD` names, `<setting>_<column>`
-        of further ones; `direction_deg` where the tables say one.
+        `tp_<setting>` as in `TP_TABLE`; `<setting>_x_m`, `<setting>_y_m` for a target;
+        `load_<column>` for a single load from `LOAD_TABLE`, `<setting>_<column>` for several;
+        `direction_deg` if the tables have a direction.
         """
         columns: dict[str, Value] = {f"tp_{plain(n)}": v for n, v in self.settings.items()}
         for name, place in self.targets.items():
@@ -195,39 +195,39 @@ class Protocol:
 
 
 def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
-    """What the tables say of a trial.
+    """Read the settings of a trial from the tables.
 
-    `side`: a left arm's targets and loads are mirrored as its hand is.
+    `side`: a left arm's targets and loads are mirrored, as its hand is.
     """
     row = protocol_row(trial)
     settings = _row(trial.file, common, "TP_TABLE", row)
     targets = dict(_targets(settings, trial.file, common, side))
-    ways = targets
+    direction_targets = targets
     if None in targets.values() and side == "right":
-        # The origin of older tables is the task's; a left arm's may be mirrored or not.
-        ways = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
+        # the origin of older tables is the task's; a left arm's may be mirrored or not
+        direction_targets = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
     loads = dict(_loads(settings, trial.file, common))
-    direction = direction_of(settings, loads, ways, side)
+    direction = direction_of(settings, loads, direction_targets, side)
     stated = trial.file.parameters.text("TRIAL", "TP")
     if not stated or stated.isdigit():
         stated = next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
-    return Protocol(row, stated, settings, targets, ways, loads, side, direction)
+    return Protocol(row, stated, settings, targets, direction_targets, loads, side, direction)
 
 
 def as_written(value: object) -> float:
-    """A single-precision number as the decimal that it stands for: 0.665, not 0.6650000215."""
+    """Return a single-precision number as its shortest decimal: 0.665, not 0.6650000215."""
     return float(str(np.float32(value)))  # type: ignore[arg-type]
 
 
 def protocol_row(trial: ExamTrial) -> int:
-    """The row of `TP_TABLE` that a trial ran: `TRIAL:TP_ROW`, in older exams in the file's name."""
+    """Row of `TP_TABLE` of a trial: `TRIAL:TP_ROW`, in older exams from the file's name."""
     row = trial.file.parameters.number("TRIAL", "TP_ROW")
     return trial.protocol if row is None else int(row)
 
 
-def _row(own: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
-    """One row of a table, counted from 1, by the names of its columns in the file, in capitals."""
-    file = next((f for f in (own, common) if f.parameters.groups.get(group)), common)
+def _row(trial_file: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
+    """Read one row of a table, counted from 1, by the names of its columns, in capitals."""
+    file = next((f for f in (trial_file, common) if f.parameters.groups.get(group)), common)
     used = file.parameters.number(group, "USED")
     if row < 1 or (used is not None and row > used):
         return {}
@@ -252,7 +252,7 @@ def _targets(
     side: Side,
     columns: tuple[str, str] = ("X_GLOBAL", "Y_GLOBAL"),
 ) -> Iterator[tuple[str, tuple[float, float] | None]]:
-    """Each setting that is a target, with its place in m, where that is known."""
+    """Yield each setting that is a target, with its position in m, or None."""
     mirror = -1.0 if side == "left" else 1.0
     for name, value in settings.items():
         if not (_TARGET.fullmatch(name) and _counts(value)):
@@ -260,7 +260,7 @@ def _targets(
         target = _row(file, common, "TARGET_TABLE", int(value))
         x, y = (target.get(column) for column in columns)
         if isinstance(x, float) and isinstance(y, float):
-            # Adding 0 makes a mirrored zero positive.
+            # adding 0 makes a mirrored zero positive
             yield name, (round(mirror * x / 100.0, 9) + 0.0, round(y / 100.0, 9))
         else:
             yield name, None
@@ -269,7 +269,7 @@ def _targets(
 def _loads(
     settings: Mapping[str, Value], file: ExamFile, common: ExamFile
 ) -> Iterator[tuple[str, dict[str, Value]]]:
-    """Each setting that is a load, with its row of the load table, where there is one."""
+    """Yield each setting that is a load and has a row in the load table, with this row."""
     for name, value in settings.items():
         if is_load(name) and _counts(value):
             row = _row(file, common, "LOAD_TABLE", int(value))
@@ -278,15 +278,15 @@ def _loads(
 
 
 def is_load(setting: str) -> bool:
-    """Whether a setting is a row of the load table, by its name; 0 is no load."""
+    """Return True if a setting, by its name, is a row of the load table; row 0 means no load."""
     return _LOAD.fullmatch(setting) is not None
 
 
 def _counts(value: object) -> bool:
-    """Whether a cell is a row of another table: a whole number from 1."""
+    """True if a cell is a row of another table: an integer from 1."""
     return isinstance(value, float) and value >= 1 and value == int(value)
 
 
 def plain(name: str) -> str:
-    """A name as part of a column's: small letters, digits and underscores."""
+    """Return a name for use in a column's name: lower-case letters, digits and underscores."""
     return re.sub(r"\W+", "_", name).strip("_").lower()

@@ -1,4 +1,4 @@
-"""The trials of a Kinarm exam: numbers, protocols, events, conditions, and which are wanted."""
+"""Trials of a Kinarm exam: numbers, protocols, events, conditions, and their selection."""
 
 from __future__ import annotations
 
@@ -29,61 +29,60 @@ from armimpedance.recordings.kinarm.tables import (
 )
 from armimpedance.recordings.where import parse_where
 
-# What the conditions of a Kinarm exam are, in words: its own names, else what its settings are.
+# Names of the conditions of a Kinarm exam: its own names, else its settings in words.
 #
-# Protocols that differ in the direction of the disturbance only are one condition: eight pushes at
-# one place are eight rows of the table and one experiment.
+# Protocols that differ only in the direction of the disturbance are one condition: eight pushes at
+# one position are eight rows of the table and one experiment.
 
-#: Columns of a load that its name holds.
+#: Most columns of a load in its description.
 _MOST_COLUMNS: Final = 3
 
 
 def condition_names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
-    """The condition of each trial, and remarks.
+    """Return the condition of each trial, and remarks.
 
-    `protocols`: of every trial of the exam, so that a condition keeps its name whichever are
-    chosen.
+    `protocols`: of all trials of the exam, so that names do not depend on the selection.
     """
     names, remarks = [""] * len(protocols), list[str]()
-    # Pushes and trials without one are two kinds of unnamed protocols.
+    # unnamed protocols are of two kinds: with and without a disturbance
     kinds = [(p.name, not p.name and p.direction is not None) for p in protocols]
     for kind in dict.fromkeys(kinds):
-        rows = [i for i, each in enumerate(kinds) if each == kind]
-        made, remark = _names([protocols[i] for i in rows])
+        rows = [i for i, other_kind in enumerate(kinds) if other_kind == kind]
+        group_names, remark = _names([protocols[i] for i in rows])
         remarks += remark
-        for i, name in zip(rows, made, strict=True):
+        for i, name in zip(rows, group_names, strict=True):
             names[i] = name
     return names, remarks
 
 
-def _differences(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
-    """The features in which protocols differ, and of each protocol what they are."""
-    features = [dict(_features(protocol)) for protocol in alike]
-    labels = list(dict.fromkeys(label for each in features for label in each))
-    varying = [n for n in labels if len({each.get(n) for each in features}) > 1]
-    return varying, [" ".join(each[n] for n in varying if n in each) for each in features]
+def _differences(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
+    """Features in which protocols differ, and their values for each protocol, in words."""
+    features = [dict(_features(protocol)) for protocol in protocols]
+    labels = list(dict.fromkeys(label for values in features for label in values))
+    varying = [n for n in labels if len({values.get(n) for values in features}) > 1]
+    return varying, [" ".join(values[n] for n in varying if n in values) for values in features]
 
 
-def _names(alike: Sequence[Protocol]) -> tuple[list[str], list[str]]:
-    """Names of protocols of one stated name; without one, all with a direction or all without."""
-    stated = alike[0].name
-    varying, words = _differences(alike)
-    rows = sorted({protocol.row for protocol in alike})
+def _names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
+    """Names of protocols with the same stated name, or of one of the two unnamed kinds."""
+    stated = protocols[0].name
+    varying, words = _differences(protocols)
+    rows = sorted({protocol.row for protocol in protocols})
     if stated:
         if not varying:
-            return [stated] * len(alike), []
-        told = f"Conditions: trial protocols named {stated} differ in {', '.join(varying)}."
-        return [f"{stated} {each}".strip() for each in words], [told]
-    pooled = len(set(words)) < len(rows) and any(p.direction is not None for p in alike)
+            return [stated] * len(protocols), []
+        note = f"Conditions: trial protocols named {stated} differ in {', '.join(varying)}."
+        return [f"{stated} {differences}".strip() for differences in words], [note]
+    pooled = len(set(words)) < len(rows) and any(p.direction is not None for p in protocols)
     if not pooled:
-        return [" ".join([f"TP_{p.row}", *_told(p)]) for p in alike], []
+        return [" ".join([f"TP_{p.row}", *_description(p)]) for p in protocols], []
     remark = "Conditions: trial protocols that differ in direction only are together."
     together = f"TP_{rows[0]} to TP_{rows[-1]}"
-    return [each or together for each in words], [remark]
+    return [differences or together for differences in words], [remark]
 
 
 def _features(protocol: Protocol) -> Iterator[tuple[str, str]]:
-    """What a protocol is beside its direction: a setting's label, and the setting in words."""
+    """Yield the features of a protocol other than its direction: label, and value in words."""
     direction = protocol.direction
     for name, value in protocol.settings.items():
         label, source = plain(name), direction is not None and name == direction.source
@@ -102,7 +101,7 @@ def _features(protocol: Protocol) -> Iterator[tuple[str, str]]:
 
 
 def _of_load(protocol: Protocol, name: str, *, at: bool) -> Iterator[tuple[str, str]]:
-    """A load in words: its force in N, and what else its row of the table says."""
+    """Yield a load in words: its force in N, and further columns of its row."""
     label, load = plain(name), protocol.loads[name]
     force = force_of(load, protocol.side)
     if force is not None:
@@ -114,35 +113,35 @@ def _of_load(protocol: Protocol, name: str, *, at: bool) -> Iterator[tuple[str, 
 
 
 def in_words(protocol: Protocol) -> str:
-    """A protocol's name, else its targets and loads; "" where the tables say neither."""
-    return protocol.name or " ".join(_told(protocol))
+    """Return a protocol's name, else its targets and loads; "" if the tables have neither."""
+    return protocol.name or " ".join(_description(protocol))
 
 
-def _told(protocol: Protocol) -> Iterator[str]:
-    """A protocol of its own in a few words: from where to where, with which load."""
+def _description(protocol: Protocol) -> Iterator[str]:
+    """Yield a short description of a single protocol: start, end, and loads."""
     first, last = ends_of(protocol.targets)
     start, end = protocol.ways.get(first or ""), protocol.ways.get(last or "")
     if start is not None and end is not None:
-        way = end[0] - start[0], end[1] - start[1]
-        told = f"target {_cm(float(np.hypot(*way)))} cm"
-        yield f"{told} at {_degrees(*way)} deg" if any(way) else told
+        vector = end[0] - start[0], end[1] - start[1]
+        text = f"target {_cm(float(np.hypot(*vector)))} cm"
+        yield f"{text} at {_degrees(*vector)} deg" if any(vector) else text
     elif first and last:
         yield f"target {_number(protocol.settings[first])} to {_number(protocol.settings[last])}"
     else:
         yield from (f"{plain(name)} {_place(protocol, name)}" for name in protocol.targets)
     for name in protocol.loads:
         words = dict(_of_load(protocol, name, at=True))
-        # Of a load that is no force, what it is: a viscosity, torques.
+        # a load that is no force is described by its columns: a viscosity, torques
         columns = [w for label, w in words.items() if not w.endswith(" 0")][:_MOST_COLUMNS]
         plainly = f"{plain(name)} {_number(protocol.settings[name])}"
         yield words.get(plain(name), ", ".join(columns) or plainly)
 
 
 def _place(protocol: Protocol, name: str) -> str:
-    place = protocol.targets[name]
-    if place is None:
+    position = protocol.targets[name]
+    if position is None:
         return _number(protocol.settings[name])
-    return " ".join(_cm(each) for each in place) + " cm"
+    return " ".join(_cm(coordinate) for coordinate in position) + " cm"
 
 
 def _degrees(x: float, y: float) -> str:
@@ -157,15 +156,15 @@ def _number(value: Value) -> str:
     return value if isinstance(value, str) else f"{value:g}"
 
 
-#: Columns of the table that no recording has: a trial's file, and where its direction is from.
+#: Internal columns of the table: a trial's file, and the source of its direction.
 _HIDDEN: Final = ("file_index", "direction_from")
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Which trials of an exam are wanted.
+    """Selection of trials of an exam.
 
-    `onset_event`, `end_event`: events at which the disturbance begins and is back; trials must have
+    `onset_event`, `end_event`: events at which the disturbance begins and ends; trials must have
     them.
     `protocols`: rows of the trial protocols; empty: all.
     `events`: events that a trial must have.
@@ -184,10 +183,10 @@ class Choice:
 def trial_table(
     trials: Sequence[ExamTrial], common: ExamFile, side: Side, keep_personal: bool
 ) -> tuple[pd.DataFrame, list[str]]:
-    """One row per trial in the order they were run, with `file_index` into `trials`; remarks."""
+    """Build a table with one row per trial in their order, `file_index` into `trials`; remarks."""
     numbers = [_whole(trial.file.parameters.number("TRIAL", "TRIAL_NUM")) for trial in trials]
     known = [n for n in numbers if n is not None]
-    # Numbers may start again in every set; then the order of sets and numbers is counted through.
+    # numbers may start again in every set; then trials are renumbered by set and number
     sequence = sorted(range(len(numbers)), key=lambda i: (trials[i].block, numbers[i] or 0, i))
     unique = len(known) == len(numbers) == len(set(known))
     if unique:
@@ -230,13 +229,13 @@ def _whole(value: float | None) -> int | None:
 
 
 def _events(file: ExamFile) -> dict[str, float]:
-    """Events by column of the trial table, the first of each, in s from the trial's start."""
+    """First time of each event, s from the trial's start, by column of the trial table."""
     labels = file.parameters.texts("EVENTS", "LABELS")
     seconds = np.array([as_written(t) for t in file.parameters.numbers("EVENTS", "TIMES")])
     if not labels or not len(seconds):
         return {}
     if len(seconds) == 2 * len(labels):
-        # The guide's form, pairs of minutes and seconds; Dexterit-E leaves the first number unused.
+        # pairs of minutes and seconds as in the guide; Dexterit-E does not use the first number
         seconds = seconds[1::2]
     used = file.parameters.number("EVENTS", "USED")
     count = len(labels) if used is None else max(int(used), 0)
@@ -249,24 +248,24 @@ def _events(file: ExamFile) -> dict[str, float]:
 
 
 def event_column(label: str) -> str:
-    """The column of the trial table in which an event's times stand."""
+    """Name of the column of the trial table with an event's times."""
     return "event_" + re.sub(r"\W+", "_", label).strip("_") + "_s"
 
 
 def chosen_trials(
     trials: pd.DataFrame, choice: Choice, path: object
 ) -> tuple[pd.DataFrame, list[str]]:
-    """The trials that are asked for, and a sentence on those left out.
+    """Select the requested trials; return them and sentences on those left out.
 
-    Raises InputError: an event or a protocol is in no trial, or no trial is left.
+    Raises InputError: an event or a protocol is in no trial, or no trial remains.
     """
     usable = pd.Series(True, index=trials.index)
     remarks: list[str] = []
 
-    def leave_out(wanted: pd.Series, why: str) -> None:
+    def leave_out(wanted: pd.Series, reason: str) -> None:
         numbers = trials["trial"][usable & ~wanted].tolist()
         if numbers:
-            remarks.append(f"Left out, {why}: trials {', '.join(map(str, numbers))}.")
+            remarks.append(f"Left out, {reason}: trials {', '.join(map(str, numbers))}.")
         usable[~wanted] = False
 
     if choice.protocols:
@@ -293,22 +292,22 @@ def chosen_trials(
     return trials[usable].reset_index(drop=True), remarks
 
 
-def _refuse_unknown(asked: Sequence[int], there: Sequence[int], path: object) -> None:
-    for protocol in asked:
-        if protocol not in there:
-            expected = f"one of {', '.join(map(str, there))}"
+def _refuse_unknown(requested: Sequence[int], available: Sequence[int], path: object) -> None:
+    for protocol in requested:
+        if protocol not in available:
+            expected = f"one of {', '.join(map(str, available))}"
             raise InputError(f"no trial of protocol {protocol}", file=path, expected=expected)
 
 
 def _has(trials: pd.DataFrame, label: str, path: object) -> pd.Series:
-    """Whether each trial has an event."""
+    """True for trials that have an event, (T,)."""
     column = event_column(label)
     if column not in trials:
-        there = [c[6:-2] for c in map(str, trials) if c.startswith("event_")]
+        events = [c[6:-2] for c in map(str, trials) if c.startswith("event_")]
         raise InputError(
             f"no trial has the event {label}",
             file=path,
-            expected=f"one of {', '.join(there)}" if there else "an exam with events",
+            expected=f"one of {', '.join(events)}" if events else "an exam with events",
         )
     return trials[column].notna()
 
@@ -316,10 +315,10 @@ def _has(trials: pd.DataFrame, label: str, path: object) -> pd.Series:
 def with_onsets(
     trials: pd.DataFrame, files: Sequence[ExamTrial], choice: Choice
 ) -> tuple[pd.DataFrame, list[LeftOut]]:
-    """The trials with `onset_s` and `end_s` from their events, and those whose events cannot be.
+    """Add `onset_s` and `end_s` from events; return the trials and those with impossible times.
 
-    `trials`: of trials that have the events.
-    `files`: the file of each row's `file_index`.
+    `trials`: table of trials that have the events.
+    `files`: the files, by `file_index`.
     """
     trials = trials.copy()
     for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):
@@ -337,7 +336,7 @@ def with_onsets(
 
 
 def _check_onset(file: ExamFile, row: pd.Series, choice: Choice) -> None:
-    """Onset and end must lie inside of the trial, the end after the onset."""
+    """Refuse an onset or end outside the trial, and an end before the onset."""
     last_s = (file.frames - 1) / file.rate_hz
     for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):
         if label is not None and not 0.0 <= row[column] <= last_s + 0.5 / file.rate_hz:
@@ -353,7 +352,7 @@ def _check_onset(file: ExamFile, row: pd.Series, choice: Choice) -> None:
 
 
 def with_direction(trials: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """The table with `direction_deg` for all trials or for none, and a remark."""
+    """Return the table with `direction_deg` for all trials or for none, and a remark."""
     if "direction_deg" not in trials:
         return trials, []
     sources = sorted(set(trials["direction_from"]) - {""})

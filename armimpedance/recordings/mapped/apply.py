@@ -1,4 +1,4 @@
-"""A recording from files of any layout and the mapping that says what is in them."""
+"""A recording from files of any layout and a mapping of their columns."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ from armimpedance.recordings.tables.sample_table import (
 from armimpedance.recordings.tables.trial_table import check_onsets
 from armimpedance.recordings.where import parse_where
 
-#: A rate from times that is this close to a whole number of Hz is that number.
+#: Relative distance from a whole number of Hz within which a rate from times is rounded to it.
 WHOLE_RATE: Final = 1e-4
-#: Rates of runs that differ by more than this are not those of one recording.
+#: Largest relative difference between the rates of runs in one recording.
 SAME_RATE: Final = 1e-3
 
 
 @dataclass(frozen=True)
 class _RunTable(NumberTable):
-    """Samples of a run's trials, which knows where each stands in the file."""
+    """Samples of a run's trials, with their rows in the file."""
 
     rows: tuple[int, ...] | np.ndarray = ()
 
@@ -68,13 +68,13 @@ def mapped_recording(
     strict: bool = False,
     where: str | None = None,
 ) -> Recording:
-    """The recording in these files.
+    """Read a recording from files with a mapping.
 
-    `path`: what the user named, for messages.
-    `strict`: refuse stamps that scatter about an even clock.
-    `where`: trials for which this holds only; of the others no sample is looked at.
-    Returns: doubles that are in SI already stay as they are, to the bit.
-    Raises InputError: what in which file, row and column does not fit the mapping.
+    `path`: the path that the user stated, for messages.
+    `strict`: refuse time stamps that scatter about an even clock.
+    `where`: condition for the trials to read; samples of others are not checked.
+    Returns: a recording; numbers that are in SI already are not changed by a bit.
+    Raises InputError: something does not fit the mapping; the message names file, row and column.
     """
     runs = [run for file in files for run in _runs(file, mapping)]
     if not runs:
@@ -86,23 +86,25 @@ def mapped_recording(
         pieces, padding = without_padding(run, pieces, mapping)
         cut.append((run, pieces))
         notes += [*run.notes, *left_out, *padding]
-    rate, told = _rate(cut, stated)
+    rate, rate_notes = _rate(cut, stated)
     numbers = None
     if where is not None:
         cut, numbers, sentence = _chosen(cut, mapping, rate, path, where)
         notes.append(sentence)
     if not strict:
-        even = [with_even_time(run, pieces, mapping, rate) for run, pieces in cut]
-        cut = [(one.run, pieces) for one, (_, pieces) in zip(even, cut, strict=True)]
-        notes += [note for one in even for note in one.notes]
+        even_runs = [with_even_time(run, pieces, mapping, rate) for run, pieces in cut]
+        cut = [(evened.run, pieces) for evened, (_, pieces) in zip(even_runs, cut, strict=True)]
+        notes += [note for evened in even_runs for note in evened.notes]
     metadata = replace(
         mapping.metadata, sample_rate_hz=rate, muscles=mapping.metadata.muscles or None
     )
     recording = _recording(cut, replace(mapping, metadata=metadata), rate, path)
     if numbers is not None:
         recording = replace(recording, trials=recording.trials.assign(trial=numbers))
-    said = dict.fromkeys([*_sources(files, mapping), *told, *notes, *_left(files, mapping)])
-    return replace(recording, provenance=(*recording.provenance, *said))
+    sentences = dict.fromkeys(
+        [*_sources(files, mapping), *rate_notes, *notes, *_left(files, mapping)]
+    )
+    return replace(recording, provenance=(*recording.provenance, *sentences))
 
 
 def _chosen(
@@ -112,15 +114,15 @@ def _chosen(
     path: Path,
     where: str,
 ) -> tuple[list[tuple[OneClock, list[Piece]]], IntArray, str]:
-    """The pieces of the trials for which something holds, their numbers, and a sentence on them.
+    """Select the trials for which a condition holds: pieces, numbers, and a sentence.
 
-    Raises InputError: as `Where.choose`, or of a cell of the trial table.
+    Raises InputError: as `Where.choose`, or for a cell of the trial table.
     """
     trials = [MappedTrial(run, piece) for run, pieces in cut for piece in pieces]
     table = trial_table(trials, mapping, rate, path).trials
     rows, sentence = parse_where(where).choose(table, path)
-    left = iter(rows.tolist())
-    kept = [(run, [piece for piece in pieces if next(left)]) for run, pieces in cut]
+    selected = iter(rows.tolist())
+    kept = [(run, [piece for piece in pieces if next(selected)]) for run, pieces in cut]
     numbers = table["trial"].to_numpy()[rows]
     return [(run, pieces) for run, pieces in kept if pieces], numbers, sentence
 
@@ -131,7 +133,7 @@ def _recording(
     rate: float,
     path: Path,
 ) -> Recording:
-    """The recording of trials, with the checks of a recording's folder."""
+    """Build the recording of the trials, with the checks of a recording's folder."""
     parts = [_samples(run, pieces, mapping, rate) for run, pieces in cut]
     for part in parts:
         check_axes(part, mapping.metadata, mapping.file)
@@ -151,7 +153,9 @@ def _runs(file: ReadFile, mapping: ColumnMapping) -> Iterable[OneClock]:
         parts: Iterable[RawRun] = (run,)
         if mapping.trials.by == "columns":
             beside = trials_beside(run, mapping, file.path)
-            parts = (replace(each.run, facts={**each.run.facts, "*": each.key}) for each in beside)
+            parts = (
+                replace(trial.run, facts={**trial.run.facts, "*": trial.key}) for trial in beside
+            )
         for part in parts:
             on_clock = on_one_clock(part, mapping, file.path)
             _check_units(on_clock, mapping)
@@ -159,7 +163,7 @@ def _runs(file: ReadFile, mapping: ColumnMapping) -> Iterable[OneClock]:
 
 
 def _check_units(run: OneClock, mapping: ColumnMapping) -> None:
-    """Refuse a unit of the mapping that contradicts the file's."""
+    """Refuse a unit in the mapping that contradicts the file's."""
     quantities = list(mapping.quantities.values())
     quantities += [mapping.time] if mapping.time is not None else []
     for quantity in quantities:
@@ -177,21 +181,23 @@ def _check_units(run: OneClock, mapping: ColumnMapping) -> None:
 def _rate(
     cut: Sequence[tuple[OneClock, Sequence[Piece]]], stated: float | None
 ) -> tuple[float, tuple[str, ...]]:
-    """The sample rate: as stated, as the file says, or from the times."""
+    """Sample rate as stated, else from the file, else from the times; and a note on it."""
     if stated is not None:
         return stated, ()
     run = cut[0][0]
-    by_file = {each.rate_hz for each, _ in cut}
+    by_file = {clocked_run.rate_hz for clocked_run, _ in cut}
     if run.rate_hz is not None and by_file == {run.rate_hz}:
         return run.rate_hz, (f"The file states {run.rate_hz:g} Hz.",)
-    rates = [(each, _rate_of(each, pieces)) for each, pieces in cut]
+    rates = [(clocked_run, _rate_of(clocked_run, pieces)) for clocked_run, pieces in cut]
     rate = float(np.median([r for _, r in rates]))
-    for each, own in rates:
-        if abs(own / rate - 1.0) > SAME_RATE:
+    for clocked_run, run_rate in rates:
+        if abs(run_rate / rate - 1.0) > SAME_RATE:
             expected = "one rate in all of them; or sample_rate_hz in the mapping"
-            raise each.error(f"{own:.6g} Hz where other runs have {rate:.6g} Hz", expected)
-    whole = round(rate)
-    rate = float(whole) if whole and abs(rate / whole - 1.0) < WHOLE_RATE else rate
+            raise clocked_run.error(
+                f"{run_rate:.6g} Hz where other runs have {rate:.6g} Hz", expected
+            )
+    integer = round(rate)
+    rate = float(integer) if integer and abs(rate / integer - 1.0) < WHOLE_RATE else rate
     return rate, (f"Sample rate from the times: {rate:.9g} Hz.",)
 
 
@@ -202,25 +208,25 @@ def _rate_of(run: OneClock, pieces: Sequence[Piece]) -> float:
     for piece in pieces:
         lost = np.flatnonzero(~(np.abs(run.time_s[piece.start : piece.stop]) < LARGEST))
         if len(lost):
-            at = piece.start + int(lost[0])
-            raise run.error("time is missing", "a time for each sample", None, at)
+            row = piece.start + int(lost[0])
+            raise run.error("time is missing", "a time for each sample", None, row)
     steps = [np.diff(run.time_s[p.start : p.stop]) for p in pieces]
-    every = np.concatenate(steps) if steps else np.empty(0)
-    if not len(every) or not (usual := float(np.median(every))) > 0:
+    all_steps = np.concatenate(steps) if steps else np.empty(0)
+    if not len(all_steps) or not (usual := float(np.median(all_steps))) > 0:
         raise run.error("time does not run forward", "at least two samples a trial, in time")
-    # The mean of all steps that are no gaps: times are printed with few decimals, or scatter.
-    usual_steps = every[(every > 0.0) & (every < 2.0 * usual)]
+    # the mean of all steps except gaps: times are printed with few decimals, or scatter
+    usual_steps = all_steps[(all_steps > 0.0) & (all_steps < 2.0 * usual)]
     return 1.0 / float(usual_steps.mean())
 
 
 def _samples(
     run: OneClock, pieces: Sequence[Piece], mapping: ColumnMapping, rate: float
 ) -> Samples:
-    """The sample table of a run, in SI, with the names of a recording's columns."""
+    """Sample table of a run, in SI, with the column names of a recording."""
     rows = np.concatenate([np.arange(p.start, p.stop) for p in pieces])
     lengths = [p.stop - p.start for p in pieces]
     whole = len(rows) == run.rows and np.array_equal(rows, np.arange(run.rows))
-    where = slice(None) if whole else rows
+    selection = slice(None) if whole else rows
     columns = {
         "trial": np.repeat(np.arange(len(pieces), dtype=np.float64), lengths),
         "time_s": _finite(
@@ -228,27 +234,30 @@ def _samples(
         ),
     }
     for name, (source, quantity, axis) in _named(mapping).items():
-        values = _finite(run, run.numbers(source)[where], rows, source)
+        values = _finite(run, run.numbers(source)[selection], rows, source)
         if quantity is not None:
             values = quantity.unit.to_si(values)
             values = -values if quantity.signs[axis] < 0 else values
         columns[name] = values
     kind = mapping.metadata.kind
-    meant = sample_columns(tuple(columns), kind, mapping.metadata.muscles or None)
-    told = {*command_columns(kind, len(meant.position)), *perturbation_columns(len(meant.position))}
-    named = {"trial", "time_s", *_named(mapping)} - set(mapping.keep) - told
-    if clash := sorted(set(meant.named) ^ named):
+    recognised = sample_columns(tuple(columns), kind, mapping.metadata.muscles or None)
+    optional = {
+        *command_columns(kind, len(recognised.position)),
+        *perturbation_columns(len(recognised.position)),
+    }
+    named = {"trial", "time_s", *_named(mapping)} - set(mapping.keep) - optional
+    if clash := sorted(set(recognised.named) ^ named):
         expected = "the name of one that means nothing else; it cannot be kept under this one"
         raise InputError(
             "a column to be kept", file=mapping.file, column=clash[0], expected=expected
         )
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
     table = _RunTable(run.file, columns, (), rows + run.first_row)
-    return Samples(table, meant, np.arange(len(pieces), dtype=np.int64), offsets)
+    return Samples(table, recognised, np.arange(len(pieces), dtype=np.int64), offsets)
 
 
 def _named(mapping: ColumnMapping) -> dict[str, tuple[str, ColumnQuantity | None, int]]:
-    """The recording's column -> the file's, with its quantity and which of its axes it is."""
+    """Map of the recording's columns to the file's column, its quantity and its axis."""
     kind, axes = mapping.metadata.kind, len(mapping.position.columns)
     if len(mapping.force.columns) != axes:
         problem = f"{len(mapping.force.columns)} columns of force beside {axes} of position"
@@ -259,18 +268,18 @@ def _named(mapping: ColumnMapping) -> dict[str, tuple[str, ColumnQuantity | None
         raise InputError(
             f"{axes} columns", file=mapping.file, column="position.columns", expected=expected
         )
-    found: dict[str, tuple[str, ColumnQuantity | None, int]] = {}
-    for quantity, own in _own_names(mapping, axes):
-        if len(own) != len(quantity.columns):
-            problem = f"{len(quantity.columns)} columns for {', '.join(own)}"
-            raise InputError(problem, file=mapping.file, expected=f"{len(own)} columns")
-        pairs = zip(own, quantity.columns, strict=True)
-        found |= {name: (c, quantity, i) for i, (name, c) in enumerate(pairs)}
-    return found | {name: (name, None, 0) for name in mapping.keep if name not in found}
+    sources: dict[str, tuple[str, ColumnQuantity | None, int]] = {}
+    for quantity, names in _own_names(mapping, axes):
+        if len(names) != len(quantity.columns):
+            problem = f"{len(quantity.columns)} columns for {', '.join(names)}"
+            raise InputError(problem, file=mapping.file, expected=f"{len(names)} columns")
+        pairs = zip(names, quantity.columns, strict=True)
+        sources |= {name: (c, quantity, i) for i, (name, c) in enumerate(pairs)}
+    return sources | {name: (name, None, 0) for name in mapping.keep if name not in sources}
 
 
 def _own_names(mapping: ColumnMapping, axes: int) -> list[tuple[ColumnQuantity, tuple[str, ...]]]:
-    """Each quantity of the mapping with the names that its columns have in a recording."""
+    """Quantities of the mapping, each with the names of its columns in a recording."""
     kind = mapping.metadata.kind
     names = [
         (mapping.position, position_columns(kind, axes)),
@@ -289,7 +298,7 @@ def _own_names(mapping: ColumnMapping, axes: int) -> list[tuple[ColumnQuantity, 
 
 
 def _finite(run: OneClock, values: FloatArray, rows: np.ndarray, column: str) -> FloatArray:
-    """The values, refused where one is missing."""
+    """Return the values; refuse a missing value."""
     with np.errstate(over="ignore", invalid="ignore"):
         fine = np.isfinite(values.sum()) or np.isfinite(values).all()
     if not fine:
@@ -300,7 +309,7 @@ def _finite(run: OneClock, values: FloatArray, rows: np.ndarray, column: str) ->
 
 
 def _together(parts: Sequence[Samples], path: Path, numbers: np.ndarray) -> Samples:
-    """The samples of all runs, their trials numbered as in the trial table."""
+    """Join the samples of all runs, with trials numbered as in the trial table."""
     names = parts[0].table.columns
     lengths = np.concatenate([np.diff(part.offsets) for part in parts])
     columns = {
@@ -317,29 +326,29 @@ def _together(parts: Sequence[Samples], path: Path, numbers: np.ndarray) -> Samp
 
 def _sources(files: Sequence[ReadFile], mapping: ColumnMapping) -> list[str]:
     names = [file.path.name for file in files]
-    what = names[0] if len(names) == 1 else f"{len(names)} files, {names[0]} to {names[-1]}"
+    files_shown = names[0] if len(names) == 1 else f"{len(names)} files, {names[0]} to {names[-1]}"
     changed = [
         f"{name.replace('_', ' ')}: from {quantity.unit.symbol}"
         for name, quantity in mapping.quantities.items()
         if not quantity.unit.is_si
     ]
-    turned = [
+    reversed_names = [
         c
         for q in mapping.quantities.values()
         for c, s in zip(q.columns, q.signs, strict=True)
         if s < 0
     ]
-    said = [f"Read from {what} by the mapping {mapping.file.name}."]
-    said += [f"Brought to SI: {', '.join(changed)}."] if changed else []
-    return said + ([f"Sign turned: {', '.join(turned)}."] if turned else [])
+    sentences = [f"Read from {files_shown} by the mapping {mapping.file.name}."]
+    sentences += [f"Brought to SI: {', '.join(changed)}."] if changed else []
+    return sentences + ([f"Sign turned: {', '.join(reversed_names)}."] if reversed_names else [])
 
 
 def _left(files: Sequence[ReadFile], mapping: ColumnMapping) -> list[str]:
-    """What the files hold and the mapping does not name."""
-    left: dict[str, None] = {}
+    """Sentences on the contents of the files that the mapping does not name."""
+    unnamed: dict[str, None] = {}
     for file in files:
         for run in file.raw.runs:
-            there = [n for table in run.tables for n in table.columns] + list(run.facts)
-            left |= dict.fromkeys(n for n in there if not mapping.wants(n))
-    told = [sentence for file in files for sentence in file.raw.not_taken]
-    return [*not_taken(tuple(left), "the mapping gives them no meaning"), *told]
+            names = [n for table in run.tables for n in table.columns] + list(run.facts)
+            unnamed |= dict.fromkeys(n for n in names if not mapping.wants(n))
+    sentences = [sentence for file in files for sentence in file.raw.not_taken]
+    return [*not_taken(tuple(unnamed), "the mapping gives them no meaning"), *sentences]

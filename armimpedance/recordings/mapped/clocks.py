@@ -1,4 +1,4 @@
-"""The columns of a run on one clock, that of the position; several clocks are told, never mixed."""
+"""Columns of a run on one clock, that of the position; other clocks are converted with a note."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import ColumnMapping, ColumnQuantity
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
 
-#: A clock of these many times the position's rate can be brought to it: a slower one says too
-#: little of a push, a faster one would fold its higher frequencies into lower ones.
+#: Range of rates, relative to the position's, that are interpolated: a slower clock misses parts
+#: of a push, a faster one would cause aliasing.
 RATES: Final = {"force": (0.5, 4.0), "emg": (0.5, 4.0), "added_torque": (0.5, 4.0)}
-#: Between two samples further apart than this many usual steps nothing is interpolated.
+#: Longest gap between samples that is interpolated, in usual steps.
 LONGEST_STEP: Final = 3.0
-#: Numbers at which counters of 16, 24 and 32 bits begin anew.
+#: Numbers at which counters of 16, 24 and 32 bits overflow to 0.
 COUNTERS: Final = (2.0**16, 2.0**24, 2.0**32)
 _SHOWN: Final = 12
 
 
 @dataclass(frozen=True)
 class OneClock:
-    """A run with all that a mapping asks for on the clock of the position.
+    """A run with all columns of a mapping on the clock of the position.
 
-    `time_s` (N,) or None: None where nothing tells it but a rate.
-    `rate_hz`: where the file states it.
+    `time_s` (N,) or None: None if only a rate is known.
+    `rate_hz`: the rate, if the file states it.
     `columns`: name -> (N,) float64 or text.
-    `once`: name -> values of columns of another length, without a clock: one a trial, perhaps.
-    `units`: name -> unit as the file states it.
+    `once`: name -> values of columns of another length without a clock, possibly one per trial.
+    `units`: name -> unit as stated in the file.
     """
 
     file: Path
@@ -52,15 +52,15 @@ class OneClock:
     def error(
         self, problem: str, expected: str, column: str | None = None, row: int | None = None
     ) -> InputError:
-        """What is wrong in this run; `row` counts its samples from 0."""
+        """Return an error for this run; `row` counts its samples from 0."""
         line = None if row is None else row + self.first_row
-        where = "" if self.name == str(self.file) or not self.name else f" in {self.name}"
+        in_run = "" if self.name == str(self.file) or not self.name else f" in {self.name}"
         return InputError(
-            problem + where, file=self.file, row=line, column=column, expected=expected
+            problem + in_run, file=self.file, row=line, column=column, expected=expected
         )
 
     def numbers(self, column: str) -> FloatArray:
-        """A column that must hold numbers, (N,); NaN where one is missing.
+        """Return a column of numbers (N,); NaN for missing numbers.
 
         Raises InputError: there is no such column on this clock, or it holds a text.
         """
@@ -69,20 +69,20 @@ class OneClock:
         values = self.columns[column]
         if values.dtype.kind != "U":
             return np.asarray(values, dtype=np.float64)
-        read = np.full(len(values), np.nan)
+        parsed = np.full(len(values), np.nan)
         for row, text in enumerate(values.tolist()):
             value = number_of(text) if text.strip() else np.nan
             if value is None:
                 raise self.error(f"not a number: {text[:40]!r}", "a number", column, row)
-            read[row] = value
-        return read
+            parsed[row] = value
+        return parsed
 
 
 def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
-    """Bring what a mapping names to the clock of the position.
+    """Convert all columns of a mapping to the clock of the position.
 
-    Returns: cut to the time that all clocks cover; `notes` say what was done.
-    Raises InputError: a column is not there, has no time, or a clock does not fit the position's.
+    Returns: the run, cut to the time that all clocks cover; `notes` state what was done.
+    Raises InputError: a column is missing, has no time, or a clock does not fit the position's.
     """
     homes = {name: table for table in run.tables for name in table.columns}
     _refuse_missing(run, mapping, homes, file)
@@ -93,19 +93,19 @@ def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
     notes: list[str] = []
     for name, (kind, quantity) in _of_other_clocks(mapping, homes, base).items():
         table = homes[name]
-        other = _time_of(table, mapping.time, quantity, homes, file)
-        same = other is None or time is None or np.array_equal(other, time)
+        clock = _time_of(table, mapping.time, quantity, homes, file)
+        same = clock is None or time is None or np.array_equal(clock, time)
         if table.rows == base.rows and same:
             columns[name] = table.columns[name].values
             continue
-        if other is None or time is None:
+        if clock is None or time is None:
             if kind == "value":
                 continue
             problem = f"{table.rows} rows beside the position's {base.rows}, without a time"
             raise InputError(problem, file=file, column=name, expected="a column with its time")
-        values, covered = _brought(table.columns[name], other, time, kind, (file, name))
+        values, covered = _brought(table.columns[name], clock, time, kind, (file, name))
         columns[name], inside = values, inside & covered
-        notes.append(_told(kind, other, time))
+        notes.append(_clock_remark(kind, clock, time))
     return _cut_to(inside, run, (base, time, columns, homes), file, tuple(dict.fromkeys(notes)))
 
 
@@ -115,16 +115,18 @@ def _refuse_missing(
     for needed in mapping.quantities.values():
         for name in needed.columns:
             if name not in homes:
-                there = f"one of {_some(homes)}" if homes else "columns"
-                where = f" in {run.name}" if run.name not in ("", str(file)) else ""
-                raise InputError("no such column" + where, file=file, column=name, expected=there)
+                available = f"one of {_some(homes)}" if homes else "columns"
+                in_run = f" in {run.name}" if run.name not in ("", str(file)) else ""
+                raise InputError(
+                    "no such column" + in_run, file=file, column=name, expected=available
+                )
 
 
 def _cut_to(
-    inside: BoolArray, run: RawRun, found: tuple[Any, ...], file: Path, notes: tuple[str, ...]
+    inside: BoolArray, run: RawRun, parts: tuple[Any, ...], file: Path, notes: tuple[str, ...]
 ) -> OneClock:
-    """The run where all clocks have samples."""
-    base, time, columns, homes = found
+    """Cut a run to the samples that all clocks cover."""
+    base, time, columns, homes = parts
     rows = np.flatnonzero(inside)
     if base.rows and not len(rows):
         raise InputError(
@@ -152,16 +154,16 @@ def _cut_to(
 def _of_other_clocks(
     mapping: ColumnMapping, homes: Mapping[str, RawTable], base: RawTable
 ) -> dict[str, tuple[str, ColumnQuantity | None]]:
-    """What the mapping names outside of the position's table: name -> what it is for."""
-    found: dict[str, tuple[str, ColumnQuantity | None]] = {}
+    """Columns of the mapping outside the position's table, with their kind and quantity."""
+    uses: dict[str, tuple[str, ColumnQuantity | None]] = {}
     for kind, quantity in mapping.quantities.items():
-        found |= dict.fromkeys(quantity.columns, (kind, quantity))
-    found |= dict.fromkeys(mapping.keep, ("keep", None))
-    held = [mapping.trials.column, mapping.trials.disturbance]
-    found |= {name: ("held", None) for name in held if name is not None}
+        uses |= dict.fromkeys(quantity.columns, (kind, quantity))
+    uses |= dict.fromkeys(mapping.keep, ("keep", None))
+    marks = [mapping.trials.column, mapping.trials.disturbance]
+    uses |= {name: ("held", None) for name in marks if name is not None}
     values = [v.column for v in mapping.values.values() if v.column is not None]
-    found |= {name: ("value", None) for name in values if name not in found}
-    return {n: v for n, v in found.items() if n in homes and homes[n] is not base}
+    uses |= {name: ("value", None) for name in values if name not in uses}
+    return {n: v for n, v in uses.items() if n in homes and homes[n] is not base}
 
 
 def _time_of(
@@ -171,14 +173,14 @@ def _time_of(
     homes: Mapping[str, RawTable],
     file: Path,
 ) -> FloatArray | None:
-    """The time of a table's rows in s, from a column of the mapping or as the file knows it."""
-    own = None if quantity is None else quantity.time
-    name = own if own is not None else None if stated is None else stated.columns[0]
+    """Time of a table's rows, s, from a column of the mapping, else from the file; or None."""
+    own_column = None if quantity is None else quantity.time
+    name = own_column if own_column is not None else None if stated is None else stated.columns[0]
     if name is not None and name not in homes:
         raise InputError(
             "no such column", file=file, column=name, expected=f"one of {_some(homes)}"
         )
-    if name is not None and homes[name].rows == table.rows and (own or homes[name] is table):
+    if name is not None and homes[name].rows == table.rows and (own_column or homes[name] is table):
         column = homes[name].columns[name]
         if column.is_text:
             problem = f"not a number: {str(column.values[0])[:40]!r}"
@@ -186,17 +188,17 @@ def _time_of(
         unit = stated.unit if stated is not None else None
         numbers = run_on(np.asarray(column.values, dtype=np.float64))
         return numbers if unit is None else unit.to_si(numbers)
-    if own is not None:
-        problem = f"{homes[own].rows} rows beside the {table.rows} whose time it is"
-        raise InputError(problem, file=file, column=own, expected="as many")
+    if own_column is not None:
+        problem = f"{homes[own_column].rows} rows beside the {table.rows} whose time it is"
+        raise InputError(problem, file=file, column=own_column, expected="as many")
     return table.time_s
 
 
 def run_on(ticks: FloatArray) -> FloatArray:
-    """A counter that begins anew when its bits are full, as if it had more of them.
+    """Continue a counter over the overflows of its bits.
 
-    `ticks` (N,): whole numbers; anything else comes back as it is. A counter that begins anew with
-    each trial goes back by another number than that of its bits.
+    `ticks` (N,): integers; other numbers are returned unchanged. A counter that is reset at each
+    trial goes back by another number than that of its bits, and is not changed.
     """
     with np.errstate(invalid="ignore", over="ignore"):
         steps = np.diff(ticks)
@@ -205,25 +207,25 @@ def run_on(ticks: FloatArray) -> FloatArray:
         return ticks
     usual = float(np.median(steps[~back])) if not back.all() else 0.0
     for full in COUNTERS:
-        on = steps + full
-        over = back & (on > 0) & (on <= LONGEST_STEP * usual)
-        if over.any() and ticks.max() < full:
-            return ticks + full * np.concatenate([[0], np.cumsum(over)])
+        continued = steps + full
+        overflows = back & (continued > 0) & (continued <= LONGEST_STEP * usual)
+        if overflows.any() and ticks.max() < full:
+            return ticks + full * np.concatenate([[0], np.cumsum(overflows)])
     return ticks
 
 
 def _brought(
-    column: RawColumn, own: FloatArray, time: FloatArray, kind: str, where: tuple[Path, str]
+    column: RawColumn, own_time: FloatArray, time: FloatArray, kind: str, location: tuple[Path, str]
 ) -> tuple[NDArray[Any], BoolArray]:
-    """Values at other times, and where they lie inside of the record; NaN inside of gaps."""
-    file, name = where
-    if len(own) < 2 or len(time) < 2:
+    """Interpolate values to other times, NaN within gaps; and True for times that are covered."""
+    file, name = location
+    if len(own_time) < 2 or len(time) < 2:
         raise InputError("a clock of a single sample", file=file, column=name, expected="more")
-    steps = np.diff(own)
-    if not np.isfinite(own).all() or (steps <= 0).any():
-        at = int(np.argmax(~(steps > 0))) + 2
+    steps = np.diff(own_time)
+    if not np.isfinite(own_time).all() or (steps <= 0).any():
+        row = int(np.argmax(~(steps > 0))) + 2
         raise InputError(
-            "time does not run forward", file=file, row=at, column=name, expected="rising times"
+            "time does not run forward", file=file, row=row, column=name, expected="rising times"
         )
     step, usual = float(np.median(steps)), float(np.median(np.diff(time)))
     low, high = RATES.get(kind, (0.0, np.inf))
@@ -231,22 +233,22 @@ def _brought(
         problem = f"{1 / step:.4g} Hz beside the position's {1 / usual:.4g} Hz"
         expected = f"{low:g} to {high:g} times its rate; resample it before"
         raise InputError(problem, file=file, column=name, expected=expected)
-    covered = (time >= own[0]) & (time <= own[-1])
-    before = np.clip(np.searchsorted(own, time, side="right") - 1, 0, len(own) - 2)
+    covered = (time >= own_time[0]) & (time <= own_time[-1])
+    before = np.clip(np.searchsorted(own_time, time, side="right") - 1, 0, len(own_time) - 2)
     if column.is_text or kind in ("held", "value"):
-        last = np.clip(np.searchsorted(own, time, side="right") - 1, 0, len(own) - 1)
+        last = np.clip(np.searchsorted(own_time, time, side="right") - 1, 0, len(own_time) - 1)
         return column.values[last], covered
-    values = np.interp(time, own, np.asarray(column.values, dtype=np.float64))
-    # A dropout is a missing value, which is refused by its place, not a straight line.
-    values[(steps[before] > LONGEST_STEP * step) & ~np.isin(time, own)] = np.nan
+    values = np.interp(time, own_time, np.asarray(column.values, dtype=np.float64))
+    # a dropout becomes a missing value, which is refused with its place, not a straight line
+    values[(steps[before] > LONGEST_STEP * step) & ~np.isin(time, own_time)] = np.nan
     return values, covered
 
 
-def _told(kind: str, own: FloatArray, time: FloatArray) -> str:
-    rates = [1.0 / float(np.median(np.diff(t))) for t in (own, time)]
+def _clock_remark(kind: str, own_time: FloatArray, time: FloatArray) -> str:
+    rates = [1.0 / float(np.median(np.diff(t))) for t in (own_time, time)]
     how = "held" if kind in ("held", "value") else "interpolated"
-    what = {"held": "trial marks", "value": "trial values", "keep": "further columns"}
-    name = what.get(kind, kind.replace("_", " "))
+    names = {"held": "trial marks", "value": "trial values", "keep": "further columns"}
+    name = names.get(kind, kind.replace("_", " "))
     return (
         f"{name}: {how} from a clock of {rates[0]:.6g} Hz to the position's of {rates[1]:.6g} Hz."
     )

@@ -1,4 +1,4 @@
-"""`columns.toml`: a mapping as a text to read and edit, checked key by key."""
+"""`columns.toml`: a mapping as a text that a user can edit, checked key by key."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from armimpedance.recordings.tables.metadata import metadata_of
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
 
 MAPPING_FILE: Final = "columns.toml"
-#: What stands for a word that somebody still has to decide.
+#: Placeholder for a word that the user must still decide.
 UNDECIDED: Final = "?"
 
 _OF_THE_RECORDING: Final = {
@@ -48,24 +48,24 @@ _OF_TRIALS: Final = {
     *("by", "column", "between", "threshold", "before_s", "after_s", "gap_s", "pattern"),
     *("disturbance", "disturbance_threshold", "columns"),
 }
-#: Ending of a trial column's name -> its unit there.
+#: Ending of a trial column's name -> symbol of its unit.
 _UNIT_OF_ENDING: Final = {"_s": "s", "_deg": "deg", "_rad": "rad", "_m": "m", "_N": "N"}
 
 
 def read_mapping(file: Path) -> ColumnMapping:
     """Read and check a mapping.
 
-    Raises InputError: the file is missing or no TOML, a key is unknown, missing or undecided, or
-    not what it must be; the message names the line and the key.
+    Raises InputError: the file is missing or no TOML, or a key is unknown, missing, undecided or
+    wrong; the message names the line and the key.
     """
     values, text = read_toml(file, "a mapping; `armimpedance map-columns` proposes one")
     return mapping_of_values(values, file, text)
 
 
 def mapping_of_values(values: dict[str, Any], file: Path, text: str = "") -> ColumnMapping:
-    """The mapping that the keys of a `columns.toml` make.
+    """Build a mapping from the values of a `columns.toml`.
 
-    `file`, `text`: what messages name, and where they look for the line of a key.
+    `file`, `text`: file and text, for the names and lines in messages.
     Raises InputError: as `read_mapping`.
     """
     reader = _Reader(file, text)
@@ -78,25 +78,27 @@ def mapping_of_values(values: dict[str, Any], file: Path, text: str = "") -> Col
 
 
 class _Reader:
-    """Takes the values of a mapping; its errors name the line of a key."""
+    """Reader of the values of a mapping; its errors name the line of a key."""
 
     def __init__(self, file: Path, text: str) -> None:
         self.file, self.lines = file, text.splitlines()
 
     def row(self, section: str, key: str) -> int | None:
-        """The line of a key, or of its section."""
-        now, found = "", None
+        """Return the line of a key, or of its section."""
+        current, section_line = "", None
         for number, line in enumerate(self.lines, start=1):
             head = re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line)
             if head:
-                now = head.group(1).replace('"', "")
-                found = number if now == section and found is None else found
-            elif now == section and re.match(rf'\s*"?{re.escape(key)}"?\s*[=.]', line):
+                current = head.group(1).replace('"', "")
+                section_line = (
+                    number if current == section and section_line is None else section_line
+                )
+            elif current == section and re.match(rf'\s*"?{re.escape(key)}"?\s*[=.]', line):
                 return number
-        return found
+        return section_line
 
     def error(self, problem: str, section: str, key: str, expected: str) -> InputError:
-        """What is wrong with a key."""
+        """Return the error of a key, with its line."""
         return InputError(
             problem,
             file=self.file,
@@ -106,7 +108,7 @@ class _Reader:
         )
 
     def wrong(self, section: str, key: str, expected: str, value: object = None) -> InputError:
-        """A value that is missing or not what it must be."""
+        """Return the error of a value that is missing or wrong."""
         shown = json.dumps(value, default=str, ensure_ascii=False)[:40]
         problem = "is missing" if value is None else f"is {shown}"
         return self.error(problem, section, key, expected)
@@ -119,7 +121,7 @@ class _Reader:
                 raise self.error("unknown key", at, key, ", ".join(sorted(known)))
 
     def refuse_undecided(self, values: Mapping[str, Any], at: str = "") -> None:
-        """Refuse a "?" anywhere."""
+        """Refuse a "?" in any value."""
         for key, value in values.items():
             inside = value if isinstance(value, list) else [value]
             if UNDECIDED in [v for v in inside if isinstance(v, str)]:
@@ -128,11 +130,11 @@ class _Reader:
                 self.refuse_undecided(value, f"{at}.{key}" if at else key)
 
     def mapping(self, values: dict[str, Any]) -> ColumnMapping:
-        """All of it."""
+        """Build the whole mapping."""
         kind = values.get("kind")
         if kind not in ("hand", "joint"):
             raise self.wrong("", "kind", '"hand" or "joint"', kind)
-        place: Dimension = "length" if kind == "hand" else "angle"
+        dimension: Dimension = "length" if kind == "hand" else "angle"
         push: Dimension = "force" if kind == "hand" else "torque"
         emg, muscles, emg_unit = self.emg(values)
         metadata = self.metadata(values, muscles, emg_unit)
@@ -141,13 +143,13 @@ class _Reader:
                 file=self.file,
                 metadata=metadata,
                 rate_stated="sample_rate_hz" in values,
-                position=self.quantity(values, "position", place),
+                position=self.quantity(values, "position", dimension),
                 force=self.quantity(values, "force", push, {"by"}),
                 files=self.text("", "files", values),
                 time=self.time(values),
                 joint_angles=self.optional(values, "joint_angles", "angle"),
                 emg=emg,
-                commanded=self.optional(values, "commanded", place),
+                commanded=self.optional(values, "commanded", dimension),
                 added_torque=self.optional(values, "added_torque", "torque"),
                 tables=self.tables(values.get("tables", []), values.get("trials", {})),
                 trials=self.trials(values.get("trials", {})),
@@ -160,24 +162,24 @@ class _Reader:
             raise InputError(error.problem, file=self.file, expected=error.expected) from None
 
     def metadata(self, values: dict[str, Any], muscles: tuple[str, ...], emg_unit: str) -> Any:
-        """What holds for the recording as a whole, with the checks of `recording.json`."""
+        """Read the data of the recording as a whole, with the checks of `recording.json`."""
         by = values.get("force", {}).get("by")
         if by not in ("limb", "device"):
             expected = (
                 '"limb" (the limb\'s force on the device) or "device" (the device\'s on the limb)'
             )
             raise self.wrong("force", "by", expected, by)
-        given = {k: v for k, v in values.items() if k in _OF_THE_RECORDING}
+        fields = {k: v for k, v in values.items() if k in _OF_THE_RECORDING}
         self.refuse_unknown(
             values.get("subject", {}),
             ("id", "mass_kg", "height_m", "upper_arm_m", "forearm_hand_m", "mass_sd_kg")
             + ("length_sd_m",),
             "subject",
         )
-        given |= {"force_by": by, "muscles": list(muscles), "emg_unit": emg_unit}
-        given.setdefault("sample_rate_hz", 1.0)
+        fields |= {"force_by": by, "muscles": list(muscles), "emg_unit": emg_unit}
+        fields.setdefault("sample_rate_hz", 1.0)
         try:
-            return metadata_of(_TomlFields(self.file, given))
+            return metadata_of(_TomlFields(self.file, fields))
         except InputError as error:
             section, _, key = (error.column or "").rpartition(".")
             raise self.error(error.problem, section, key, error.expected or "") from None
@@ -185,7 +187,7 @@ class _Reader:
     def optional(
         self, values: dict[str, Any], name: str, dimension: Dimension
     ) -> ColumnQuantity | None:
-        """A quantity that need not be there."""
+        """Read a quantity that is optional."""
         return self.quantity(values, name, dimension) if name in values else None
 
     def quantity(
@@ -195,7 +197,7 @@ class _Reader:
         dimension: Dimension,
         further: Collection[str] = (),
     ) -> ColumnQuantity:
-        """A section with columns, unit or scale, and signs."""
+        """Read a section with columns, unit or scale, and signs."""
         section = values.get(name)
         if section is None:
             raise self.wrong("", name, f"a section [{name}] with its columns")
@@ -206,7 +208,7 @@ class _Reader:
     def made(
         self, name: str, section: dict[str, Any], columns: tuple[str, ...], *dimensions: Dimension
     ) -> ColumnQuantity:
-        """The quantity of these columns."""
+        """Build the quantity of these columns."""
         sign = section.get("sign", 1)
         signs = tuple(sign) if isinstance(sign, list) else (sign,) * len(columns)
         if any(isinstance(s, bool) or s not in (1, -1) for s in signs):
@@ -220,7 +222,7 @@ class _Reader:
             raise self.error(error.problem, name, key, error.expected or "") from None
 
     def unit(self, name: str, section: dict[str, Any], *dimensions: Dimension) -> Unit:
-        """The unit of a section, or its scale."""
+        """Read the unit of a section, or its scale."""
         scale, text = section.get("scale"), section.get("unit")
         if (scale is None) == (text is None):
             problem = "is missing" if text is None else "and scale are both there"
@@ -235,7 +237,7 @@ class _Reader:
             raise self.error(error.problem, name, key, error.expected or "") from None
 
     def time(self, values: dict[str, Any]) -> ColumnQuantity | None:
-        """The column with the time."""
+        """Read the column with the time; None without this section."""
         section = values.get("time")
         if section is None:
             return None
@@ -244,7 +246,7 @@ class _Reader:
         return self.made("time", section, (str(column),), "time")
 
     def emg(self, values: dict[str, Any]) -> tuple[ColumnQuantity | None, tuple[str, ...], str]:
-        """EMG, its muscles, and whether it is in V or normalised."""
+        """Read the EMG, its muscles, and its unit, "V" or "normalised"."""
         section = values.get("emg")
         if section is None:
             return None, (), "V"
@@ -256,17 +258,19 @@ class _Reader:
         normalised = quantity.unit.symbol in ("normalised", "%MVC")
         return quantity, tuple(muscles), "normalised" if normalised else "V"
 
-    def tables(self, given: Any, trials: dict[str, Any]) -> tuple[JoinedTable, ...]:
-        """Tables with one row a trial: a file, and the columns that both have in common."""
+    def tables(self, sections: Any, trials: dict[str, Any]) -> tuple[JoinedTable, ...]:
+        """Read the tables with one row per trial: file, and the columns that join them."""
         expected = '[[tables]] with file = "trials.csv" and key = "trial"'
-        if not isinstance(given, list) or not all(isinstance(each, dict) for each in given):
-            raise self.wrong("", "tables", expected, given)
+        if not isinstance(sections, list) or not all(
+            isinstance(section, dict) for section in sections
+        ):
+            raise self.wrong("", "tables", expected, sections)
         between = trials.get("between", [])
         between = between if isinstance(between, list) else [between]
-        return tuple(self.table(each, tuple(map(plain, between))) for each in given)
+        return tuple(self.table(section, tuple(map(plain, between))) for section in sections)
 
     def table(self, section: dict[str, Any], between: tuple[str, ...]) -> JoinedTable:
-        """One of them."""
+        """Read one table to join."""
         self.refuse_unknown(section, _OF_TABLES, "tables")
         file, key = self.text("tables", "file", section), section.get("key")
         if file is not None and (Path(file).is_absolute() or ".." in Path(file).parts):
@@ -279,47 +283,47 @@ class _Reader:
         return JoinedTable(file, str(names[0]), str(names[1]), between)
 
     def trials(self, section: dict[str, Any]) -> TrialCut:
-        """Where trials begin and end."""
+        """Read where trials begin and end."""
         self.refuse_unknown(section, _OF_TRIALS, "trials")
         by = section.get("by", "run")
         if by not in CUTS:
             raise self.wrong("trials", "by", " or ".join(f'"{c}"' for c in CUTS), by)
         numbers = ("threshold", "before_s", "after_s", "gap_s", "disturbance_threshold")
-        given: dict[str, Any] = {}
+        settings: dict[str, Any] = {}
         for key in numbers:
             if key in section and not is_number(section[key]):
                 raise self.wrong("trials", key, "a number", section[key])
-            given |= {key: float(section[key])} if key in section else {}
+            settings |= {key: float(section[key])} if key in section else {}
         for key in ("column", "pattern", "disturbance"):
-            given[key] = self.text("trials", key, section)
+            settings[key] = self.text("trials", key, section)
         between = section.get("between", [])
         between = between if isinstance(between, list) else [between]
         if not all(isinstance(v, str) or is_number(v) for v in between):
             raise self.wrong("trials", "between", "values of the column, such as [0]", between)
         try:
-            return TrialCut(by=cast(CutBy, by), between=tuple(between), **given)
+            return TrialCut(by=cast(CutBy, by), between=tuple(between), **settings)
         except InputError as error:
             raise self.error(error.problem, "trials", "by", error.expected or "") from None
 
     def trial_values(self, section: Any) -> dict[str, TrialValue]:
-        """The columns of the trial table."""
+        """Read the columns of the trial table."""
         if not isinstance(section, dict):
             raise self.wrong("trials", "columns", 'such as { condition = "cond" }', section)
-        return {name: self.trial_value(name, given) for name, given in section.items()}
+        return {name: self.trial_value(name, entry) for name, entry in section.items()}
 
-    def trial_value(self, name: str, given: Any) -> TrialValue:
-        """One column of the trial table: a column's name, or a table with column or value."""
-        at = f"trials.columns.{name}"
-        inner = {"column": given} if isinstance(given, str) else given
+    def trial_value(self, name: str, entry: Any) -> TrialValue:
+        """Read one column of the trial table: a column's name, or a table with column or value."""
+        key = f"trials.columns.{name}"
+        inner = {"column": entry} if isinstance(entry, str) else entry
         expected = 'a column\'s name, { column = "dir", unit = "deg" } or { value = "relaxed" }'
         if not isinstance(inner, dict) or ("column" in inner) == ("value" in inner):
-            raise self.wrong("trials.columns", name, expected, given)
-        self.refuse_unknown(inner, {"column", "value", "unit"}, at)
+            raise self.wrong("trials.columns", name, expected, entry)
+        self.refuse_unknown(inner, {"column", "value", "unit"}, key)
         value, column, unit = inner.get("value"), inner.get("column"), inner.get("unit")
         is_name = isinstance(column, str) and column != ""
-        right = is_name if value is None else isinstance(value, str) or is_number(value)
-        if not right:
-            raise self.wrong("trials.columns", name, expected, given)
+        is_valid = is_name if value is None else isinstance(value, str) or is_number(value)
+        if not is_valid:
+            raise self.wrong("trials.columns", name, expected, entry)
         if name in NUMBER_COLUMNS and isinstance(value, str):
             raise self.wrong("trials.columns", name, "a number", value)
         is_sample = unit == "sample" and name.endswith("_s")
@@ -331,19 +335,23 @@ class _Reader:
         )
 
     def value_unit(self, name: str, unit: object) -> Unit:
-        """The unit of a trial's value, which must fit the ending of its name."""
+        """Read the unit of a trial's value, which must fit the ending of its name."""
         endings = [e for e in _UNIT_OF_ENDING if name.endswith(e)]
-        found = known_unit(unit) if isinstance(unit, str) else None
-        own = UNITS_OF_ENDINGS[endings[0]] if endings else None
-        if found is None or own is None or found.dimension != own.dimension:
-            expected = f"a unit of {own.dimension}" if own else "none: the name has no unit"
+        stated = known_unit(unit) if isinstance(unit, str) else None
+        expected_unit = UNITS_OF_ENDINGS[endings[0]] if endings else None
+        if stated is None or expected_unit is None or stated.dimension != expected_unit.dimension:
+            expected = (
+                f"a unit of {expected_unit.dimension}"
+                if expected_unit
+                else "none: the name has no unit"
+            )
             raise self.wrong("trials.columns", name, expected, unit)
-        return found
+        return stated
 
     def text(
         self, section: str, key: str, values: Mapping[str, Any], required: bool = False
     ) -> str | None:
-        """A text that is not empty."""
+        """Read a text that is not empty."""
         value = values.get(key)
         if (value is None and required) or not (
             value is None or (isinstance(value, str) and value.strip())
@@ -354,7 +362,7 @@ class _Reader:
     def texts(
         self, section: str, key: str, values: Mapping[str, Any], required: bool = False
     ) -> tuple[str, ...] | None:
-        """A list of texts; one text stands for a list of it."""
+        """Read a list of texts; a single text counts as a list."""
         value = values.get(key)
         if isinstance(value, str):
             value = [value]
@@ -366,7 +374,7 @@ class _Reader:
 
 
 class _TomlFields(Fields):
-    """Fields of a TOML table, whose values need not be JSON's."""
+    """Fields of a TOML table, whose values may be other types than JSON's."""
 
     def wrong(self, key: str, expected: str) -> InputError:
         shown = json.dumps(self.values.get(key), default=str, ensure_ascii=False)[:40]

@@ -1,4 +1,4 @@
-"""Where the trials of a run begin and end, and what the trial table says of each."""
+"""Cut a run into trials, and build their trial table."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from armimpedance.recordings.mapped.mapping import ColumnMapping, TrialCut, Tria
 from armimpedance.recordings.mapped.raw_file import names_in
 from armimpedance.recordings.tables.trial_table import TrialTable, trials_of_cells
 
-#: A step of this many usual ones begins a trial, where the mapping does not say.
+#: Default of the gap that begins a trial, in usual steps.
 USUAL_GAP: Final = 10.0
 
 
@@ -27,9 +27,9 @@ class Piece:
     """One trial of a run.
 
     `start`, `stop`: its samples.
-    `name`: what the file calls it.
-    `onset`, `end`: the last sample before the disturbance and the first after it, where a column
-    marks it.
+    `name`: its number or name in the file.
+    `onset`, `end`: the last sample before the disturbance and the first after it, if a column
+    marks them.
     """
 
     start: int
@@ -40,9 +40,9 @@ class Piece:
 
 
 def pieces_of(run: OneClock, cut: TrialCut, rate_hz: float | None) -> tuple[list[Piece], list[str]]:
-    """The trials of a run, and sentences on what was left out.
+    """Cut a run into trials; return them and sentences on what was left out.
 
-    Raises InputError: a column is missing or holds what it must not, or there is no trial.
+    Raises InputError: a column is missing or holds a wrong value, or there is no trial.
     """
     left_out: list[str] = []
     if cut.by == "column":
@@ -77,8 +77,8 @@ def _by_column(run: OneClock, cut: TrialCut) -> tuple[list[Piece], list[str]]:
             raise run.error(problem, expected, cut.column, start)
         seen.add(name)
         pieces.append(Piece(start, stop, name))
-    told = f"Padding: {blank.sum()} rows of zeros in all columns left out."
-    return pieces, [told] if blank.any() else []
+    note = f"Padding: {blank.sum()} rows of zeros in all columns left out."
+    return pieces, [note] if blank.any() else []
 
 
 def _by_gap(run: OneClock, cut: TrialCut) -> list[Piece]:
@@ -89,7 +89,7 @@ def _by_gap(run: OneClock, cut: TrialCut) -> list[Piece]:
     forward = step[step > 0]
     usual = float(np.median(forward)) if len(forward) else 0.0
     longest = USUAL_GAP * usual if cut.gap_s is None else cut.gap_s
-    # A missing time belongs to no step; the check of missing values names it.
+    # a missing time belongs to no step; the check of missing values reports it
     starts = np.flatnonzero((step < 0) | (step > longest)) + 1
     edges = [0, *starts.tolist(), run.rows] if run.rows else []
     return [Piece(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
@@ -121,8 +121,8 @@ def _by_edge(run: OneClock, cut: TrialCut, rate_hz: float | None) -> tuple[list[
             raise run.error("edges too close to one another", expected, cut.column, onset)
         pieces.append(piece)
     which = f"Trial{'s' * (len(cut_off) > 1)} {', '.join(cut_off)}"
-    told = f"{which} of {run.name} reach beyond the record and were left out."
-    return pieces, [told] if cut_off else []
+    note = f"{which} of {run.name} reach beyond the record and were left out."
+    return pieces, [note] if cut_off else []
 
 
 def _with_disturbance(run: OneClock, piece: Piece, cut: TrialCut) -> Piece:
@@ -140,13 +140,13 @@ def _with_disturbance(run: OneClock, piece: Piece, cut: TrialCut) -> Piece:
 
 
 def _rises(run: OneClock, column: str, threshold: float) -> IntArray:
-    """The last samples before a column rises through a threshold."""
+    """Samples just before a column rises through a threshold."""
     over = run.numbers(column) > threshold
     return np.flatnonzero(over[1:] & ~over[:-1])
 
 
 def _marks(run: OneClock, column: str) -> NDArray[Any]:
-    """A column of trial numbers or names."""
+    """Return a column of trial numbers or names."""
     if column in run.columns:
         return run.columns[column]
     raise run.error(
@@ -161,7 +161,7 @@ def _missing(values: NDArray[Any]) -> BoolArray:
 
 
 def _blank(run: OneClock, marks: NDArray[Any]) -> BoolArray:
-    """Rows of zeros in all columns, the trial's number too: some programs fill tables up so."""
+    """True for rows of zeros in all columns, trial number included, as padding by some programs."""
     rows = np.flatnonzero(marks == 0.0) if marks.dtype.kind == "f" else np.empty(0, dtype=np.int64)
     numbers = [v[rows] for v in run.columns.values() if v.dtype.kind == "f"]
     blank = np.zeros(len(marks), dtype=bool)
@@ -170,7 +170,7 @@ def _blank(run: OneClock, marks: NDArray[Any]) -> BoolArray:
 
 
 def _as(values: NDArray[Any], between: tuple[float | str, ...]) -> NDArray[Any]:
-    """What stands between trials, in the type of the column."""
+    """Convert the values that mark rows between trials to the type of the column."""
     if values.dtype.kind == "U":
         return np.array([_plain(v) for v in between], dtype=np.str_)
     numbers = [float(v) for v in between if not isinstance(v, str)]
@@ -178,12 +178,12 @@ def _as(values: NDArray[Any], between: tuple[float | str, ...]) -> NDArray[Any]:
 
 
 def _plain(value: object) -> str:
-    whole = isinstance(value, float) and value.is_integer()
-    return str(int(value)) if whole and isinstance(value, float) else str(value)
+    is_integer = isinstance(value, float) and value.is_integer()
+    return str(int(value)) if is_integer and isinstance(value, float) else str(value)
 
 
 def piece_time(run: OneClock, piece: Piece, rate_hz: float | None) -> FloatArray:
-    """The time of a trial's samples: as the file has it, or from 0 in steps of the rate."""
+    """Time of a trial's samples, s: from the file, or from 0 in steps of the rate."""
     if run.time_s is not None:
         return run.time_s[piece.start : piece.stop]
     if rate_hz is None:
@@ -192,17 +192,17 @@ def piece_time(run: OneClock, piece: Piece, rate_hz: float | None) -> FloatArray
     return np.arange(piece.stop - piece.start) / rate_hz
 
 
-# The trial table of a mapped recording: from columns, facts, names of files, or one for all.
+# The trial table of a mapped recording: from columns, facts, file names, or one value for all.
 
-#: The condition where neither file nor mapping tells one.
+#: Condition if neither file nor mapping states one.
 NO_CONDITION: Final = "all"
-#: The file's own numbers of trials, where they cannot stay: they are no numbers, or stand twice.
+#: Column for the file's own trial numbers if they cannot be used: not numbers, or not unique.
 NAME_IN_FILE: Final = "trial_in_file"
 
 
 @dataclass(frozen=True)
 class MappedTrial:
-    """A trial and the run that it is part of."""
+    """A trial and its run."""
 
     run: OneClock
     piece: Piece
@@ -211,47 +211,47 @@ class MappedTrial:
 def trial_table(
     trials: Sequence[MappedTrial], mapping: ColumnMapping, rate_hz: float, path: Path
 ) -> TrialTable:
-    """The trial table, with the checks of `trials.csv`.
+    """Build the trial table, with the checks of `trials.csv`.
 
-    Raises InputError: a value is missing, changes within a trial, or is not what its column holds.
+    Raises InputError: a value is missing, changes within a trial, or does not fit its column.
     """
     cells = [_cells(trial, trials, mapping, rate_hz) for trial in trials]
     _number(cells, trials)
-    for given in cells:
-        given.setdefault("condition", NO_CONDITION)
+    for row in cells:
+        row.setdefault("condition", NO_CONDITION)
     first = ["trial", "condition"]
     names = first + [n for n in dict.fromkeys(n for c in cells for n in c) if n not in first]
     lines = tuple(trial.run.first_row + trial.piece.start for trial in trials)
-    rows = [[given.get(name, "") for name in names] for given in cells]
+    rows = [[row.get(name, "") for name in names] for row in cells]
     return trials_of_cells(path, names, lines, rows)
 
 
 def _cells(
     trial: MappedTrial, trials: Sequence[MappedTrial], mapping: ColumnMapping, rate_hz: float
 ) -> dict[str, str]:
-    """What the mapping says of a trial, as the cells of a table."""
-    found = _of_name(trial.run, mapping.trials.pattern)
+    """Cells of a trial's row, from the mapping."""
+    cells = _of_name(trial.run, mapping.trials.pattern)
     time = piece_time(trial.run, trial.piece, rate_hz)
     for name, sample in (("onset_s", trial.piece.onset), ("end_s", trial.piece.end)):
         if sample is not None:
-            found[name] = repr(float(time[sample - trial.piece.start]))
+            cells[name] = repr(float(time[sample - trial.piece.start]))
     for name, value in mapping.values.items():
-        found[name] = _cell(name, _value(trial, trials, value), value, time, trial)
-    return found
+        cells[name] = _cell(name, _value(trial, trials, value), value, time, trial)
+    return cells
 
 
 def _of_name(run: OneClock, pattern: str | None) -> dict[str, str]:
-    """What the name of the file says."""
+    """Cells from the name of the file; empty without a pattern."""
     if pattern is None:
         return {}
-    found = names_in(pattern, run.file)
-    if found is None:
+    cells = names_in(pattern, run.file)
+    if cells is None:
         raise run.error(f"a name that is not like {pattern}", "one that is, or another pattern")
-    return found
+    return cells
 
 
 def _value(trial: MappedTrial, trials: Sequence[MappedTrial], value: TrialValue) -> float | str:
-    """The value of a trial, as the file has it."""
+    """Return the value of a trial, as in the file."""
     run, piece, column = trial.run, trial.piece, value.column
     if column is None:
         return "" if value.value is None else value.value
@@ -260,15 +260,15 @@ def _value(trial: MappedTrial, trials: Sequence[MappedTrial], value: TrialValue)
     if column in run.facts:
         return run.facts[column]
     if column in run.once:
-        siblings = [each for each in trials if each.run is run]
+        siblings = [other_trial for other_trial in trials if other_trial.run is run]
         each_trial = run.once[column]
-        at = next(i for i, each in enumerate(siblings) if each.piece is piece)
+        position = next(i for i, other_trial in enumerate(siblings) if other_trial.piece is piece)
         if len(each_trial) == len(siblings):
-            return _plain_value(each_trial[at])
+            return _plain_value(each_trial[position])
         problem = f"{len(each_trial)} values for {len(siblings)} trials"
         raise run.error(problem, "one a sample, or one a trial", column)
-    there = [*run.columns, *run.facts, *run.once]
-    raise run.error("no such column", f"one of {', '.join(there[:12])}", column)
+    available = [*run.columns, *run.facts, *run.once]
+    raise run.error("no such column", f"one of {', '.join(available[:12])}", column)
 
 
 def _constant(run: OneClock, values: NDArray[Any], piece: Piece, column: str) -> float | str:
@@ -299,41 +299,45 @@ def _time_of_sample(
 
 
 def _cell(
-    name: str, found: float | str, value: TrialValue, time: NDArray[Any], trial: MappedTrial
+    name: str, raw: float | str, value: TrialValue, time: NDArray[Any], trial: MappedTrial
 ) -> str:
-    """The text of a cell, in the unit that the name of its column says."""
-    if isinstance(found, str) and value.unit is None and not value.is_sample:
-        return found
+    """Text of a cell, in the unit that the name of its column implies."""
+    if isinstance(raw, str) and value.unit is None and not value.is_sample:
+        return raw
     try:
-        number = float(found)
+        number = float(raw)
     except ValueError:
-        problem = f"not a number: {str(found)[:40]!r}"
+        problem = f"not a number: {str(raw)[:40]!r}"
         raise trial.run.error(problem, "a number", value.column) from None
     if np.isnan(number):
         return ""
     if value.is_sample:
         return repr(_time_of_sample(number, value, time, trial))
-    own = next((unit for end, unit in UNITS_OF_ENDINGS.items() if name.endswith(end)), None)
-    if value.unit is not None and own is not None and value.unit != own:
-        number = float(value.unit.to_si(np.array([number]))[0]) * own.divide / own.multiply
-    if own is None and number.is_integer() and abs(number) < 2.0**53:
+    column_unit = next((unit for end, unit in UNITS_OF_ENDINGS.items() if name.endswith(end)), None)
+    if value.unit is not None and column_unit is not None and value.unit != column_unit:
+        number = (
+            float(value.unit.to_si(np.array([number]))[0])
+            * column_unit.divide
+            / column_unit.multiply
+        )
+    if column_unit is None and number.is_integer() and abs(number) < 2.0**53:
         return str(int(number))
     return repr(number)
 
 
 def _number(cells: list[dict[str, str]], trials: Sequence[MappedTrial]) -> None:
-    """Give each trial its number: the file's own where they are whole and different."""
-    for given, trial in zip(cells, trials, strict=True):
-        own = trial.run.facts.get("*", trial.piece.name)
-        if own is not None and "trial" not in given:
-            text = _cell("trial", own, TrialValue(), np.empty(0), trial)
-            given["trial"] = text
-    numbers = [given.get("trial") for given in cells]
-    whole = all(n is not None and re.fullmatch(r"[+-]?\d{1,15}", n) for n in numbers)
-    if whole and len({int(n) for n in numbers if n is not None}) == len(numbers):
+    """Number the trials: by the file's own numbers if they are integers and unique."""
+    for row, trial in zip(cells, trials, strict=True):
+        file_number = trial.run.facts.get("*", trial.piece.name)
+        if file_number is not None and "trial" not in row:
+            text = _cell("trial", file_number, TrialValue(), np.empty(0), trial)
+            row["trial"] = text
+    numbers = [row.get("trial") for row in cells]
+    are_integers = all(n is not None and re.fullmatch(r"[+-]?\d{1,15}", n) for n in numbers)
+    if are_integers and len({int(n) for n in numbers if n is not None}) == len(numbers):
         return
-    for number, given in enumerate(cells, start=1):
-        own = given.get("trial")
-        given["trial"] = str(number)
-        if own is not None:
-            given.setdefault(NAME_IN_FILE, own)
+    for number, row in enumerate(cells, start=1):
+        file_number = row.get("trial")
+        row["trial"] = str(number)
+        if file_number is not None:
+            row.setdefault(NAME_IN_FILE, file_number)

@@ -1,4 +1,4 @@
-"""The kinds of file that a mapping explains; a proposed mapping as a text to edit."""
+"""Kinds of files that can be read with a mapping; a proposed mapping as a text to edit."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from armimpedance.recordings.mapped.raw_file import (
     natural,
 )
 
-#: One file in the folder is one kind.
+#: Each module in the folder is one kind of file.
 SOURCES: Final = MethodTable[Source]("armimpedance.recordings.sources", "SOURCE", "kind of file")
 
-#: Files of notes that lie in any folder: they do not make it a recording.
+#: Endings of notes, which may be in any folder and do not make it a recording.
 _NOTES: Final = (".txt", ".dat")
 
 
 def source_of(path: Path) -> Source | None:
-    """The kind of an existing file or folder, or None."""
+    """Return the kind of an existing file or folder, or None."""
     try:
         return next((source for source in SOURCES.values() if source.recognises(path)), None)
     except OSError as error:
@@ -43,7 +43,7 @@ def source_of(path: Path) -> Source | None:
 
 
 def is_mapped(path: Path) -> bool:
-    """Whether a mapping can explain what is at an existing path."""
+    """Return True if an existing path can be read with a mapping."""
     if source_of(path) is not None:
         return True
     if not path.is_dir():
@@ -56,27 +56,27 @@ def is_mapped(path: Path) -> bool:
 
 
 def mapping_of(path: Path, stated: Path | None) -> Path:
-    """The mapping file for a file or folder: the stated one, or `columns.toml` with it.
+    """Return the mapping of a file or folder: the stated one, or `columns.toml` beside it.
 
-    Raises InputError: there is none.
+    Raises InputError: there is no mapping.
     """
     if stated is not None:
         return stated
-    found = (path if path.is_dir() else path.parent) / MAPPING_FILE
-    if found.is_file():
-        return found
+    default = (path if path.is_dir() else path.parent) / MAPPING_FILE
+    if default.is_file():
+        return default
     raise InputError(
         "nothing says what its columns mean",
         file=path,
-        expected=f"--mapping FILE, or {found.name} beside it: `armimpedance map-columns "
+        expected=f"--mapping FILE, or {default.name} beside it: `armimpedance map-columns "
         f"{path.name}` proposes one",
     )
 
 
 def files_of(path: Path, pattern: str | None) -> tuple[Path, ...]:
-    """The files that a path stands for: itself, or those of a folder, in their natural order.
+    """Return the files of a path: the file, or those of a folder in natural order.
 
-    Raises InputError: the folder has none, or files of several kinds and nothing says which.
+    Raises InputError: the folder has no files, or files of several kinds.
     """
     if source_of(path) is not None:
         return (path,)
@@ -92,12 +92,14 @@ def files_of(path: Path, pattern: str | None) -> tuple[Path, ...]:
 
 
 def _known_files(path: Path, pattern: str | None) -> list[Path]:
-    """The files of a folder of which some source knows the kind."""
+    """Files of a folder that are of a known kind."""
     wanted = "*" if pattern is None else pattern
     if Path(wanted).is_absolute() or ".." in Path(wanted).parts:
         raise InputError(f"files = {wanted!r}", file=path, expected="names inside of the folder")
-    there = [file for file in path.glob(wanted) if file.is_file() and file.name != MAPPING_FILE]
-    known = [file for file in there if source_of(file) is not None]
+    candidates = [
+        file for file in path.glob(wanted) if file.is_file() and file.name != MAPPING_FILE
+    ]
+    known = [file for file in candidates if source_of(file) is not None]
     if pattern is None:
         known = [f for f in known if f.suffix.lower() not in _NOTES] or known
     if not known:
@@ -106,9 +108,9 @@ def _known_files(path: Path, pattern: str | None) -> list[Path]:
 
 
 def read_table(file: Path) -> RawFile:
-    """The whole of a file of a known kind, such as a trial table.
+    """Read all of a file of a known kind, such as a trial table.
 
-    Raises InputError: it is not there or cannot be read.
+    Raises InputError: it is missing or cannot be read.
     """
     if not file.is_file():
         raise InputError("no such file", file=file, expected="the table of [[tables]]")
@@ -118,95 +120,95 @@ def read_table(file: Path) -> RawFile:
 def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
     """Read files of known kinds.
 
-    Raises InputError: what is wrong with one of them.
+    Raises InputError: one of them cannot be read.
     """
-    found = []
+    read = []
     for file in files:
         source = source_of(file)
         if source is None:
             raise InputError("is of no known kind", file=file)
         with unchanged(file):
-            found.append(ReadFile(file, source.read(file, wanted)))
-    return tuple(found)
+            read.append(ReadFile(file, source.read(file, wanted)))
+    return tuple(read)
 
 
-# The text of a proposed `columns.toml`: to be read and edited, with a reason beside each line.
+# The text of a proposed `columns.toml`, with a reason beside each line.
 
 
-def mapping_text(found: Proposal, name: str) -> str:
-    """The text of a mapping; a "?" stands for each word that is still to be decided.
+def mapping_text(proposal: Proposal, name: str) -> str:
+    """Return the text of a proposed mapping; a "?" marks each word that the user must decide.
 
-    `name`: the file that it was made from.
+    `name`: name of the file.
     """
     lines = [
         f"# Proposed from {_plain(name)}. Check each line; replace each ? by your word.",
         "# Reference: docs/reference/files/mapping.md",
-        *(f"# cannot tell: {_plain(question)}" for question in found.cannot_tell),
+        *(f"# cannot tell: {_plain(question)}" for question in proposal.cannot_tell),
         "",
-        f"kind = {_text(found.kind)}".ljust(30) + '# "hand" (m, N) or "joint" (rad, N m)',
+        f"kind = {_text(proposal.kind)}".ljust(30) + '# "hand" (m, N) or "joint" (rad, N m)',
     ]
-    if found.files is not None:
-        lines.append(f"files = {_text(found.files)}")
-    if found.rate_hz is not None:
-        lines.append(f"sample_rate_hz = {found.rate_hz!r}")
-    elif any("sample rate" in question for question in found.cannot_tell):
+    if proposal.files is not None:
+        lines.append(f"files = {_text(proposal.files)}")
+    if proposal.rate_hz is not None:
+        lines.append(f"sample_rate_hz = {proposal.rate_hz!r}")
+    elif any("sample rate" in question for question in proposal.cannot_tell):
         lines.append(f"sample_rate_hz = {_text(None)}")
     lines += ["# handle_mass_kg = 0.0           # mass between force sensor and hand", ""]
-    if found.time is not None:
-        lines += ["[time]", f"column = {_text(found.time.columns[0])}", _unit(found.time), ""]
-    lines += _columns("position", found.position)
-    lines += [*_columns("force", found.force)[:-1], *_whose(found), ""]
-    if found.joint_angles is not None:
-        lines += _columns("joint_angles", found.joint_angles)
-    if found.emg is not None:
-        pairs = zip(found.emg.axes, found.emg.columns, strict=True)
-        lines += ["[emg]", _unit(found.emg), "", "[emg.muscles]"]
+    if proposal.time is not None:
+        lines += ["[time]", f"column = {_text(proposal.time.columns[0])}", _unit(proposal.time), ""]
+    lines += _columns("position", proposal.position)
+    lines += [*_columns("force", proposal.force)[:-1], *_whose(proposal), ""]
+    if proposal.joint_angles is not None:
+        lines += _columns("joint_angles", proposal.joint_angles)
+    if proposal.emg is not None:
+        pairs = zip(proposal.emg.axes, proposal.emg.columns, strict=True)
+        lines += ["[emg]", _unit(proposal.emg), "", "[emg.muscles]"]
         lines += [f"{_key(muscle)} = {_text(column)}" for muscle, column in pairs] + [""]
-    for table in found.tables:
+    for table in proposal.tables:
         keys = f"{{ log = {_text(table.log_key)}, table = {_text(table.table_key)} }}"
         same = table.log_key == table.table_key
         key = _text(table.log_key) if same else keys
         lines += ["[[tables]]", f"file = {_text(table.file)}", f"key = {key}", ""]
-    lines += _trials(found)
-    if found.others:
-        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
+    lines += _trials(proposal)
+    if proposal.others:
+        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in proposal.others)]
     return "\n".join(lines) + "\n"
 
 
-def _trials(found: Proposal) -> list[str]:
-    lines = ["[trials]", *(f"{key} = {_value(value)}" for key, value in found.trials.items())]
+def _trials(proposal: Proposal) -> list[str]:
+    lines = ["[trials]", *(f"{key} = {_value(value)}" for key, value in proposal.trials.items())]
     lines += ["", "[trials.columns]"]
-    lines += [f"{_key(name)} = {_trial_value(value)}" for name, value in found.values.items()]
-    if "condition" not in found.values:
+    lines += [f"{_key(name)} = {_trial_value(value)}" for name, value in proposal.values.items()]
+    if "condition" not in proposal.values:
         lines.append('# condition = "a column", or { value = "relaxed" } for all trials')
-    if "onset_s" not in found.values and "disturbance" not in found.trials:
+    if "onset_s" not in proposal.values and "disturbance" not in proposal.trials:
         lines.append('# onset_s = { column = "a column", unit = "ms" }, where a column tells it')
     return lines
 
 
-def _columns(section: str, found: ProposedColumns | None) -> list[str]:
-    if found is None:
+def _columns(section: str, proposed: ProposedColumns | None) -> list[str]:
+    if proposed is None:
         return [f"[{section}]", f'columns = ["{UNDECIDED}"]', f'unit = "{UNDECIDED}"', ""]
-    names = ", ".join(_text(column) for column in found.columns)
-    labels = f"  # {_plain(', '.join(found.labels))}" if found.labels else ""
-    return [f"[{section}]", f"columns = [{names}]{labels}", _unit(found), ""]
+    names = ", ".join(_text(column) for column in proposed.columns)
+    labels = f"  # {_plain(', '.join(proposed.labels))}" if proposed.labels else ""
+    return [f"[{section}]", f"columns = [{names}]{labels}", _unit(proposed), ""]
 
 
-def _unit(found: ProposedColumns) -> str:
-    return f"unit = {_text(found.unit.word)}".ljust(30) + f"# {_plain(found.unit.why)}"
+def _unit(proposed: ProposedColumns) -> str:
+    return f"unit = {_text(proposed.unit.word)}".ljust(30) + f"# {_plain(proposed.unit.why)}"
 
 
-def _whose(found: Proposal) -> list[str]:
+def _whose(proposal: Proposal) -> list[str]:
     return [
         "# cannot tell: whose force on the other this is. Take the # off one of the two lines.",
-        *(f"#   {_plain(sentence)}" for sentence in found.evidence),
+        *(f"#   {_plain(sentence)}" for sentence in proposal.evidence),
         '# by = "limb"                  # the force of the limb on the device',
         '# by = "device"                # the force of the device on the limb',
     ]
 
 
 def _text(word: str | None) -> str:
-    # JSON's strings are TOML's, but for the character 127.
+    # JSON strings are TOML strings, except for the character 127
     text = json.dumps(UNDECIDED if word is None else word, ensure_ascii=False)
     return text.replace("\x7f", "\\u007f")
 
@@ -227,21 +229,21 @@ def _key(name: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """One line for a comment."""
+    """Return a text on one line, for a comment."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 
-# A mapping that is proposed for the files at a path.
+# A proposed mapping for the files at a path.
 
 
 def name_pattern(files: Sequence[Path]) -> str | None:
-    """What the names of several files have in common: ``{condition}_{trial}``, or None."""
+    """Common pattern of the names of several files: ``{condition}_{trial}``, or None."""
     parts = [re.fullmatch(r"(.*?[^\W_])([_\- .]?)(\d+)", file.stem) for file in files]
-    found = [part.groups() for part in parts if part is not None]
-    separators = {separator for _, separator, _ in found}
-    if len(found) < max(len(files), 2) or len(separators) > 1:
+    groups = [part.groups() for part in parts if part is not None]
+    separators = {separator for _, separator, _ in groups}
+    if len(groups) < max(len(files), 2) or len(separators) > 1:
         return None
-    before = {first for first, _, _ in found}
+    before = {first for first, _, _ in groups}
     first = "{condition}" if len(before) > 1 else before.pop()
     return f"{first}{separators.pop()}{{trial}}"
 
@@ -249,7 +251,7 @@ def name_pattern(files: Sequence[Path]) -> str | None:
 def _table_beside(
     log: ReadFile, proposal: Proposal, chosen: Sequence[Path], pattern: str | None
 ) -> JoinedTable | None:
-    """A trial table in the folder of the log, found by the numbers or names of its trials."""
+    """Find a trial table in the folder of the log, by the numbers or names of its trials."""
     if proposal.trials.get("by") == "column":
         key = str(proposal.trials["column"])
         columns = {n: c for run in log.raw.runs for t in run.tables for n, c in t.columns.items()}
@@ -266,12 +268,12 @@ def _table_beside(
 
 @dataclass(frozen=True)
 class ProposedMapping:
-    """A mapping to be read and edited.
+    """A proposed mapping, to be read and edited.
 
-    `text`: TOML with a reason beside each line; a "?" for each word that is still to be decided.
-    `place`: where it would be found without being named: `columns.toml` with the file.
-    `found`: what the columns were taken for, one line each.
-    `cannot_tell`: what only the user can say.
+    `text`: TOML with a reason beside each line; a "?" for each word that the user must decide.
+    `place`: its default path: `columns.toml` beside the file.
+    `found`: proposed meaning of the columns, one line each.
+    `cannot_tell`: questions that only the user can answer.
     """
 
     text: str
@@ -281,9 +283,9 @@ class ProposedMapping:
 
 
 def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> ProposedMapping:
-    """Propose which column of a file is what, from names, units and data.
+    """Propose the meaning of the columns of a file, from names, units and data.
 
-    Whose force on the other the columns hold is never decided, only what the data say of it.
+    Whether a force is by the limb or by the device is never decided; the evidence is reported.
 
     Parameters
     ----------
@@ -316,10 +318,10 @@ def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> P
     force: Fx (N), Fy (N) in N (stated by the file)
     trials: by run
     """
-    place = Path(path)
-    if not place.exists():
+    location = Path(path)
+    if not location.exists():
         raise InputError("no such file or folder", file=path, expected="a table")
-    chosen = files_of(place, files)
+    chosen = files_of(location, files)
     log = read_files(chosen[:1], lambda _name: True)[0]
     proposal = proposal_for(log.raw, len(chosen))
     pattern = name_pattern(chosen) if proposal.trials.get("by") == "run" else None
@@ -330,12 +332,12 @@ def propose_mapping(path: str | os.PathLike[str], files: str | None = None) -> P
         proposal.tables = (table,)
     if pattern is not None:
         proposal.named_by(pattern)
-    if place.is_dir() and chosen[0] != place:
+    if location.is_dir() and chosen[0] != location:
         proposal.files = files or f"*{chosen[0].suffix}"
     whose = "whose force on the other it is" + (": " + " ".join(proposal.evidence)).rstrip(": ")
     return ProposedMapping(
-        text=mapping_text(proposal, place.name),
-        place=(place if place.is_dir() else place.parent) / MAPPING_FILE,
+        text=mapping_text(proposal, location.name),
+        place=(location if location.is_dir() else location.parent) / MAPPING_FILE,
         found=proposal.lines(),
         cannot_tell=(*proposal.cannot_tell, whose),
     )

@@ -1,10 +1,10 @@
-"""Time stamps that scatter about an even clock: were the samples even, or the stamps right?
+"""Time stamps that scatter about an even clock: are the samples even, or the stamps right?
 
-A network's or a computer's stamp says when a sample arrived; the device took it on a clock of its
-own. Where the device was polled, the stamps are right and the samples are uneven. The motion says
-which: along a smooth course x(t) a sample that was taken r late lies v r off. With h the part of
-v r, and d the part of x, that no cubic over five samples explains, ``d = beta h``: beta is 0 where
-the samples are even, 1 where the stamps are right.
+A network's or computer's stamp is the time at which a sample arrived; the device sampled on its own
+clock, and the samples are even. If the device was polled, the stamps are right and the samples are
+uneven. The motion decides: on a smooth course x(t) a sample taken late by r is off by v r. Let h be
+the part of v r, and d the part of x, that a cubic over five samples does not explain. Then
+``d = beta h``, with beta 0 if the samples are even and 1 if the stamps are right.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from armimpedance.recordings.mapped.cutting import Piece
 from armimpedance.recordings.mapped.mapping import ColumnMapping
 from armimpedance.recordings.tables.sample_table import STEP_TOLERANCE
 
-#: Stamps further from an even clock than this many steps are no jitter; nor are stamps that all
-#: lie off by more than the second number over a stretch: a sample was lost there.
+#: Limits of jitter, in steps: of a single stamp, and of the median over a section of this many
+#: samples. Beyond them a sample was lost.
 _FARTHEST: Final = 1.5
 _LASTING: Final = 0.25
 _STRETCH: Final = 21
-#: What of five samples no cubic explains: the middle one less its neighbours' cubic.
+#: Weights for the residual of the middle of five samples from a cubic through its neighbours.
 _ROUGH: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
 
 
@@ -34,7 +34,7 @@ _ROUGH: Final = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
 class EvenTime:
     """A run whose trials have even times.
 
-    `notes`: what was done, and the error that it may cause; none where nothing was.
+    `notes`: what was done, and the possible error; empty if nothing was done.
     """
 
     run: OneClock
@@ -44,11 +44,11 @@ class EvenTime:
 def with_even_time(
     run: OneClock, pieces: Sequence[Piece], mapping: ColumnMapping, rate_hz: float
 ) -> EvenTime:
-    """The run with the times of an even clock, where its stamps scatter about one.
+    """Replace stamps that scatter about an even clock by the times of that clock.
 
-    Samples that were taken unevenly are interpolated by a cubic spline; otherwise they stay.
-    Stamps that are even, that run backwards or that have gaps stay as they are: the check of the
-    clock speaks of them.
+    Samples that were taken unevenly are interpolated by a cubic spline; even samples are not
+    changed. Stamps that are even, run backwards or have gaps are not changed; the check of the
+    clock reports them.
     """
     if run.time_s is None or _is_even(run.time_s, pieces, rate_hz):
         return EvenTime(run)
@@ -59,17 +59,17 @@ def with_even_time(
     for piece, line in zip(pieces, lines, strict=True):
         if line is not None:
             time[piece.start : piece.stop] = line
-    late = run.time_s - time
+    deviation = run.time_s - time
     position = np.column_stack([run.numbers(name) for name in mapping.position.columns])
-    beta, sd = _stamps_are_right(position, late, pieces, rate_hz)
+    beta, sd = _stamps_are_right(position, deviation, pieces, rate_hz)
     right = beta - 2.0 * sd > 0.5
     signals = {name for quantity in mapping.quantities.values() for name in quantity.columns}
     columns = _interpolated(run, signals, pieces, time) if right else run.columns
     speed = max(_fastest(position[p.start : p.stop], rate_hz) for p in pieces)
-    scatter = float(np.concatenate([late[p.start : p.stop] for p in pieces]).std())
+    scatter = float(np.concatenate([deviation[p.start : p.stop] for p in pieces]).std())
     note = (
         f"Time stamps scatter by {1e3 * scatter:.2g} ms about an even clock of {rate_hz:.6g} Hz. "
-        + _why(right, beta, sd, mapping.position.unit.symbol, speed * scatter)
+        + _reason(right, beta, sd, mapping.position.unit.symbol, speed * scatter)
     )
     return EvenTime(replace(run, time_s=time, columns=columns), (note,))
 
@@ -81,33 +81,33 @@ def _is_even(time: FloatArray, pieces: Sequence[Piece], rate_hz: float) -> bool:
     return not off.any()
 
 
-def _why(right: bool, beta: float, sd: float, unit: str, error: float) -> str:
+def _reason(right: bool, beta: float, sd: float, unit: str, error: float) -> str:
     share = f"{beta:.2f} ± {2 * sd:.2f} of the scatter is in the motion"
     if right:
         return f"The samples are uneven ({share}): they were interpolated onto it."
-    taken = f"if they were not, positions would be off by up to {error:.2g} {unit}"
+    doubt = f"if they were not, positions would be off by up to {error:.2g} {unit}"
     if beta + 2.0 * sd < 0.5:
-        return f"The samples are even ({share}) and stay; {taken}."
+        return f"The samples are even ({share}) and stay; {doubt}."
     return (
-        f"Whether the samples are even the motion does not say ({share}); they stay, and {taken}."
+        f"Whether the samples are even the motion does not say ({share}); they stay, and {doubt}."
     )
 
 
 def _even(time: FloatArray, rate_hz: float) -> FloatArray | None:
-    """The even clock of the rate through a trial's stamps; None: they are even."""
+    """Even clock through a trial's stamps; None if they are even already, or not increasing."""
     steps = np.diff(time)
     if not len(steps) or not np.isfinite(time).all() or not (steps > 0.0).all():
         return None
     if (np.abs(steps * rate_hz - 1.0) <= STEP_TOLERANCE).all():
         return None
-    even = np.arange(len(time)) / rate_hz
-    return even + float(np.median(time - even))
+    even_time = np.arange(len(time)) / rate_hz
+    return even_time + float(np.median(time - even_time))
 
 
 def _all_jitter(
     run: OneClock, pieces: Sequence[Piece], lines: Sequence[FloatArray | None], rate_hz: float
 ) -> bool:
-    """Whether stamps scatter about their even clocks, without a gap anywhere."""
+    """True if the stamps scatter about their even clocks, without a gap anywhere."""
     assert run.time_s is not None  # noqa: S101 - asked by the caller
     for piece, line in zip(pieces, lines, strict=True):
         if line is None:
@@ -123,17 +123,17 @@ def _all_jitter(
 def _stamps_are_right(
     position: FloatArray, late: FloatArray, pieces: Sequence[Piece], rate_hz: float
 ) -> tuple[float, float]:
-    """beta and its standard error: see the module."""
+    """Estimate beta (see the module) and its standard error."""
     rough, expected = [], []
     for piece in pieces:
-        own = position[piece.start : piece.stop]
-        if len(own) < 2 * len(_ROUGH):
+        positions = position[piece.start : piece.stop]
+        if len(positions) < 2 * len(_ROUGH):
             continue
-        smooth = np.apply_along_axis(np.convolve, 0, own, np.ones(5) / 5.0, "same")
-        moved = np.gradient(smooth, axis=0) * rate_hz * late[piece.start : piece.stop, None]
-        for axis in range(own.shape[1]):
-            rough.append(np.convolve(own[:, axis], _ROUGH, "valid")[5:-5])
-            expected.append(np.convolve(moved[:, axis], _ROUGH, "valid")[5:-5])
+        smooth = np.apply_along_axis(np.convolve, 0, positions, np.ones(5) / 5.0, "same")
+        shift = np.gradient(smooth, axis=0) * rate_hz * late[piece.start : piece.stop, None]
+        for axis in range(positions.shape[1]):
+            rough.append(np.convolve(positions[:, axis], _ROUGH, "valid")[5:-5])
+            expected.append(np.convolve(shift[:, axis], _ROUGH, "valid")[5:-5])
     d, h = np.concatenate(rough or [np.zeros(1)]), np.concatenate(expected or [np.zeros(1)])
     power = float(h @ h)
     if not power > 0.0:
@@ -152,16 +152,16 @@ def _fastest(position: FloatArray, rate_hz: float) -> float:
 def _interpolated(
     run: OneClock, signals: set[str], pieces: Sequence[Piece], time: FloatArray
 ) -> dict[str, np.ndarray]:
-    """The signals at the even times; marks and all else stay those of their samples."""
+    """Interpolate signals to the even times; marks and other columns are not changed."""
     from scipy.interpolate import CubicSpline
 
     assert run.time_s is not None  # noqa: S101 - asked by the caller
     columns = dict(run.columns)
     for name in signals & set(columns):
-        new = run.numbers(name).copy()
+        values = run.numbers(name).copy()
         for piece in pieces:
             rows = slice(piece.start, piece.stop)
-            if piece.stop - piece.start > 3 and np.isfinite(new[rows]).all():
-                new[rows] = CubicSpline(run.time_s[rows], new[rows])(time[rows])
-        columns[name] = new
+            if piece.stop - piece.start > 3 and np.isfinite(values[rows]).all():
+                values[rows] = CubicSpline(run.time_s[rows], values[rows])(time[rows])
+        columns[name] = values
     return columns

@@ -1,4 +1,4 @@
-"""What a column may hold, by its name and by its numbers."""
+"""Evidence on the meaning of a column, from its name and its numbers."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.recordings.mapped.mapping import known_unit
 from armimpedance.recordings.mapped.text_layout import stated_unit
 
-#: Sample rates that recordings of arms have.
+#: Range of sample rates in recordings of arms.
 SLOWEST_HZ, FASTEST_HZ = 15.0, 12_000.0
-#: A hand's record in m spans less than the first; in mm more than the second; between: unclear.
+#: Span of a hand's record: in m below the first, in mm above the second, in between unclear.
 SPAN_M, SPAN_MM = 0.4, 100.0
 #: Angles beyond a full turn are degrees.
 _TURN: Final = 2.0 * np.pi
-#: A motion that explains a smaller share of the force says nothing of its sign.
+#: Least share of the force that the motion must explain for evidence on its sign.
 _SAYS_LITTLE: Final = 0.2
-#: So much of a record is looked at.
+#: Most trials, most samples of a trial, and fewest samples of a trial for this evidence.
 _MOST_PIECES, _LONGEST, _SHORTEST = 60, 20_000, 30
 
 
 @dataclass(frozen=True)
 class FoundMeaning:
-    """A word for the mapping and why; None where the data cannot tell."""
+    """A word for the mapping and the reason; None if the data do not show it."""
 
     word: str | None
     why: str
 
 
 def finite_part(values: NDArray[Any]) -> FloatArray:
-    """The numbers among the values."""
+    """Return the finite numbers among the values."""
     numbers = np.asarray(values, dtype=np.float64)
     return numbers[np.isfinite(numbers)]
 
 
-#: Of a column of time so many rows hold one.
+#: Least share of rows with a number in a column of time.
 _PRESENT: Final = 0.5
 
 
 def time_steps(values: NDArray[Any]) -> tuple[float, float] | None:
-    """The usual step and the share of steps that are it within 10 %; None: not like time."""
+    """Usual step, and share of steps within 10 % of it; None if the values are not like time."""
     numbers = np.asarray(values, dtype=np.float64)
     present = ~np.isnan(numbers)  # rows that fill a trial up may have none
     if np.count_nonzero(present) < max(3, _PRESENT * len(numbers)):
@@ -64,64 +64,64 @@ def time_steps(values: NDArray[Any]) -> tuple[float, float] | None:
 
 
 def measured_rows(values: FloatArray) -> int:
-    """The rows of (N,) or (N, d) before those at the end that repeat one value."""
+    """Number of rows of (N,) or (N, d) without repeated rows at the end."""
     if len(values) < 2:
         return len(values)
-    alike = (np.diff(values, axis=0) == 0).reshape(len(values) - 1, -1).all(axis=1)
-    changes = np.flatnonzero(~alike)
+    equal = (np.diff(values, axis=0) == 0).reshape(len(values) - 1, -1).all(axis=1)
+    changes = np.flatnonzero(~equal)
     filled = len(values) - (int(changes[-1]) + 1 if len(changes) else 0)
     return len(values) - filled if 1 < filled < _PRESENT * len(values) else len(values)
 
 
 def time_unit(step: float) -> FoundMeaning:
-    """The unit in which a step makes a plausible rate."""
+    """Unit of time for which a step gives a plausible rate."""
     units = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
     fits = [u for u, per in units.items() if SLOWEST_HZ <= per / step <= FASTEST_HZ]
-    told = f"a step of {step:.6g}"
+    reason = f"a step of {step:.6g}"
     if len(fits) != 1:
-        return FoundMeaning(None, f"{told} fits {' and '.join(fits) or 'no unit of time'}")
-    return FoundMeaning(fits[0], f"{told} makes {units[fits[0]] / step:.6g} Hz")
+        return FoundMeaning(None, f"{reason} fits {' and '.join(fits) or 'no unit of time'}")
+    return FoundMeaning(fits[0], f"{reason} makes {units[fits[0]] / step:.6g} Hz")
 
 
 def length_unit(columns: Sequence[NDArray[Any]]) -> FoundMeaning:
-    """Metres or millimetres, by the span of a hand's record."""
+    """Metres or millimetres, from the span of a hand's record."""
     spans = [float(np.ptp(v)) for c in columns if len(v := finite_part(c))]
     span = max(spans, default=0.0)
-    told = f"the hand's record spans {span:.3g}"
+    reason = f"the hand's record spans {span:.3g}"
     if span > SPAN_MM:
-        return FoundMeaning("mm", told)
+        return FoundMeaning("mm", reason)
     largest = max(
         (float(np.abs(finite_part(c)).max()) for c in columns if len(finite_part(c))), default=0
     )
     if 0 < span < SPAN_M and largest < 2.0:
-        return FoundMeaning("m", told)
-    return FoundMeaning(None, f"{told}: m, cm and mm are possible")
+        return FoundMeaning("m", reason)
+    return FoundMeaning(None, f"{reason}: m, cm and mm are possible")
 
 
 def angle_unit(columns: Sequence[NDArray[Any]]) -> FoundMeaning:
-    """Degrees where the values go beyond a turn in radians."""
+    """Degrees if the values exceed a full turn in radians."""
     values = [v for c in columns if len(v := finite_part(c))]
     largest = max((float(np.abs(v).max()) for v in values), default=0.0)
     span = max((float(np.ptp(v)) for v in values), default=0.0)
-    told = f"values to {largest:.3g}, spanning {span:.3g}"
+    reason = f"values to {largest:.3g}, spanning {span:.3g}"
     if largest > _TURN:
-        return FoundMeaning("deg", f"{told}: more than a turn in rad")
-    return FoundMeaning(None, f"{told}: rad and deg are possible")
+        return FoundMeaning("deg", f"{reason}: more than a turn in rad")
+    return FoundMeaning(None, f"{reason}: rad and deg are possible")
 
 
 def moves(values: NDArray[Any]) -> bool:
-    """Whether a column changes at all."""
+    """Return True if a column changes."""
     numbers = finite_part(values)
     return len(numbers) > 1 and bool(np.ptp(numbers) > 0)
 
 
 def stays(values: NDArray[Any]) -> bool:
-    """Whether a column holds one number or text, again and again."""
+    """Return True if a column holds a single number or text in all rows."""
     return len(values) > 1 and bool((values == values[0]).all())
 
 
 def trial_numbers(values: NDArray[Any]) -> bool:
-    """Whether a column holds whole numbers that change now and then, or texts that do."""
+    """Return True if a column holds integers, or texts, that change rarely."""
     if values.dtype.kind == "U":
         changes = int((values[1:] != values[:-1]).sum())
         return 0 < changes < len(values) / 5
@@ -133,7 +133,7 @@ def trial_numbers(values: NDArray[Any]) -> bool:
 
 
 def is_switch(values: NDArray[Any]) -> tuple[float, int] | None:
-    """The middle of a column of two levels, and how often it rises; None: it is none."""
+    """Middle of a column with two levels, and number of its rises; None if it has other values."""
     if values.dtype.kind == "U":
         return None
     numbers = finite_part(values)
@@ -146,7 +146,7 @@ def is_switch(values: NDArray[Any]) -> tuple[float, int] | None:
 
 
 def roughness(values: NDArray[Any]) -> float:
-    """How much of a column changes from sample to sample: small for positions, near 1 for noise."""
+    """Relative change from sample to sample: small for positions, near 1 for noise."""
     numbers = finite_part(values)
     if len(numbers) < 3 or not np.ptp(numbers) > 0:
         return float("nan")
@@ -156,7 +156,7 @@ def roughness(values: NDArray[Any]) -> float:
 
 @dataclass(frozen=True)
 class ForceLaw:
-    """The force as inertia, viscosity and stiffness of the motion: diagonal elements, per axis.
+    """The force as a function of inertia, viscosity and stiffness: diagonal elements, per axis.
 
     `inertia`, `stiffness` (d,): in the units of the file.
     `explained` (d,): share of the force's variance.
@@ -168,7 +168,7 @@ class ForceLaw:
 
 
 def force_law(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -> ForceLaw | None:
-    """Fit the force's change in each trial as M x'' + B x' + K x; None: too little moves.
+    """Fit the force's change in each trial as M x'' + B x' + K x; None without enough motion.
 
     `records` sequence of (N, d) and (N, d): position and force of each trial.
     """
@@ -177,17 +177,17 @@ def force_law(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -
 
 
 def _fitted(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -> ForceLaw | None:
-    moved, pushed = [], []
+    motions, forces = [], []
     for position, force in records:
         x, f = _smooth(position[:_LONGEST]), _smooth(force[:_LONGEST])
         if len(x) > _SHORTEST and np.isfinite(x).all() and np.isfinite(f).all():
             v = np.gradient(x, step_s, axis=0)
             motion = np.hstack([x, v, np.gradient(v, step_s, axis=0)])[5:-5]
-            moved.append(motion - motion.mean(axis=0))
-            pushed.append(f[5:-5] - f[5:-5].mean(axis=0))
-    if not moved:
+            motions.append(motion - motion.mean(axis=0))
+            forces.append(f[5:-5] - f[5:-5].mean(axis=0))
+    if not motions:
         return None
-    W, y = np.concatenate(moved), np.concatenate(pushed)
+    W, y = np.concatenate(motions), np.concatenate(forces)
     scale = np.abs(W).max(axis=0)
     if not (scale > 0).all() or not (np.ptp(y, axis=0) > 0).all() or not np.isfinite(scale).all():
         return None
@@ -200,30 +200,30 @@ def _fitted(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -> 
 
 
 def _smooth(values: FloatArray) -> FloatArray:
-    """A mean over five samples, the same for position and force."""
+    """Mean over five samples, the same for position and force."""
     if len(values) < _SHORTEST:
         return values[:0]
     sums = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), values]), axis=0)
     return (sums[5:] - sums[:-5]) / 5.0
 
 
-def force_told(axes: Sequence[str], law: ForceLaw | None) -> tuple[str, ...]:
-    """What the fit speaks for, as sentences."""
+def force_remarks(axes: Sequence[str], law: ForceLaw | None) -> tuple[str, ...]:
+    """Sentences on the evidence of the fit for the force's sign."""
     if law is None:
         return ("The data say nothing of it: force or position hardly changes.",)
     shown = "; ".join(
         f"{axis}: M {m:+.3g}, K {k:+.3g}, {100 * max(e, 0.0):.0f} % explained"
         for axis, m, k, e in zip(axes, law.inertia, law.stiffness, law.explained, strict=True)
     )
-    told = [f"The force as M x'' + B x' + K x has, in units of the file: {shown}."]
+    sentences = [f"The force as M x'' + B x' + K x has, in units of the file: {shown}."]
     if law.explained.min() < _SAYS_LITTLE or len(set(np.sign(law.inertia))) > 1:
-        return (*told, "That does not speak for either.")
-    word, other = ("limb", "device") if law.inertia[0] < 0 else ("device", "limb")
-    told.append(f'If the device moved the limb, the sign of M speaks for "{word}";')
-    return (*told, f'if the person moved the device, for "{other}".')
+        return (*sentences, "That does not speak for either.")
+    word, opposite = ("limb", "device") if law.inertia[0] < 0 else ("device", "limb")
+    sentences.append(f'If the device moved the limb, the sign of M speaks for "{word}";')
+    return (*sentences, f'if the person moved the device, for "{opposite}".')
 
 
-# What a column may hold, from its name: the words that labs use, in a few languages.
+# Meaning of a column from its name: words of labs, in a few languages.
 
 Role = Literal[
     "time", "sample", "position", "force", "angle", "torque", "emg", "trial", "condition",
@@ -257,7 +257,7 @@ _WORDS: Final[dict[Role, str]] = {
     "pz xyz xy displacement cursor",
 }  # fmt: skip
 _ROLE_OF: Final = {word: role for role, words in _WORDS.items() for word in words.split()}
-#: The role that counts where a name has words of several: hand_velocity_x is no position.
+#: Priority of roles if a name has words of several: hand_velocity_x is not a position.
 _ORDER: Final[tuple[Role, ...]] = (
     "emg", "other", "commanded", "onset", "trigger", "direction", "torque", "force", "angle",
     "trial", "condition", "set", "time", "sample", "position", "rate",
@@ -269,7 +269,7 @@ _AXIS: Final = {
     **dict.fromkeys(("fe", "flexion", "dp", "dorsiflexion", "plantarflexion", "pf"), "1"),
     **dict.fromkeys(("rud", "deviation", "ie", "inversion", "eversion"), "2"),
 }  # fmt: skip
-#: Units that names end in; "min" and "in" are other words there.
+#: Units at the end of names; "min" and "in" have other meanings there.
 _ENDINGS: Final = (
     "s",
     "ms",
@@ -287,10 +287,10 @@ _ENDINGS: Final = (
     "mV",
     "uV",
 )
-#: What a disturbance is called; its angle is a direction.
+#: Words for a disturbance; its angle is a direction.
 _PUSHES: Final = {"pert", "perturb", "perturbation", "push", "pulse", "disturbance", "displacement"}
 _ANGLES: Final = {"angle", "ang", "phi", "theta", "winkel", "dir", "direction"}
-#: What a unit measures -> the roles that a column in it can have.
+#: Dimension of a unit -> the roles that a column in it can have.
 _BY_UNIT: Final[dict[str, tuple[Role, ...]]] = {
     "length": ("position", "commanded", "other"),
     "force": ("force", "commanded", "other"),
@@ -299,18 +299,18 @@ _BY_UNIT: Final[dict[str, tuple[Role, ...]]] = {
     "time": ("time", "onset", "trigger", "other"),
     "emg": ("emg", "force", "torque", "trigger", "other"),
 }
-#: Words that say nothing of a column where they name the struct that it is part of.
+#: Roles that are ignored in the name of a struct of which the column is a part.
 _OF_TRIALS: Final = ("trial", "set", "condition", "sample")
 
 
 @dataclass(frozen=True)
 class ReadName:
-    """What a name says.
+    """Parts and meaning of a column's name.
 
-    `axis`: "x", "y", "z", a number, or "" where it says none.
-    `stem`: the words without the axis: columns of one stem belong together.
-    `unit`: as the name or the file states it.
-    `label`: what was read in place of the name, where the file has such a text beside it.
+    `axis`: "x", "y", "z", a number, or "" if there is none.
+    `stem`: the words without the axis; columns with the same stem belong together.
+    `unit`: as stated in the name or the file.
+    `label`: the text that was read instead of the name, if the file has one.
     """
 
     name: str
@@ -324,23 +324,25 @@ class ReadName:
 def read_name(name: str, unit: str | None = None) -> ReadName:
     """Read a column's name.
 
-    `unit`: as the file states it; the name may state one too.
+    `unit`: the unit stated in the file; the name may state one too.
     """
-    bare, own = _without_unit(name)
+    bare, unit_in_name = _without_unit(name)
     *parents, last = bare.split(".")
-    # trials.pos is a position, of a struct of trials.
-    above = [w for part in parents for w in words_of(part) if _ROLE_OF.get(w) not in _OF_TRIALS]
-    words = [*above, *words_of(last)]
+    # trials.pos is a position, in a struct of trials
+    parent_words = [
+        w for part in parents for w in words_of(part) if _ROLE_OF.get(w) not in _OF_TRIALS
+    ]
+    words = [*parent_words, *words_of(last)]
     axis = next((_AXIS[w] for w in words if w in _AXIS), "")
     number = next((w for w in reversed(words) if w.isdigit()), "")
     axis = axis or number
-    stem = " ".join(rest for w in words if (rest := _without_axis(w, number)))
-    stated = unit if unit is not None else own
+    stem = " ".join(remaining for w in words if (remaining := _without_axis(w, number)))
+    stated = unit if unit is not None else unit_in_name
     return ReadName(name, _role_by_words(words, stated), axis, stem, stated)
 
 
 def _role_by_words(words: Sequence[str], unit: str | None) -> Role:
-    """What a column is by the words of its name and its unit."""
+    """Role of a column by the words of its name and its unit."""
     if words in (["fs"], ["f", "s"]) or {"rate", "hz", "freq", "frequency"} & set(words):
         role: Role = "rate"
     else:
@@ -354,7 +356,7 @@ def _role_by_words(words: Sequence[str], unit: str | None) -> Role:
 
 
 def _without_axis(word: str, number: str) -> str:
-    """What of a word is not the axis: the f of fx."""
+    """Rest of a word without the axis: the f of fx."""
     if word == number:
         return ""
     if word not in _AXIS:
@@ -363,12 +365,12 @@ def _without_axis(word: str, number: str) -> str:
 
 
 def words_of(name: str) -> list[str]:
-    """The words of a name, in small letters: ``Right_HandX`` gives right, hand, x."""
+    """Split a name into words in lower case: ``Right_HandX`` gives right, hand, x."""
     text = re.sub(r"(?<=[a-zäöüé])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", name)
     text = re.sub(r"(?<=[A-Za-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", text)
-    found = [word.lower() for word in re.findall(r"[^\W\d_]+|\d+", text)]
+    words = [word.lower() for word in re.findall(r"[^\W\d_]+|\d+", text)]
     joined: list[str] = []
-    for word in found:
+    for word in words:
         if joined and joined[-1] == "l" and word.isdigit():
             joined[-1] = f"l{word}"
         elif joined and joined[-1] in ("l1", "l2") and word == "ang":
@@ -379,7 +381,7 @@ def words_of(name: str) -> list[str]:
 
 
 def _without_unit(name: str) -> tuple[str, str | None]:
-    """A name and the unit that stands in it: ``x_mm``, ``Fx [N]``, ``time_s``."""
+    """Split a name into name and unit: ``x_mm``, ``Fx [N]``, ``time_s``."""
     # MATLAB's pos_mm(:,1)
     part = re.search(r"\([\d:*, ]+\)$", name)
     whole, at = (name, "") if part is None else (name[: part.start()], part.group())
@@ -393,9 +395,9 @@ def _without_unit(name: str) -> tuple[str, str | None]:
 
 
 def _role_in_unit(role: Role, unit: str) -> Role:
-    """The role of a column in a stated unit: that of its name where the unit allows it."""
+    """Role of a column with a stated unit: that of its name if the unit allows it."""
     known = known_unit(unit)
-    able = _BY_UNIT.get("" if known is None else known.dimension, ())
-    if not able or role in able or role in ("trial", "condition", "set", "sample"):
+    possible = _BY_UNIT.get("" if known is None else known.dimension, ())
+    if not possible or role in possible or role in ("trial", "condition", "set", "sample"):
         return role
-    return able[0] if able[0] != "emg" else "unknown"
+    return possible[0] if possible[0] != "emg" else "unknown"

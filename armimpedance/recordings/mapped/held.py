@@ -1,4 +1,4 @@
-"""A recording of what a person holds in Python: a table of all samples, or one of each trial."""
+"""A recording from data in Python: one table of all samples, or a table for each trial."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     #: A table of samples: columns of one length; a column may have several axes, (N, d).
     Table = pd.DataFrame | Mapping[str, Any]
 
-#: What messages name in place of a file.
+#: Name in messages instead of a file.
 _HERE: Final = Path("tables in Python")
 #: Quantity -> its section in a mapping.
 _SECTIONS: Final = {
@@ -62,23 +62,23 @@ def recording(
     Parameters
     ----------
     data : table, or sequence of tables
-        All samples with a column that tells the trial, or one table for each trial. A table is a
-        DataFrame or a mapping of arrays (N,) or (N, d); a single number or text says something of
-        the trial.
+        One table of all samples with a column of the trial's number, or one table for each trial. A
+        table is a DataFrame or a mapping of arrays (N,) or (N, d); a single number or text is a
+        fact of the trial.
     columns : mapping, optional
         Quantity with its unit -> the name of its column, or of its columns: ``{"position_mm":
         ["HandX", "HandY"], "force_N": ["Fx", "Fy"], "trial": "nr", "condition": "cond"}``; of EMG
         muscle -> column. Without it the tables' own names are such quantities.
     force_by : {"limb", "device"}
-        Whose force on the other it is.
+        Whether it is the force by the limb or by the device.
     sample_rate_hz : float, optional
-        Without it the time tells.
+        Default: the rate from the time column.
     trials : table, optional
-        One row a trial, found by the column `trial`.
+        One row per trial, joined by the column `trial`.
     subject : Subject, optional
         Who was measured.
     **further
-        What else holds for the recording, by the names of recording.json: `handle_mass_kg`,
+        Further properties of the recording, by the names of recording.json: `handle_mass_kg`,
         `perturbation`, `shoulder_m`, `gravity`, `torque`, `imposed`, `force_lowpass_hz`.
 
     Returns
@@ -89,10 +89,10 @@ def recording(
     Raises
     ------
     InputError
-        A quantity is missing or has no unit, a column is not there, or what a file would be
-        refused for.
+        A quantity is missing or has no unit, a column is missing, or the data fail a check of
+        files.
     TypeError
-        Something else than tables is given.
+        The data are not tables.
 
     Examples
     --------
@@ -115,9 +115,9 @@ def recording(
     if not tables:
         raise InputError("no trials", expected="at least one table")
     runs = tuple(_run(table, number) for number, table in enumerate(tables, start=1))
-    one = _is_table(data) and len(runs) == 1
+    single_table = _is_table(data) and len(runs) == 1
     named = _own_names(runs[0]) if columns is None else columns
-    values = _mapping_values(named, runs[0], one=one)
+    values = _mapping_values(named, runs[0], single=single_table)
     if columns is None:
         values |= _kept(values, runs[0])
     values["force"] = {**values.get("force", {}), "by": force_by}
@@ -133,13 +133,13 @@ def recording(
     return mapped_recording(files, mapping, _HERE)
 
 
-def _is_table(given: object) -> bool:
-    """Whether it is a mapping of columns or a DataFrame, without pandas being there."""
-    return isinstance(given, Mapping) or (hasattr(given, "columns") and hasattr(given, "to_dict"))
+def _is_table(data: object) -> bool:
+    """True for a mapping of columns or a DataFrame; pandas is not imported."""
+    return isinstance(data, Mapping) or (hasattr(data, "columns") and hasattr(data, "to_dict"))
 
 
 def _run(table: Any, number: int) -> RawRun:
-    """A table as a run: its columns, those of several axes one by one, and what is said of it."""
+    """Convert a table to a run: columns, with one for each axis of an array, and facts."""
     columns: dict[str, RawColumn] = {}
     facts: dict[str, float | str] = {}
     for name in table if isinstance(table, Mapping) else table.columns:
@@ -183,44 +183,44 @@ def _part(name: str, axis: int) -> str:
 
 
 def _own_names(run: RawRun) -> dict[str, str]:
-    """The names of a table that are quantities themselves."""
+    """Map of the names of a table to themselves, for tables whose names are quantities."""
     (table,) = run.tables
     names = dict.fromkeys([re.sub(r"\[\d+\]$", "", name) for name in table.columns] + [*run.facts])
     return {name: name for name in names}
 
 
-def _mapping_values(columns: Mapping[str, Any], run: RawRun, *, one: bool) -> dict[str, Any]:
-    """The keys of a mapping: quantities with their columns, trials with theirs.
+def _mapping_values(columns: Mapping[str, Any], run: RawRun, *, single: bool) -> dict[str, Any]:
+    """Build the keys of a mapping: quantities with their columns, and columns of trials.
 
-    `one`: whether all samples are in one table.
+    `single`: True if all samples are in a single table.
     """
     values: dict[str, Any] = {"kind": "joint" if _quantities(columns) & {"angle"} else "hand"}
     of_trials: dict[str, Any] = {}
-    for name, given in columns.items():
+    for name, names in columns.items():
         quantity, unit = split_name(str(name))
         if quantity in _SECTIONS:
             section = _SECTIONS[quantity]
-            values[section] = _section(quantity, unit, given, run, str(name))
+            values[section] = _section(quantity, unit, names, run, str(name))
         elif str(name) == "trial":
-            of_trials |= {} if one else {"trial": given}
+            of_trials |= {} if single else {"trial": names}
         else:
-            of_trials |= _of_trial(quantity, unit, str(name), given)
+            of_trials |= _of_trial(quantity, unit, str(name), names)
     cut: dict[str, Any] = {"by": "run"}
-    if one and "trial" in columns and columns["trial"] in run.tables[0].columns:
+    if single and "trial" in columns and columns["trial"] in run.tables[0].columns:
         cut = {"by": "column", "column": columns["trial"]}
     values[_OF_TRIALS] = {**cut, "columns": of_trials}
     return values
 
 
 def _kept(values: dict[str, Any], run: RawRun) -> dict[str, Any]:
-    """Numbers of each sample that have no meaning here: they stay as they are."""
+    """Keep numbers of samples without a known meaning as further columns."""
     of_trials = values[_OF_TRIALS]["columns"]
     known = ("condition", "set", *NUMBER_COLUMNS)
     columns = run.tables[0].columns
-    found = [name for name in of_trials if name in columns and name not in known]
-    for name in found:
+    unknown = [name for name in of_trials if name in columns and name not in known]
+    for name in unknown:
         del of_trials[name]
-    numbers = [name for name in found if not columns[name].is_text]
+    numbers = [name for name in unknown if not columns[name].is_text]
     return {"keep": numbers} if numbers else {}
 
 
@@ -229,21 +229,21 @@ def _quantities(columns: Mapping[str, Any]) -> set[str]:
 
 
 def split_name(name: str) -> tuple[str, str | None]:
-    """A quantity and its unit: ``position_mm`` is a position in mm."""
+    """Split a name into quantity and unit: ``position_mm`` is a position in mm."""
     before, _, ending = name.rpartition("_")
     unit = known_unit(ending) if before else None
     return (name, None) if unit is None else (before, unit.symbol)
 
 
-def _section(quantity: str, unit: str | None, given: Any, run: RawRun, name: str) -> dict[str, Any]:
-    """A quantity's section: columns and unit."""
+def _section(quantity: str, unit: str | None, data: Any, run: RawRun, name: str) -> dict[str, Any]:
+    """Section of a quantity: columns and unit."""
     if unit is None:
         some = ", ".join(f"{quantity}_{u.replace(' ', '')}" for u in UNITS if _fits(quantity, u))
         raise InputError(f"{name} says no unit", expected=f"one of {some}")
     if quantity == "emg":
-        muscles = given if isinstance(given, Mapping) else {c: c for c in _named(given, run)}
+        muscles = data if isinstance(data, Mapping) else {c: c for c in _named(data, run)}
         return {"muscles": dict(muscles), "unit": unit}
-    names = _named(given, run)
+    names = _named(data, run)
     if quantity == "time":
         return {"column": names[0], "unit": unit}
     return {"columns": names, "unit": unit}
@@ -266,30 +266,30 @@ def _fits(quantity: str, unit: str) -> bool:
     return UNITS[unit].dimension == _DIMENSION[quantity]
 
 
-def _named(given: Any, run: RawRun) -> list[str]:
-    """The columns of a quantity; one name may stand for all axes of an array."""
-    names = [given] if isinstance(given, str) else list(given)
-    there = run.tables[0].columns
-    found = []
+def _named(stated: Any, run: RawRun) -> list[str]:
+    """Columns of a quantity; one name may refer to all axes of an array."""
+    names = [stated] if isinstance(stated, str) else list(stated)
+    available = run.tables[0].columns
+    columns = []
     for name in map(str, names):
-        parts = [part for i in range(len(there)) if (part := _part(name, i)) in there]
-        found += parts or [name]
-    return found
+        parts = [part for i in range(len(available)) if (part := _part(name, i)) in available]
+        columns += parts or [name]
+    return columns
 
 
-def _of_trial(quantity: str, unit: str | None, name: str, given: Any) -> dict[str, Any]:
-    """A column of the trial table, in the unit that its name there says."""
-    for own in NUMBER_COLUMNS:
-        of_name, of_own = split_name(own)
-        if quantity == of_name and unit != of_own:
-            return {own: {"column": given, "unit": unit}}
-    return {name: given}
+def _of_trial(quantity: str, unit: str | None, name: str, data: Any) -> dict[str, Any]:
+    """Column of the trial table, converted to the unit in its name there."""
+    for column in NUMBER_COLUMNS:
+        of_name, column_unit = split_name(column)
+        if quantity == of_name and unit != column_unit:
+            return {column: {"column": data, "unit": unit}}
+    return {name: data}
 
 
 def _with_trials(
     files: tuple[ReadFile, ...], values: dict[str, Any], trials: Any
 ) -> tuple[ReadFile, ...]:
-    """Columns of a trial table join those of the samples by the column ``trial``."""
+    """Join the columns of a trial table to the samples, by the column ``trial``."""
     run = _run(trials, 1)
     section = values[_OF_TRIALS]
     key = section.get("column", section["columns"].get("trial", "trial"))

@@ -1,4 +1,4 @@
-"""What a mapping says: which column is what, in which unit and sign, where trials begin."""
+"""A mapping of columns: meaning, unit and sign of each column, and where trials begin."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, check_number
 from armimpedance.recordings.tables.metadata import Metadata
 
-# Units as files and mappings write them, and how values come to SI without losing a bit in SI.
+# Units in files and mappings, and their conversion to SI, which is exact for SI units.
 
 Dimension = Literal["time", "length", "angle", "force", "torque", "emg", "any"]
 
@@ -24,9 +24,9 @@ Dimension = Literal["time", "length", "angle", "force", "torque", "emg", "any"]
 class Unit:
     """A unit of measurement.
 
-    `multiply`, `divide`: a value in SI is ``value * multiply / divide``; a factor of 1 leaves every
-    bit as it is. Two numbers, because 1/1000 has no double: 12 mm are 12/1000 m, the double next to
-    it.
+    `multiply`, `divide`: a value in SI is ``value * multiply / divide``; a factor of 1 changes no
+    bit. There are two numbers since 1/1000 is not a double: 12 mm are converted by 12/1000 to the
+    nearest double.
     """
 
     symbol: str
@@ -35,20 +35,20 @@ class Unit:
     divide: float = 1.0
 
     def to_si(self, values: FloatArray) -> FloatArray:
-        """The values in SI, (N,)."""
+        """Convert values (N,) to SI."""
         if self.multiply != 1.0:
             values = values * self.multiply
         return values / self.divide if self.divide != 1.0 else values
 
     @property
     def is_si(self) -> bool:
-        """Whether values in it stand as they are."""
+        """True if values in this unit are in SI already."""
         return self.multiply == self.divide == 1.0
 
 
 _GRAVITY: Final = 9.80665
 
-#: All units that a mapping can name. "%MVC" and "normalised" are parts of a maximal contraction.
+#: All units that a mapping can name. "%MVC" and "normalised" are shares of a maximal contraction.
 UNITS: Final = {
     unit.symbol: unit
     for unit in (
@@ -87,7 +87,7 @@ UNITS: Final = {
     )
 }
 
-#: Other ways in which files write them; letter case counts only where a prefix needs it.
+#: Other spellings in files; letter case matters only for a prefix.
 _OTHERS: Final = {
     "s": "sec secs second seconds sekunde sekunden seconde secondes",
     "ms": "msec msecs millisecond milliseconds millisekunden",
@@ -121,7 +121,7 @@ _BY_NAME: Final = {
 
 
 def known_unit(text: str) -> Unit | None:
-    """The unit that a text names, or None.
+    """Return the unit that a text names, or None.
 
     `text`: such as ``"mm"``, ``"[Nm]"``, ``"N*m"``, ``"Rad"``, ``"µV"``.
     """
@@ -136,7 +136,7 @@ def known_unit(text: str) -> Unit | None:
 
 
 def unit_of(text: str, *dimensions: Dimension) -> Unit:
-    """The unit that a mapping names, of one of these dimensions.
+    """Return the unit that a mapping names, of one of these dimensions.
 
     Raises InputError: there is no such unit, or it measures something else.
     """
@@ -151,28 +151,27 @@ def unit_of(text: str, *dimensions: Dimension) -> Unit:
 
 
 def scaled(scale: float) -> Unit:
-    """A unit of the user's own: SI units per unit of the file.
+    """Return a unit defined by a scale: SI units per unit of the file.
 
-    Raises InputError: zero or not finite.
+    Raises InputError: the scale is zero or not finite.
     """
     if not np.isfinite(scale) or scale == 0.0:
         raise InputError(f"scale {scale}", expected="a number other than 0")
     return Unit(f"{scale:g} SI", "any", multiply=scale)
 
 
-#: How a stretch of recording falls into trials.
+#: Ways to cut a run into trials.
 CutBy = Literal["run", "column", "gap", "edge", "columns"]
 CUTS: tuple[CutBy, ...] = get_args(CutBy)
 
 
 @dataclass(frozen=True)
 class ColumnQuantity:
-    """Columns of one quantity, one an axis (or joint, or muscle).
+    """Columns of one quantity, one per axis (or joint, or muscle).
 
-    `columns`: names as the file has them; a ``*`` stands for the trial's number where trials stand
-    side by side.
-    `signs`: +1 or -1 for each column: -1 where the file counts the other way round.
-    `time`: the column with the time of these, where they have a clock of their own in the file.
+    `columns`: names as in the file; ``*`` stands for the trial's number if trials are side by side.
+    `signs`: +1 or -1 for each column; -1 if the file has the opposite sign.
+    `time`: the column with the time of these columns, if they have their own clock in the file.
     """
 
     columns: tuple[str, ...]
@@ -189,17 +188,16 @@ class ColumnQuantity:
 
 @dataclass(frozen=True)
 class TrialCut:
-    """Where trials begin and end.
+    """Begin and end of trials.
 
-    `by`: "run": each file, or each part of it, is a trial. "column": where this column changes.
-    "gap": where time jumps. "edge": around each rise of a column through a threshold. "columns":
-    trials stand side by side, as columns with a number in their names.
+    `by`: "run": each file, or each part of it, is a trial. "column": a trial begins where this
+    column changes. "gap": where time jumps. "edge": around each rise of a column through a
+    threshold. "columns": trials are side by side, as columns with a number in their names.
     `between`: values of the column between trials; those samples are left out.
-    `before_s`, `after_s`: how much of the record belongs to a trial before and after its edge.
+    `before_s`, `after_s`: time that belongs to a trial before and after its edge.
     `gap_s`: a longer step begins a trial; None: ten times the usual step.
-    `pattern`: what the file's name says, such as ``"{condition}_{set}"``.
-    `disturbance`: a column that is over `disturbance_threshold` from the onset of each disturbance
-    to its end.
+    `pattern`: pattern of the file's name, such as ``"{condition}_{set}"``.
+    `disturbance`: a column that is above `disturbance_threshold` during each disturbance.
     """
 
     by: CutBy = "run"
@@ -227,11 +225,11 @@ class TrialCut:
 
 @dataclass(frozen=True)
 class JoinedTable:
-    """A table with one row a trial whose columns join those of the log.
+    """A table with one row per trial whose columns are joined to the log.
 
-    `file`: beside the log; None: a part of the log's own file.
-    `log_key`, `table_key`: the columns of both that hold a trial's number or name.
-    `between`: what stands in the log's between trials.
+    `file`: a file beside the log; None: a part of the log's own file.
+    `log_key`, `table_key`: the columns of both with a trial's number or name.
+    `between`: values of the log's column between trials.
     """
 
     file: str | None
@@ -242,12 +240,12 @@ class JoinedTable:
 
 @dataclass(frozen=True)
 class TrialValue:
-    """What a column of the trial table holds: the value of a column, or the same for all trials.
+    """Source of a column of the trial table: a column of the file, or one value for all trials.
 
-    `column`: a column that is constant within each trial, holds one value a trial, or a fact of the
-    run.
-    `value`: for all trials.
-    `unit`: of the column; None: as the name of the trial table's column says, or none.
+    `column`: a column that is constant within each trial or has one value per trial, or a fact of
+    the run.
+    `value`: value for all trials.
+    `unit`: unit of the column; None: as in the name of the trial table's column, or no unit.
     `is_sample`: the column holds the number of a sample, from 1.
     """
 
@@ -261,14 +259,14 @@ class TrialValue:
 class ColumnMapping:
     """A whole mapping, checked.
 
-    `file`: where it was read.
-    `metadata`: what holds for the recording; its sample rate counts only where `rate_stated`.
-    `files`: which files of a folder are read, such as ``"trial_*.csv"``; None: all of a known kind.
-    `time`: one column; None: the file knows it, or the rate tells.
-    `tables`: trial tables of other files, whose columns count as the log's.
+    `file`: the file of the mapping.
+    `metadata`: properties of the recording; the sample rate is valid only if `rate_stated`.
+    `files`: pattern of the files of a folder, such as ``"trial_*.csv"``; None: all of a known kind.
+    `time`: one column; None: time from the file, or from the rate.
+    `tables`: trial tables in other files, whose columns count as the log's.
     `position`, `force`: of the hand, or angle and torque of joints.
-    `values`: column of the trial table -> what it holds.
-    `keep`: further columns that are kept as they are.
+    `values`: column of the trial table -> its source.
+    `keep`: further columns that are kept unchanged.
     """
 
     file: Path
@@ -289,7 +287,7 @@ class ColumnMapping:
 
     @property
     def quantities(self) -> dict[str, ColumnQuantity]:
-        """The quantities that are given, by name; not the time."""
+        """Quantities of the mapping by name, without the time."""
         named = {
             "position": self.position,
             "force": self.force,
@@ -302,22 +300,22 @@ class ColumnMapping:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All columns that it names, patterns included."""
-        found = [c for q in self.quantities.values() for c in (*q.columns, q.time)]
-        found += self.time.columns if self.time is not None else ()
-        found += [v.column for v in self.values.values()]
-        found += [self.trials.column, self.trials.disturbance, *self.keep]
-        found += [name for table in self.tables for name in (table.log_key, table.table_key)]
-        return tuple(dict.fromkeys(name for name in found if name is not None))
+        """Names of all columns in the mapping, patterns included."""
+        all_names = [c for q in self.quantities.values() for c in (*q.columns, q.time)]
+        all_names += self.time.columns if self.time is not None else ()
+        all_names += [v.column for v in self.values.values()]
+        all_names += [self.trials.column, self.trials.disturbance, *self.keep]
+        all_names += [name for table in self.tables for name in (table.log_key, table.table_key)]
+        return tuple(dict.fromkeys(name for name in all_names if name is not None))
 
     def wants(self, name: str) -> bool:
-        """Whether it names this column of a file."""
+        """Return True if the mapping names this column of a file."""
         return any(same_column(pattern, name) for pattern in self.names)
 
 
 def same_column(pattern: str, name: str) -> bool:
-    """Whether a name of the mapping means a column; ``*`` stands for a trial's number or name."""
+    """Return True if a mapping's name refers to a column; ``*`` is a trial's number or name."""
     if pattern == name or "*" not in pattern:
         return pattern == name
-    # Brackets are part of MATLAB's and of units' names, no sets of letters.
+    # brackets are part of MATLAB's names and of units, not sets of letters
     return fnmatchcase(name, pattern.replace("[", "[[]").replace("?", "[?]"))

@@ -1,4 +1,4 @@
-"""A mapping that is proposed for a file, from names, units and data, and what they cannot tell."""
+"""A proposed mapping for a file, from names, units and data, with its open questions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.recordings.mapped.evidence import (
     Role,
     angle_unit,
     force_law,
-    force_told,
+    force_remarks,
     length_unit,
     measured_rows,
     moves,
@@ -38,51 +38,51 @@ from armimpedance.recordings.mapped.proposed import (
 )
 from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, natural
 
-#: So many columns that differ in a number only are trials side by side, no joints.
+#: Fewest columns differing only in a number that count as trials side by side, not as joints.
 _SIDE_BY_SIDE: Final = 3
-#: So many runs are looked at for the force's sign.
+#: Most runs for the evidence on the force's sign.
 _MOST_RUNS: Final = 40
-#: A fact that is named like a rate is one, between these.
+#: Range of a fact that counts as a rate because of its name.
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 1e6
 
 
 def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
-    """Propose a mapping for what a file holds.
+    """Propose a mapping for the columns of a file.
 
     `raw`: all of its columns.
-    `files`: how many files of the kind there are, each a run.
+    `files`: number of files of this kind, each a run.
     """
     runs = [run for run in raw.runs if any(table.columns for table in run.tables)]
-    found = Proposal()
+    proposal = Proposal()
     if not runs:
-        found.cannot_tell.append("no columns with samples were found")
-        return found
+        proposal.cannot_tell.append("no columns with samples were found")
+        return proposal
     starred = side_by_side(runs[0])
     columns = ReadColumns(runs[0], starred)
     numbers = trial_column(columns)
     if numbers is not None and not starred:
-        found.trials = {"by": "column", "column": numbers}
+        proposal.trials = {"by": "column", "column": numbers}
         columns.per_trial = constant_in_trials(columns, numbers)
     elif starred:
-        # what stands beside them with a value for each trial is no signal
+        # further columns with one value per trial are not signals
         trials = max(map(len, starred.values()))
         rows = {n: len(v) for n, v in columns.values.items() if n not in starred}
         columns.per_trial = tuple(n for n, count in rows.items() if count == trials)
     elif len(runs) > 1 or files > 1:
-        # each run is a trial: what stays in it may be said of it
+        # each run is a trial: constant columns may be values of it
         columns.per_trial = tuple(n for n, v in columns.values.items() if stays(v))
-    _position_and_force(found, columns)
-    _joints(found, columns)
-    _muscles(found, columns)
-    _time(found, columns, runs)
-    propose_trials(found, columns, runs, files, bool(starred))
-    _whose_force(found, columns, runs, starred)
-    _rest(found, columns, runs)
-    return found
+    _position_and_force(proposal, columns)
+    _joints(proposal, columns)
+    _muscles(proposal, columns)
+    _time(proposal, columns, runs)
+    propose_trials(proposal, columns, runs, files, bool(starred))
+    _whose_force(proposal, columns, runs, starred)
+    _rest(proposal, columns, runs)
+    return proposal
 
 
 def side_by_side(run: RawRun) -> dict[str, list[str]]:
-    """Columns that differ in a number only, by a pattern; none where they are joints or axes."""
+    """Columns that differ only in a number, by their pattern; empty if they are joints or axes."""
     groups: dict[str, list[str]] = {}
     for table in run.tables:
         for name in table.columns:
@@ -90,7 +90,7 @@ def side_by_side(run: RawRun) -> dict[str, list[str]]:
                 pattern = f"{name[: number.start()]}*{name[number.end() :]}"
                 groups.setdefault(pattern, []).append(name)
     large = {p: sorted(n, key=natural) for p, n in groups.items() if len(n) >= _SIDE_BY_SIDE}
-    # of an array (trials, samples, axes) the last number is the axis, and the first the trial
+    # for an array (trials, samples, axes) the last number is the axis, and the first the trial
     twice = Counter(name for names in large.values() for name in names)
     large = {p: n for p, n in large.items() if max(twice[m] for m in n) == 1 or _one_axis(n)}
     roles = {p: read_name(p.replace("*", "")) for p in large}
@@ -104,54 +104,58 @@ def _one_axis(names: Sequence[str]) -> bool:
     return len({read_name(name).axis for name in names}) == 1
 
 
-def _position_and_force(found: Proposal, columns: ReadColumns) -> None:
-    position = _axes(found, columns, "position", "hand")
-    force = _axes(found, columns, "force", "force")
-    angle = _axes(found, columns, "angle", "joint") if position is None or force is None else None
-    torque = _axes(found, columns, "torque", "torque") if angle is not None else None
+def _position_and_force(proposal: Proposal, columns: ReadColumns) -> None:
+    position = _axes(proposal, columns, "position", "hand")
+    force = _axes(proposal, columns, "force", "force")
+    angle = (
+        _axes(proposal, columns, "angle", "joint") if position is None or force is None else None
+    )
+    torque = _axes(proposal, columns, "torque", "torque") if angle is not None else None
     if position is not None and force is not None:
-        found.kind = "hand"
+        proposal.kind = "hand"
     elif angle is not None and torque is not None:
-        found.kind, position, force = "joint", angle, torque
-    _with_units(found, columns, position, force)
-    if found.position is not None and found.force is not None:
-        a, b = len(found.position.columns), len(found.force.columns)
+        proposal.kind, position, force = "joint", angle, torque
+    _with_units(proposal, columns, position, force)
+    if proposal.position is not None and proposal.force is not None:
+        a, b = len(proposal.position.columns), len(proposal.force.columns)
         if a != b:
-            _same_axes(found)
+            _same_axes(proposal)
 
 
 def _with_units(
-    found: Proposal,
+    proposal: Proposal,
     columns: ReadColumns,
     position: list[ReadName] | None,
     force: list[ReadName] | None,
 ) -> None:
-    """Position and force with the units that the file states or the numbers suggest."""
-    joint = found.kind == "joint"
+    """Propose position and force, with units stated in the file or suggested by the numbers."""
+    joint = proposal.kind == "joint"
     if position is not None:
         by_data = angle_unit if joint else length_unit
         values = [columns.values[n.name] for n in position]
         unit = _stated(position) or by_data([v[: measured_rows(v)] for v in values])
-        found.position = _proposed(position, unit)
+        proposal.position = _proposed(position, unit)
     if force is not None:
         word = "N m" if joint else "N"
         unit = _stated(force) or FoundMeaning(None, f"nothing states it; {word} is usual")
-        found.force = _proposed(force, unit)
+        proposal.force = _proposed(force, unit)
 
 
-def _same_axes(found: Proposal) -> None:
+def _same_axes(proposal: Proposal) -> None:
     """Keep the axes that both position and force have."""
-    position, force = found.position, found.force
+    position, force = proposal.position, proposal.force
     if position is None or force is None:
         return
     common = [axis for axis in position.axes if axis in force.axes]
     if not common:
-        found.cannot_tell.append("position and force have different numbers of columns")
+        proposal.cannot_tell.append("position and force have different numbers of columns")
         return
-    for name, given in (("position", position), ("force", force)):
-        kept = [(c, a) for c, a in zip(given.columns, given.axes, strict=True) if a in common]
-        columns, axes = tuple(c for c, _ in kept), tuple(a for _, a in kept)
-        setattr(found, name, ProposedColumns(columns, axes, given.unit))
+    for name, columns_of in (("position", position), ("force", force)):
+        pairs = [
+            (c, a) for c, a in zip(columns_of.columns, columns_of.axes, strict=True) if a in common
+        ]
+        columns, axes = tuple(c for c, _ in pairs), tuple(a for _, a in pairs)
+        setattr(proposal, name, ProposedColumns(columns, axes, columns_of.unit))
 
 
 def _proposed(names: Sequence[ReadName], unit: FoundMeaning) -> ProposedColumns:
@@ -160,7 +164,7 @@ def _proposed(names: Sequence[ReadName], unit: FoundMeaning) -> ProposedColumns:
 
 
 def _stated(names: Iterable[ReadName]) -> FoundMeaning | None:
-    """The unit that all of these columns state."""
+    """Unit that all of these columns state, or None."""
     units = {n.unit for n in names}
     unit = units.pop() if len(units) == 1 else None
     known = None if unit is None else known_unit(unit)
@@ -168,7 +172,7 @@ def _stated(names: Iterable[ReadName]) -> FoundMeaning | None:
 
 
 def _sets(columns: ReadColumns, role: Role) -> list[list[ReadName]]:
-    """The columns of a role that belong together by their names, in the order of their axes."""
+    """Groups of columns of a role that belong together by name, in the order of their axes."""
     stems: dict[str, list[ReadName]] = {}
     for name in columns.of(role):
         stems.setdefault(name.stem, []).append(name)
@@ -182,39 +186,43 @@ def _sets(columns: ReadColumns, role: Role) -> list[list[ReadName]]:
     return sets
 
 
-def _axes(found: Proposal, columns: ReadColumns, role: Role, what: str) -> list[ReadName] | None:
-    """The columns of a role, one an axis; where several sets are there, the one that moves."""
+def _axes(
+    proposal: Proposal, columns: ReadColumns, role: Role, quantity: str
+) -> list[ReadName] | None:
+    """A role's columns, one per axis, from the first group that moves; None if none moves."""
     sets = _sets(columns, role)
     moving = [s for s in sets if any(moves(columns.values[n.name]) for n in s)]
     if not moving:
         return None
     if len(moving) > 1:
         shown = "; ".join(", ".join(n.name for n in s) for s in moving[:4])
-        found.cannot_tell.append(f"which of these is the {what}: {shown} (the first is taken)")
+        proposal.cannot_tell.append(
+            f"which of these is the {quantity}: {shown} (the first is taken)"
+        )
     best = moving[0]
     if role in ("position", "force") and len(best) == 3 and not moves(columns.values[best[2].name]):
         best = best[:2]  # a planar robot's third axis
     return best
 
 
-def _joints(found: Proposal, columns: ReadColumns) -> None:
-    if found.kind != "hand":
+def _joints(proposal: Proposal, columns: ReadColumns) -> None:
+    if proposal.kind != "hand":
         return
     angles = [n for n in columns.of("angle") if n.axis and moves(columns.values[n.name])]
     stem = angles[0].stem if angles else ""
     angles = [n for n in angles if n.stem == stem]
     if len(angles) >= 2:
         unit = _stated(angles) or angle_unit([columns.values[n.name] for n in angles])
-        found.joint_angles = _proposed(angles, unit)
+        proposal.joint_angles = _proposed(angles, unit)
 
 
-def _muscles(found: Proposal, columns: ReadColumns) -> None:
+def _muscles(proposal: Proposal, columns: ReadColumns) -> None:
     names = columns.of("emg")
     if names:
         unit = _stated(names) or FoundMeaning(None, "V, mV or normalised are possible")
         muscles = [_muscle(n.name) for n in names]
         muscles = [m if muscles.count(m) == 1 else f"{m}_{i}" for i, m in enumerate(muscles)]
-        found.emg = ProposedColumns(tuple(n.name for n in names), tuple(muscles), unit)
+        proposal.emg = ProposedColumns(tuple(n.name for n in names), tuple(muscles), unit)
 
 
 def _muscle(name: str) -> str:
@@ -223,40 +231,40 @@ def _muscle(name: str) -> str:
 
 
 def _unit_of_time(name: ReadName, columns: ReadColumns) -> FoundMeaning | None:
-    """The unit of a column that runs as time does; None: it does not."""
-    steps, sure = time_steps(columns.values[name.name]), name.role == "time"
-    if steps is None or (not sure and steps[1] < 0.9):
+    """Unit of a column that increases like time; None if it does not."""
+    steps, is_named = time_steps(columns.values[name.name]), name.role == "time"
+    if steps is None or (not is_named and steps[1] < 0.9):
         return None
     unit = _stated([name]) or time_unit(steps[0])
-    if steps[0] == 1.0 and unit.why != "stated by the file" and not sure:
+    if steps[0] == 1.0 and unit.why != "stated by the file" and not is_named:
         return FoundMeaning(None, "a step of 1: ms, or a count of samples")
     return unit
 
 
-def _time(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
-    """The column with the time, or the rate."""
-    home = columns.tables.get(found.position.columns[0]) if found.position else None
+def _time(proposal: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
+    """Propose the column with the time, or the rate."""
+    home = columns.tables.get(proposal.position.columns[0]) if proposal.position else None
     if home is not None and (home.time_s is not None or home.rate_hz is not None):
         return
-    # LabVIEW calls its time X_Value: a name that says a position may stand over the time too.
+    # LabVIEW calls its time X_Value: a column named like a position may hold the time
     likely = [*columns.of("time"), *columns.of("unknown"), *columns.of("position")]
-    taken = set(found.position.columns if found.position else ())
+    used = set(proposal.position.columns if proposal.position else ())
     for name in likely:
-        if name.name in taken or not (home is None or columns.tables[name.name] is home):
+        if name.name in used or not (home is None or columns.tables[name.name] is home):
             continue
         unit = _unit_of_time(name, columns)
         if unit is not None:
-            found.time = ProposedColumns((name.name,), ("",), unit)
+            proposal.time = ProposedColumns((name.name,), ("",), unit)
             return
     stated_by, rate = _stated_rate(runs[0].facts)
     if _SLOWEST_HZ < rate < _FASTEST_HZ:
-        found.rate_hz, found.rate_from = rate, stated_by
+        proposal.rate_hz, proposal.rate_from = rate, stated_by
     else:
-        found.cannot_tell.append("the sample rate: no column runs as time does")
+        proposal.cannot_tell.append("the sample rate: no column runs as time does")
 
 
 def _stated_rate(facts: Mapping[str, float | str]) -> tuple[str, float]:
-    """The fact that states a rate, or a step as BIOPAC does (`isi`, `isi_units`), and the rate."""
+    """Fact that states a rate, or a step as in BIOPAC (`isi`, `isi_units`), and the rate."""
     for name, value in facts.items():
         if isinstance(value, str) or not value > 0:
             continue
@@ -272,16 +280,16 @@ def _stated_rate(facts: Mapping[str, float | str]) -> tuple[str, float]:
 def _numbers_of(
     values: Mapping[str, NDArray[Any]], named: Sequence[Sequence[str]]
 ) -> tuple[FloatArray, ...] | None:
-    """Groups of columns as tables of numbers, () where one is not there or holds texts.
+    """Return groups of columns as tables of numbers; () if one is missing or holds texts.
 
-    None: they differ in length.
+    None if they differ in length.
     """
-    every = [n for names in named for n in names]
-    if any(n not in values for n in every):
+    all_names = [n for names in named for n in names]
+    if any(n not in values for n in all_names):
         return ()
-    if len({len(values[n]) for n in every}) > 1:
+    if len({len(values[n]) for n in all_names}) > 1:
         return None
-    if any(values[n].dtype.kind != "f" for n in every):
+    if any(values[n].dtype.kind != "f" for n in all_names):
         return ()
     return tuple(
         np.column_stack([np.asarray(values[n], dtype=np.float64) for n in names]) for names in named
@@ -292,32 +300,34 @@ def _columns_of(run: RawRun) -> dict[str, NDArray[Any]]:
     return {n: c.values for table in run.tables for n, c in table.columns.items()}
 
 
-def _own_of(own: Mapping[str, str], columns: Sequence[str]) -> list[str]:
-    """The columns of one trial, where each has its own."""
-    return [own.get(name, name) for name in columns]
+def _own_of(column_of: Mapping[str, str], columns: Sequence[str]) -> list[str]:
+    """Columns of one trial, if each trial has its own."""
+    return [column_of.get(name, name) for name in columns]
 
 
 def _whose_force(
-    found: Proposal,
+    proposal: Proposal,
     columns: ReadColumns,
     runs: Sequence[RawRun],
     starred: Mapping[str, Sequence[str]],
 ) -> None:
-    """Evidence on the sign of the force; never a decision."""
-    position, force = found.position, found.force
+    """Add evidence on the sign of the force to the proposal; never a decision."""
+    position, force = proposal.position, proposal.force
     if position is None or force is None or len(position.columns) != len(force.columns):
         return
     records: list[tuple[FloatArray, FloatArray]] = []
     for run in runs[:_MOST_RUNS]:
         pairs = _pairs(run, position.columns, force.columns, starred)
         if pairs is None:
-            told = "Position and force have clocks of their own; they were not compared."
-            found.evidence = (told,)
+            message = "Position and force have clocks of their own; they were not compared."
+            proposal.evidence = (message,)
             return
         for x, f in pairs:
-            pieces = _pieces(found, columns, len(x)) if run is runs[0] else [slice(None)]
+            pieces = _pieces(proposal, columns, len(x)) if run is runs[0] else [slice(None)]
             records += [_measured(x[piece], f[piece]) for piece in pieces]
-    found.evidence = force_told(position.columns, force_law(records, _step_s(found, columns)))
+    proposal.evidence = force_remarks(
+        position.columns, force_law(records, _step_s(proposal, columns))
+    )
 
 
 def _pairs(
@@ -326,13 +336,11 @@ def _pairs(
     force: Sequence[str],
     starred: Mapping[str, Sequence[str]],
 ) -> list[tuple[FloatArray, FloatArray]] | None:
-    """Position and force of a run, of each of the trials that stand side by side in it; None: their
-    clocks differ.
-    """
+    """Position and force of a run, for each of its trials side by side; None if clocks differ."""
     values, pairs = _columns_of(run), []
     for trial in range(max((len(names) for names in starred.values()), default=1)):
-        own = {n: names[trial] for n, names in starred.items()}
-        pair = _numbers_of(values, [_own_of(own, names) for names in (position, force)])
+        column_of = {n: names[trial] for n, names in starred.items()}
+        pair = _numbers_of(values, [_own_of(column_of, names) for names in (position, force)])
         if pair is None:
             return None
         if pair:
@@ -341,58 +349,66 @@ def _pairs(
 
 
 def _measured(x: FloatArray, f: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Without rows that fill a trial up: they leap, and would be taken for motion."""
+    """Remove padding rows at the end, whose jump would be taken for motion."""
     rows = measured_rows(np.hstack([x, f]))
     return x[:rows], f[:rows]
 
 
-def _step_s(found: Proposal, columns: ReadColumns) -> float:
-    """The usual step of the time, in s where its unit is known."""
-    if found.time is not None and (steps := time_steps(columns.values[found.time.columns[0]])):
-        unit = known_unit(found.time.unit.word or "")
+def _step_s(proposal: Proposal, columns: ReadColumns) -> float:
+    """Usual step of the time, in s if its unit is known."""
+    if proposal.time is not None and (
+        steps := time_steps(columns.values[proposal.time.columns[0]])
+    ):
+        unit = known_unit(proposal.time.unit.word or "")
         return steps[0] if unit is None else float(unit.to_si(np.array([steps[0]]))[0])
-    home = columns.tables[found.position.columns[0]] if found.position else None
+    home = columns.tables[proposal.position.columns[0]] if proposal.position else None
     if home is not None and home.time_s is not None and (steps := time_steps(home.time_s)):
         return steps[0]
-    rate = found.rate_hz or (None if home is None else home.rate_hz)
+    rate = proposal.rate_hz or (None if home is None else home.rate_hz)
     return 1.0 / rate if rate else 1.0
 
 
-def _pieces(found: Proposal, columns: ReadColumns, rows: int) -> list[slice]:
+def _pieces(proposal: Proposal, columns: ReadColumns, rows: int) -> list[slice]:
     edges: Sequence[int] = []
-    if found.trials.get("by") == "column":
-        marks = columns.values[found.trials["column"]]
+    if proposal.trials.get("by") == "column":
+        marks = columns.values[proposal.trials["column"]]
         edges = (np.flatnonzero(marks[1:] != marks[:-1]) + 1).tolist()
-    elif found.trials.get("by") == "gap" and found.time is not None:
-        step = np.diff(columns.values[found.time.columns[0]])
+    elif proposal.trials.get("by") == "gap" and proposal.time is not None:
+        step = np.diff(columns.values[proposal.time.columns[0]])
         edges = (np.flatnonzero((step < 0) | (step > 10 * np.median(step))) + 1).tolist()
     bounds = [0, *edges, rows]
     return [slice(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
-def _rest(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
-    """What is left over, and what stands undecided."""
-    sections = (found.time, found.position, found.force, found.joint_angles, found.emg)
+def _rest(proposal: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
+    """Add unused columns and open questions to the proposal."""
+    sections = (
+        proposal.time,
+        proposal.position,
+        proposal.force,
+        proposal.joint_angles,
+        proposal.emg,
+    )
     used = {c for s in sections if s is not None for c in s.columns}
-    used |= {value.column for value in found.values.values()}
-    used |= {found.rate_from} | {str(v) for v in found.trials.values()}
-    found.others = tuple(n for n in [*columns.names, *runs[0].facts] if n not in used)
-    if found.kind is None:
-        found.cannot_tell.insert(0, _no_kind(found, columns))
-    named = {"time": found.time, "position": found.position, "force": found.force}
-    named |= {"joint_angles": found.joint_angles, "emg": found.emg}
+    used |= {value.column for value in proposal.values.values()}
+    used |= {proposal.rate_from} | {str(v) for v in proposal.trials.values()}
+    proposal.others = tuple(n for n in [*columns.names, *runs[0].facts] if n not in used)
+    if proposal.kind is None:
+        proposal.cannot_tell.insert(0, _no_kind(proposal, columns))
+    named = {"time": proposal.time, "position": proposal.position, "force": proposal.force}
+    named |= {"joint_angles": proposal.joint_angles, "emg": proposal.emg}
     for name, section in named.items():
         if section is not None and section.unit.word is None:
-            found.cannot_tell.append(f"the unit of {name}: {section.unit.why}")
+            proposal.cannot_tell.append(f"the unit of {name}: {section.unit.why}")
 
 
-def _no_kind(found: Proposal, columns: ReadColumns) -> str:
-    """Names say neither hand nor joint; the smoothest columns may be positions."""
-    missing = "position" if found.position is None else "force"
+def _no_kind(proposal: Proposal, columns: ReadColumns) -> str:
+    """Question if names show neither hand nor joint, with columns ranked by smoothness."""
+    missing = "position" if proposal.position is None else "force"
     unknown = [n.name for n in columns.of("unknown") if moves(columns.values[n.name])]
     ranked = sorted(unknown, key=lambda n: roughness(columns.values[n]))
-    told = f"which columns are the {missing}"
+    question = f"which columns are the {missing}"
     if ranked:
         shown = ", ".join(f"{n} ({roughness(columns.values[n]):.2g})" for n in ranked[:6])
-        told += f"; smooth to rough (positions are smooth): {shown}"
-    return told
+        question += f"; smooth to rough (positions are smooth): {shown}"
+    return question

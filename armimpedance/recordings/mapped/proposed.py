@@ -1,4 +1,4 @@
-"""The proposal for a file: columns with units, trials, and questions that stay open."""
+"""A proposal for a file: columns with units, trials, and open questions."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_
 
 @dataclass(frozen=True)
 class ProposedColumns:
-    """Columns of one quantity, and their unit with its reason; `labels` beside their names."""
+    """Columns of one quantity, their unit with its reason, and `labels` from the file."""
 
     columns: tuple[str, ...]
     axes: tuple[str, ...]
@@ -35,7 +35,7 @@ class ProposedColumns:
 
 @dataclass(frozen=True)
 class ProposedValue:
-    """A column of the trial table: where it comes from; `unit` "?" where it has to be told."""
+    """Source of a column of the trial table; `unit` "?" if the user must state it."""
 
     column: str
     unit: str | None = None
@@ -46,10 +46,10 @@ _NO_CONDITION: Final = "the condition of each trial: none is named"
 
 @dataclass
 class Proposal:
-    """What was found; None or empty where nothing was.
+    """A proposal; parts that were not detected are None or empty.
 
-    `rate_hz`, `rate_from`: the rate and the fact that states it, where no column is the time.
-    `evidence`: on the sign of the force.
+    `rate_hz`, `rate_from`: the rate and the fact that states it, if no column is the time.
+    `evidence`: sentences on the sign of the force.
     `cannot_tell`: questions that only the user can answer.
     `others`: columns without a meaning so far.
     """
@@ -71,40 +71,50 @@ class Proposal:
     files: str | None = None
 
     def named_by(self, pattern: str) -> None:
-        """Take what the names of the files say, too."""
+        """Use the pattern of the files' names, too."""
         self.trials["pattern"] = pattern
         if "{condition}" in pattern and "condition" not in self.values:
-            self.cannot_tell = [said for said in self.cannot_tell if said != _NO_CONDITION]
+            self.cannot_tell = [
+                question for question in self.cannot_tell if question != _NO_CONDITION
+            ]
 
     def lines(self) -> tuple[str, ...]:
-        """What the columns were taken for, one line each."""
+        """Sentences on the proposed meaning of the columns, one line each."""
         named = {"time": self.time, "position": self.position, "force": self.force}
         named |= {"joint angles": self.joint_angles, "EMG": self.emg}
-        told = [
+        sentences = [
             f"{name}: {', '.join(s.columns)} in {s.unit.word or '?'} ({s.unit.why})"
             for name, s in named.items()
             if s is not None
         ]
-        told += [f"sample rate: {self.rate_hz:g} Hz ({self.rate_from})"] if self.rate_hz else []
-        told += [f"trials: by {self.trials['by']}"] if self.trials else []
-        told[-1:] = (
-            [f"{told[-1]} {self.trials['column']}"] if "column" in self.trials else told[-1:]
+        sentences += (
+            [f"sample rate: {self.rate_hz:g} Hz ({self.rate_from})"] if self.rate_hz else []
         )
-        told += [f"of a file's name: {self.trials['pattern']}"] if "pattern" in self.trials else []
-        told += [
-            f"one row a trial: {one.file}, where {one.table_key} is the log's {one.log_key}"
-            for one in self.tables
+        sentences += [f"trials: by {self.trials['by']}"] if self.trials else []
+        sentences[-1:] = (
+            [f"{sentences[-1]} {self.trials['column']}"]
+            if "column" in self.trials
+            else sentences[-1:]
+        )
+        sentences += (
+            [f"of a file's name: {self.trials['pattern']}"] if "pattern" in self.trials else []
+        )
+        sentences += [
+            f"one row a trial: {table.file}, where {table.table_key} is the log's {table.log_key}"
+            for table in self.tables
         ]
-        told += [f"{name} of a trial: {value.column}" for name, value in self.values.items()]
-        return (*told, *([f"no meaning found: {', '.join(self.others)}"] if self.others else []))
+        sentences += [f"{name} of a trial: {value.column}" for name, value in self.values.items()]
+        return (
+            *sentences,
+            *([f"no meaning found: {', '.join(self.others)}"] if self.others else []),
+        )
 
 
 class ReadColumns:
-    """The columns of the first run with samples, read by name.
+    """Columns of the first run with samples, read by name.
 
-    `tables`, `values`, `names`: name -> the table that it is part of, its values, what its name
-    says.
-    `per_trial`: columns that stay within each trial.
+    `tables`, `values`, `names`: name of a column -> its table, its values, its parsed name.
+    `per_trial`: columns that are constant within each trial.
     """
 
     def __init__(self, run: RawRun, starred: Mapping[str, Sequence[str]]) -> None:
@@ -127,7 +137,7 @@ class ReadColumns:
         self.names[name] = replace(read, name=name, label=column.label or "")
 
     def of(self, *roles: Role) -> list[ReadName]:
-        """The columns of these roles that hold numbers."""
+        """Return the columns of numbers with these roles."""
         return [
             n
             for n in self.names.values()
@@ -137,84 +147,86 @@ class ReadColumns:
         ]
 
 
-# Where the trials of a file seem to begin, and which columns say something of each.
+# Proposed begin of trials, and columns of the trial table.
 
-#: What a column of the trial table is called that holds one value a trial.
+#: Role -> name of the trial table's column with one value per trial.
 _OF_ROLES: Final[dict[str, str]] = {
     "condition": "condition",
     "set": "set",
     "direction": "direction_deg",
     "onset": "onset_s",
 }
-#: Columns of a trial table that keep their names.
-#: What begins the name of a muscle's maximum or rest.
+#: Beginnings of the names of a muscle's maximum or rest.
 _OF_EMG: Final = ("mvc_", "rest_")
+#: Columns of a trial table that keep their names.
 _TRIAL_COLUMNS: Final = (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS, "set", "day", "experiment")
 
 
 def _switches(
     columns: ReadColumns, inside: Sequence[ReadName]
 ) -> list[tuple[ReadName, tuple[float, int]]]:
-    """Columns that switch between two values: the value between them, and how often it rises."""
-    found = []
+    """Columns that switch between two values, each with the middle and the number of rises."""
+    switches = []
     for name in inside:
         if name.name in columns.per_trial or name.role not in ("trigger", "onset", "unknown"):
             continue
         switch = is_switch(columns.values[name.name])
         if switch is not None:
-            found.append((name, switch))
-    return found
+            switches.append((name, switch))
+    return switches
 
 
 def propose_trials(
-    found: Proposal, columns: ReadColumns, runs: Sequence[RawRun], files: int, starred: bool
+    proposal: Proposal, columns: ReadColumns, runs: Sequence[RawRun], files: int, starred: bool
 ) -> None:
-    """Where trials begin, and what the trial table can hold."""
-    home = columns.tables.get(found.position.columns[0]) if found.position else None
+    """Propose where trials begin, and the columns of the trial table."""
+    home = columns.tables.get(proposal.position.columns[0]) if proposal.position else None
     inside = [n for n in columns.names.values() if home is None or columns.tables[n.name] is home]
     switches = _switches(columns, inside)
     if starred:
-        found.trials = {"by": "columns"}
-    elif found.trials:
+        proposal.trials = {"by": "columns"}
+    elif proposal.trials:
         pass
     elif len(runs) > 1 or files > 1:
-        found.trials = {"by": "run"}
-    elif found.time is not None and _jumps(columns.values[found.time.columns[0]]):
-        found.trials = {"by": "gap"}
+        proposal.trials = {"by": "run"}
+    elif proposal.time is not None and _jumps(columns.values[proposal.time.columns[0]]):
+        proposal.trials = {"by": "gap"}
     elif switches and switches[0][1][1] > 1:
         name, (middle, rises) = switches[0]
-        found.trials = {"by": "edge", "column": name.name, "threshold": middle}
-        found.trials |= {"before_s": "?", "after_s": "?"}
-        why = f"how much of the record around each of the {rises} rises of {name.name} is a trial"
-        found.cannot_tell.append(why)
+        proposal.trials = {"by": "edge", "column": name.name, "threshold": middle}
+        proposal.trials |= {"before_s": "?", "after_s": "?"}
+        question = (
+            f"how much of the record around each of the {rises} rises of {name.name} is a trial"
+        )
+        proposal.cannot_tell.append(question)
     else:
-        found.trials = {"by": "run"}
-        found.cannot_tell.append("where trials begin: all of it is taken as one trial")
-    if switches and found.trials["by"] != "edge":
+        proposal.trials = {"by": "run"}
+        proposal.cannot_tell.append("where trials begin: all of it is taken as one trial")
+    if switches and proposal.trials["by"] != "edge":
         name, (middle, _) = switches[0]
-        found.trials |= {"disturbance": name.name, "disturbance_threshold": middle}
-    _values(found, columns, runs, inside)
+        proposal.trials |= {"disturbance": name.name, "disturbance_threshold": middle}
+    _values(proposal, columns, runs, inside)
 
 
 def _trial_column(
-    read: ReadName, found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]
+    read: ReadName, proposal: Proposal, columns: ReadColumns, runs: Sequence[RawRun]
 ) -> str | None:
-    """The column of the trial table that a column of the file can be; None: none."""
+    """Name in the trial table for a column of the file; None if it is not one of trials."""
     name = _OF_ROLES.get(read.role)
-    own = read.name.rpartition(".")[2]
-    if own in _TRIAL_COLUMNS or own.startswith(_OF_EMG):
-        return own
-    beside = found.trials.get("by") == "columns"
+    last_name = read.name.rpartition(".")[2]
+    if last_name in _TRIAL_COLUMNS or last_name.startswith(_OF_EMG):
+        return last_name
+    side_by_side = proposal.trials.get("by") == "columns"
     if read.role == "trial" and (
         _all_different(columns.values.get(read.name))
-        if beside  # a number for all of them is how many there are
+        if side_by_side  # a single number for all trials is their count
         else isinstance(runs[0].facts.get(read.name), float)
     ):
         return "trial"
     if name is not None:
         return name
-    of_each = read.name in columns.per_trial and read.name != found.trials.get("column")
-    return read.name if of_each and found.trials.get("by") == "column" else None
+    of_each = read.name in columns.per_trial and read.name != proposal.trials.get("column")
+    return read.name if of_each and proposal.trials.get("by") == "column" else None
 
 
 def _all_different(values: NDArray[Any] | None) -> bool:
@@ -222,56 +234,56 @@ def _all_different(values: NDArray[Any] | None) -> bool:
 
 
 def _unit_of(read: ReadName, values: NDArray[Any] | None = None) -> str | None:
-    """The unit of an onset or a direction, "?" where it is open; others have none."""
+    """Unit of an onset or a direction, "?" if it is unknown; None for other columns."""
     if read.name.rpartition(".")[2] in _TRIAL_COLUMNS or read.role not in ("onset", "direction"):
         return None
     known = None if read.unit is None else known_unit(read.unit)
     if known is None and read.role == "direction" and values is not None:
-        # beyond a turn in radians it is degrees
-        found = angle_unit([values]).word if values.dtype.kind == "f" else None
-        return found or "?"
+        # beyond a full turn in radians it is degrees
+        unit = angle_unit([values]).word if values.dtype.kind == "f" else None
+        return unit or "?"
     return "?" if known is None else known.symbol
 
 
 def _values(
-    found: Proposal, columns: ReadColumns, runs: Sequence[RawRun], inside: Sequence[ReadName]
+    proposal: Proposal, columns: ReadColumns, runs: Sequence[RawRun], inside: Sequence[ReadName]
 ) -> None:
     facts = [read_name(name) for name in runs[0].facts]
     once = [columns.names[n] for n in columns.per_trial]
     homes = [columns.tables[n.name] for n in inside[:1]]
     once += [n for n in columns.names.values() if columns.tables[n.name] not in homes]
     for read in [*once, *facts, *(n for n in inside if n.role == "condition")]:
-        name = _trial_column(read, found, columns, runs)
+        name = _trial_column(read, proposal, columns, runs)
         if name is not None:
             unit = _unit_of(read, columns.values.get(read.name))
-            found.values.setdefault(name, ProposedValue(read.name, unit))
-    if "condition" not in found.values:
-        found.cannot_tell.append(_NO_CONDITION)
-    for name, value in found.values.items():
+            proposal.values.setdefault(name, ProposedValue(read.name, unit))
+    if "condition" not in proposal.values:
+        proposal.cannot_tell.append(_NO_CONDITION)
+    for name, value in proposal.values.items():
         if value.unit == "?":
             units = "s, ms, or sample: the number of one" if name == "onset_s" else "deg or rad"
-            found.cannot_tell.append(f"the unit of {value.column} ({units})")
+            proposal.cannot_tell.append(f"the unit of {value.column} ({units})")
 
 
 def trial_column(columns: ReadColumns) -> str | None:
-    """The column that numbers the trials."""
+    """Return the column of trial numbers, or None."""
     named = [n.name for n in columns.names.values() if n.role == "trial"]
     return next((n for n in named if trial_numbers(columns.values[n])), None)
 
 
 def constant_in_trials(columns: ReadColumns, numbers: str) -> tuple[str, ...]:
-    """Columns beside that of the trials' numbers which never change within a trial."""
+    """Columns, other than that of the trial numbers, that are constant within each trial."""
     marks, home = columns.values[numbers], columns.tables[numbers]
     same_trial = marks[1:] == marks[:-1]
-    found = []
+    constant = []
     for name, values in columns.values.items():
         if columns.tables[name] is home and name != numbers:
             changes = (values[1:] != values[:-1]) & same_trial
             if values.dtype.kind == "f":
                 changes &= ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
             if not changes.any():
-                found.append(name)
-    return tuple(found)
+                constant.append(name)
+    return tuple(constant)
 
 
 def _jumps(values: NDArray[Any]) -> bool:

@@ -1,7 +1,7 @@
-"""What a file of any layout holds before a mapping says what it means: runs of named columns.
+"""Content of a file of any layout before a mapping is applied: runs of named columns.
 
-A run is one stretch of recording: one trial, or a whole session. Its columns stand on one clock or
-on several (topics of a bag, groups of a file); each clock is a table.
+A run is one continuous recording: one trial, or a whole session. Its columns have one clock or
+several (topics of a bag, groups of a file); each clock is a table.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.recordings.mapped.mapping import ColumnMapping
 
-#: Whether a column is wanted, by its name; a reader may skip what is not.
+#: Function of a column's name: True if it is wanted; a reader may skip the others.
 Wanted = Callable[[str], bool]
 
 
 @dataclass(frozen=True)
 class RawColumn:
-    """One column as the file has it.
+    """One column as in the file.
 
-    `values` (N,): float64, NaN where a value is missing; or texts.
-    `unit`: as the file states it, not interpreted.
-    `label`: what the file calls a column beside its name, as of a channel of an array.
+    `values` (N,): float64, NaN for missing values; or texts.
+    `unit`: as stated in the file, not interpreted.
+    `label`: a further name in the file, as for a channel of an array.
     """
 
     values: NDArray[np.float64] | NDArray[np.str_]
@@ -37,7 +37,7 @@ class RawColumn:
 
     @property
     def is_text(self) -> bool:
-        """Whether the column holds texts."""
+        """True if the column holds texts."""
         return self.values.dtype.kind == "U"
 
 
@@ -46,10 +46,10 @@ class RawTable:
     """Columns of one clock, of equal length.
 
     `columns`: name -> column. Names are different over all tables of a run.
-    `time_s` (N,) or None: the time of the rows where the file itself knows it (stamps of messages,
-    a start and a rate); None where at most a column tells it.
-    `rate_hz`: where the file states it.
-    `first_row`: where the first row stands in the file, for messages: the line of a text file, else
+    `time_s` (N,) or None: the time of the rows if the file itself has it (stamps of messages, a
+    start and a rate); None if it is at most in a column.
+    `rate_hz`: the rate, if the file states it.
+    `first_row`: position of the first row in the file, for messages: the line of a text file, else
     1.
     """
 
@@ -75,10 +75,10 @@ class RawTable:
 
 @dataclass(frozen=True)
 class RawRun:
-    """One stretch of recording: its tables, and what the file says of it as a whole.
+    """One continuous recording: its tables, and facts on it as a whole.
 
-    `name`: for messages: the file, or the part of it.
-    `facts`: numbers and texts that hold for the run, such as a condition or a subject's mass.
+    `name`: the file, or the part of it, for messages.
+    `facts`: numbers and texts on the run, such as a condition or a subject's mass.
     """
 
     name: str
@@ -88,7 +88,7 @@ class RawRun:
 
 @dataclass(frozen=True)
 class RawFile:
-    """All runs of a file or folder, and sentences on what in it is not among them."""
+    """All runs of a file or folder, and sentences on contents that are left out."""
 
     runs: tuple[RawRun, ...]
     not_taken: tuple[str, ...] = ()
@@ -96,7 +96,7 @@ class RawFile:
 
 @dataclass(frozen=True)
 class ReadFile:
-    """A file and what was read of it."""
+    """A file and its content."""
 
     path: Path
     raw: RawFile
@@ -104,12 +104,12 @@ class ReadFile:
 
 @dataclass(frozen=True)
 class Source:
-    """A kind of file whose columns a mapping explains.
+    """A kind of file that can be read with a mapping.
 
-    `name`: in messages, such as "a MATLAB file (.mat)".
-    `recognises`: whether an existing file or folder is of this kind, without any package that may
-    be missing.
-    `read`: reads the columns that are wanted; `InputError` for whatever is wrong with the file.
+    `name`: name in messages, such as "a MATLAB file (.mat)".
+    `recognises`: function that returns True for an existing file or folder of this kind, without
+    any optional package.
+    `read`: function that reads the wanted columns; `InputError` for any fault of the file.
     """
 
     name: str
@@ -118,7 +118,7 @@ class Source:
 
 
 def plain(value: Any) -> str:
-    """A number or name of a trial, the same whether it was written as 1, 1.0, "1" or "001"."""
+    """Return a trial's number or name in a standard form: the same for 1, 1.0, "1" or "001"."""
     if isinstance(value, str):
         text = value.strip()
         return str(int(text)) if re.fullmatch(r"[+-]?\d{1,15}", text) else text
@@ -127,7 +127,7 @@ def plain(value: Any) -> str:
 
 
 def names_in(pattern: str, file: Path) -> dict[str, str] | None:
-    """What the name of a file says, such as ``{condition}_{trial}``; None: it is not like that."""
+    """Parts of a file's name by a pattern such as ``{condition}_{trial}``; None if it differs."""
     names = re.findall(r"\{(\w+)\}", pattern)
     parts = re.split(r"\{\w+\}", pattern)
     expression = "".join(
@@ -138,19 +138,19 @@ def names_in(pattern: str, file: Path) -> dict[str, str] | None:
     return None if match is None else {name: match.group(f"v{i}") for i, name in enumerate(names)}
 
 
-# Trials that stand side by side, as columns with a number in their names: one run each.
+# Trials side by side, as columns with a number in their names: one run each.
 
 
 @dataclass(frozen=True)
 class OneOfMany:
-    """A run that holds one of the trials, with the number or name that its columns had."""
+    """A run of one trial, with the number or name that its columns had."""
 
     run: RawRun
     key: str
 
 
 def natural(text: str) -> list[tuple[int, int | str]]:
-    """A key of sorting by which ``trial10`` comes after ``trial9``."""
+    """Sort key by which ``trial10`` comes after ``trial9``."""
     parts = re.split(r"(\d+)", text)
     return [(0, int(p)) if p.isdigit() and len(p) < 19 else (1, p) for p in parts]
 
@@ -158,43 +158,43 @@ def natural(text: str) -> list[tuple[int, int | str]]:
 def _columns_by_key(
     run: RawRun, patterns: list[str], file: Path
 ) -> tuple[dict[str, dict[str, str]], list[str]]:
-    """Pattern -> what its ``*`` stands for -> column; and what it stands for, in natural order."""
+    """Map of patterns to keys (text for ``*``) to columns; and the keys in natural order."""
     names = [name for table in run.tables for name in table.columns]
-    found = {pattern: _keys(pattern, names) for pattern in patterns}
-    keys = sorted({key for by_key in found.values() for key in by_key}, key=natural)
+    by_pattern = {pattern: _keys(pattern, names) for pattern in patterns}
+    keys = sorted({key for by_key in by_pattern.values() for key in by_key}, key=natural)
     if not keys:
         problem = f"no columns like {patterns[0]}"
         raise InputError(problem, file=file, expected=f"among {', '.join(names[:12])}")
-    for pattern, by_key in found.items():
+    for pattern, by_key in by_pattern.items():
         if missing := [key for key in keys if key not in by_key]:
             problem = f"trial {missing[0]} has no column like {pattern}"
             raise InputError(problem, file=file, expected="the columns of every trial")
-    return found, keys
+    return by_pattern, keys
 
 
 def trials_beside(run: RawRun, mapping: ColumnMapping, file: Path) -> tuple[OneOfMany, ...]:
-    """One run for each trial; its columns have the names of the mapping, ``*`` included.
+    """Split a run into one run per trial, with the mapping's column names, ``*`` included.
 
     Columns without a ``*``, such as a common time, are in all of them. Rows at the end in which all
-    columns of a trial are empty are not part of it: trials differ in length.
+    columns of a trial are empty are removed, since trials differ in length.
 
-    Raises InputError: no column has a ``*``, none is found, or a trial has other columns than the
-    first.
+    Raises InputError: no name has a ``*``, no column matches, or a trial lacks a column.
     """
     patterns = [name for name in mapping.names if "*" in name]
     if not patterns:
         expected = 'a name with a *, such as "x_*", for trials by "columns"'
         raise InputError("no * in any name", file=mapping.file, expected=expected)
-    found, keys = _columns_by_key(run, patterns, file)
-    starred = {name for by_key in found.values() for name in by_key.values()}
+    by_pattern, keys = _columns_by_key(run, patterns, file)
+    starred = {name for by_key in by_pattern.values() for name in by_key.values()}
     runs = (
-        _run_of(run, key, position, len(keys), found, starred) for position, key in enumerate(keys)
+        _run_of(run, key, position, len(keys), by_pattern, starred)
+        for position, key in enumerate(keys)
     )
-    return tuple(OneOfMany(each, key) for each, key in zip(runs, keys, strict=True))
+    return tuple(OneOfMany(trial_run, key) for trial_run, key in zip(runs, keys, strict=True))
 
 
 def _keys(pattern: str, names: list[str]) -> dict[str, str]:
-    """What stands for the * -> the column."""
+    """Map of the text for ``*`` to the column."""
     expression = _expression(pattern)
     matches = ((expression.fullmatch(name), name) for name in names)
     return {match.group(1): name for match, name in matches if match}
@@ -210,10 +210,10 @@ def _run_of(
     key: str,
     position: int,
     trials: int,
-    found: Mapping[str, Mapping[str, str]],
+    by_pattern: Mapping[str, Mapping[str, str]],
     starred: set[str],
 ) -> RawRun:
-    wanted = {by_key[key]: pattern for pattern, by_key in found.items()}
+    wanted = {by_key[key]: pattern for pattern, by_key in by_pattern.items()}
     facts: dict[str, float | str] = dict(run.facts)
     tables = []
     for table in run.tables:
@@ -235,8 +235,8 @@ def _fact(column: RawColumn, position: int) -> float | str:
 
 
 def _without_padding(table: RawTable, starred: set[str]) -> RawTable:
-    own = [c.values for n, c in table.columns.items() if n in starred]
-    empty = [v == "" if v.dtype.kind == "U" else np.isnan(v) for v in own]
+    values = [c.values for n, c in table.columns.items() if n in starred]
+    empty = [v == "" if v.dtype.kind == "U" else np.isnan(v) for v in values]
     if not empty or not table.rows:
         return table
     full = np.flatnonzero(~np.logical_and.reduce(empty))

@@ -1,4 +1,4 @@
-"""Names that come again in a header, and the clocks of such a table: one beside each channel."""
+"""Repeated names in a header, and tables with a column of time for each channel."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.recordings.mapped.mapping import known_unit
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawTable
 
-#: A column of this name, again and again, is the time of the channels that stand right of it.
+#: A repeated column of this name is the time of the channels to its right.
 _TIME: Final = re.compile(
     r"(?:x|t|time|zeit|temps|time ?stamps?)\s*(?:[\[(].*[\])])?(?:_m?s)?", re.I
 )
 
 
 def distinct_names(names: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
-    """Different names for all columns, and column of time -> its channels, where it comes again.
+    """Make names unique; return them and, if time is repeated, the channels of each time column.
 
     ``X[s], EMG [V], X[s], Fx [N]`` are two clocks, "X[s] of EMG [V]" and "X[s] of Fx [N]". Any
-    other name that comes again has a number from its second time on: "Fx (2)".
+    other repeated name gets a number from its second occurrence on: "Fx (2)".
     """
     counts, seen = Counter(names), Counter[str]()
     several = any(counts[name] > 1 and _TIME.fullmatch(name) for name in counts)
@@ -33,8 +33,8 @@ def distinct_names(names: Sequence[str]) -> tuple[list[str], dict[str, list[str]
     for i, name in enumerate(names):
         seen[name] += 1
         if several and counts[name] > 1 and _TIME.fullmatch(name):
-            beside = names[i + 1] if i + 1 < len(names) else str(seen[name])
-            clock = _unused(f"{name} of {beside}", different)
+            channel = names[i + 1] if i + 1 < len(names) else str(seen[name])
+            clock = _unused(f"{name} of {channel}", different)
             clocks[clock] = []
         elif clock:
             clocks[clock].append(_unused(name, different))
@@ -42,10 +42,12 @@ def distinct_names(names: Sequence[str]) -> tuple[list[str], dict[str, list[str]
     return different, clocks
 
 
-def _unused(name: str, taken: Sequence[str]) -> str:
-    if name not in taken:
+def _unused(name: str, used: Sequence[str]) -> str:
+    if name not in used:
         return name
-    return next(new for i in range(2, len(taken) + 3) if (new := f"{name} ({i})") not in taken)
+    return next(
+        candidate for i in range(2, len(used) + 3) if (candidate := f"{name} ({i})") not in used
+    )
 
 
 def tables_of_clocks(
@@ -54,36 +56,38 @@ def tables_of_clocks(
     first_row: int,
     rate_hz: float | None,
 ) -> tuple[RawTable, ...]:
-    """The columns as tables, one a clock; channels whose clocks are the same share one.
+    """Group columns into tables, one per clock; channels with equal clocks share a table.
 
     `clocks`: see `distinct_names`.
     """
-    own = {name for channels in clocks.values() for name in channels} | set(clocks)
-    rest = {name: column for name, column in columns.items() if name not in own}
-    tables = [RawTable(rest, rate_hz=rate_hz, first_row=first_row)] if rest or not clocks else []
+    clocked = {name for channels in clocks.values() for name in channels} | set(clocks)
+    others = {name: column for name, column in columns.items() if name not in clocked}
+    tables = (
+        [RawTable(others, rate_hz=rate_hz, first_row=first_row)] if others or not clocks else []
+    )
     for clock, channels in clocks.items():
-        there = {name: columns[name] for name in channels if name in columns}
-        if there and clock in columns:
-            tables.append(_on(columns[clock], there, first_row))
+        present = {name: columns[name] for name in channels if name in columns}
+        if present and clock in columns:
+            tables.append(_on(columns[clock], present, first_row))
     merged: list[RawTable] = []
     for table in tables:
-        alike = next((i for i, other in enumerate(merged) if _same(other, table)), None)
-        if alike is None:
+        index = next((i for i, earlier in enumerate(merged) if _same(earlier, table)), None)
+        if index is None:
             merged.append(table)
         else:
-            both = {**merged[alike].columns, **table.columns}
-            merged[alike] = RawTable(both, merged[alike].time_s, first_row=first_row)
+            columns_of_both = {**merged[index].columns, **table.columns}
+            merged[index] = RawTable(columns_of_both, merged[index].time_s, first_row=first_row)
     return tuple(merged)
 
 
-def _same(one: RawTable, other: RawTable) -> bool:
-    if one.time_s is None or other.time_s is None:
+def _same(first: RawTable, second: RawTable) -> bool:
+    if first.time_s is None or second.time_s is None:
         return False
-    return np.array_equal(one.time_s, other.time_s)
+    return np.array_equal(first.time_s, second.time_s)
 
 
 def _on(clock: RawColumn, channels: Mapping[str, RawColumn], first_row: int) -> RawTable:
-    """Channels on their clock, to where it ends."""
+    """Table of channels on their clock, cut at the clock's end."""
     time = np.asarray(clock.values, dtype=np.float64)
     full = np.flatnonzero(~np.isnan(time))
     rows = int(full[-1]) + 1 if len(full) else 0

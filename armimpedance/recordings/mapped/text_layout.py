@@ -1,4 +1,4 @@
-"""The layout of a table of text: encoding, delimiter, decimal mark, names, units, first row."""
+"""Layout of a table of text: encoding, delimiter, decimal mark, names, units, first row."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import known_unit
 from armimpedance.recordings.mapped.text_numbers import MINUS, is_grouped
 
-#: What is looked at to find the layout.
+#: Part of the file from which the layout is determined: bytes, lines, and length of a line.
 HEAD_BYTES: Final = 2_000_000
 _LINES: Final = 300
 _LONGEST_LINE: Final = 500_000
-#: Rows that must look alike for a table to begin.
+#: Number of similar rows with which a table begins.
 _ROWS: Final = 5
 _DELIMITERS: Final = (",", ";", "\t", "|", " ")
-#: What stands where a value is missing.
+#: Texts for a missing value.
 MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "-")
-#: What Vicon Nexus calls the parts of an export; the rate stands below.
+#: Names of the sections of an export by Vicon Nexus; the next line has the rate.
 SECTIONS: Final = ("trajectories", "devices", "model outputs", "joints", "segments")
 _RATE: Final = re.compile(r"(?:sampl\w*|frame|capture|export|data)[ _]*(?:rate|freq)", re.I)
-#: A rate in a line of its own: ``fs: 1000 Hz``, ``# sampling rate = 2 kHz``.
+#: A rate in a separate line: ``fs: 1000 Hz``, ``# sampling rate = 2 kHz``.
 _RATE_SAID: Final = re.compile(
     rf"(?:fs|{_RATE.pattern}\w*)\s*(?:[\[(]?hz[\])]?)?\s*[:=]\s*(\d+\.?\d*)\s*(k?)(?:hz)?", re.I
 )
 _IN_DEGREES: Final = re.compile(r"\bin_?degrees\W+(yes|no)\b", re.I)
 _COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
-#: With the minus of typesetting, and exponents as Fortran writes them: 1.0D-03.
+#: A number, with typographic minus or Fortran's exponent: 1.0D-03.
 _NUMBER: Final = re.compile(
     rf"[+{MINUS}-]?(?:\d+\.\d*D[+-]\d\d\d?|(?:\d+\.?\d*|\.\d+)(?:E[+{MINUS}-]?\d+)?)"
     r"|[+-]?inf(?:inity)?",
@@ -53,16 +53,16 @@ _NUMBER_WITH_UNIT: Final = re.compile(
 
 @dataclass(frozen=True)
 class TextLayout:
-    """How a table of text is written.
+    """Layout of a table of text.
 
-    `encoding`: of Python.
-    `delimiter`: one character; a blank stands for any number of them.
-    `names`: of the columns; "" where a column has none.
-    `units`: as stated.
-    `skip`: lines before the first row of numbers.
-    `texts`: whether a column holds texts in the first rows.
-    `rate_hz`: where a line above the header states it, as Nexus and Motive do.
-    `angle_unit`: of angles, where a line above the header states it, as OpenSim does.
+    `encoding`: name of the encoding in Python.
+    `delimiter`: one character; a blank stands for any number of blanks.
+    `names`: names of the columns; "" for a column without a name.
+    `units`: units as stated.
+    `skip`: number of lines before the first row of numbers.
+    `texts`: for each column, True if it holds texts in the first rows.
+    `rate_hz`: the rate, if a line above the header states it, as in Nexus and Motive.
+    `angle_unit`: unit of angles, if a line above the header states it, as in OpenSim.
     """
 
     encoding: str
@@ -79,7 +79,7 @@ class TextLayout:
 
 @dataclass(frozen=True)
 class _Try:
-    """A delimiter and a decimal mark, and the table that they would make of the lines."""
+    """A delimiter and a decimal mark, and the table that results from them."""
 
     delimiter: str
     decimal: str
@@ -89,16 +89,16 @@ class _Try:
 
 
 def text_layout(file: Path) -> TextLayout:
-    """Find the layout of a table from its beginning.
+    """Determine the layout of a table from its beginning.
 
-    Raises InputError: the file is empty or no text, or no rows of numbers are in its beginning.
+    Raises InputError: the file is empty or no text, or its beginning has no rows of numbers.
     """
     encoding, lines = text_beginning(file)
-    told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
-    # A mark that stands nowhere separates nothing.
-    there = [d for d in _DELIMITERS if any(d in line for line in lines)] or [","]
-    delimiters = [told.group(1)] if told else there
-    marks = ".," if "," in there else "."
+    stated = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
+    # only delimiters that occur are tried
+    present = [d for d in _DELIMITERS if any(d in line for line in lines)] or [","]
+    delimiters = [stated.group(1)] if stated else present
+    marks = ".," if "," in present else "."
     tries = [t for d in delimiters for mark in marks if (t := _try(lines, d, mark)) is not None]
     if not tries:
         with_unit = next(filter(None, map(_NUMBER_WITH_UNIT.search, lines)), None)
@@ -124,10 +124,10 @@ def text_layout(file: Path) -> TextLayout:
 
 
 def text_beginning(file: Path) -> tuple[str, list[str]]:
-    """The encoding, and the lines of the file's beginning."""
-    encoding, text, whole = _head(file)
+    """Read the beginning of a file; return encoding and lines."""
+    encoding, text, is_complete = _head(file)
     lines = lines_of(text)
-    if len(lines) > 1 and not whole:
+    if len(lines) > 1 and not is_complete:
         lines = lines[:-1]
     while lines and not lines[-1].strip():
         lines.pop()
@@ -141,12 +141,12 @@ def text_beginning(file: Path) -> tuple[str, list[str]]:
 
 
 def lines_of(text: str) -> list[str]:
-    """The lines of a text, as an editor counts them."""
+    """Split a text into lines, as an editor counts them."""
     return re.split(r"\r\n|\n|\r", text)
 
 
 def _texts(lines: list[str], table: _Try) -> tuple[bool, ...]:
-    """Which columns hold something else than numbers."""
+    """True for each column that holds something other than numbers."""
     plain = _all_numbers(table.delimiter, table.decimal)
     below = (line for line in lines[table.first :] if not plain.fullmatch(line))
     rows = [cells_of(line, table.delimiter) for line in below]
@@ -157,7 +157,7 @@ def _texts(lines: list[str], table: _Try) -> tuple[bool, ...]:
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
-    """The cells of one line, without blanks around them."""
+    """Split a line into cells, without blanks around them."""
     if delimiter == " ":
         return line.split()
     if line and '"' not in line and len(line) < csv.field_size_limit():
@@ -169,7 +169,7 @@ def cells_of(line: str, delimiter: str) -> list[str]:
 
 
 def stated_unit(name: str) -> str | None:
-    """The unit that a name states: ``Fx [N]``, ``x (mm)``, ``x / mm``, ``F in N``."""
+    """Return the unit that a name states: ``Fx [N]``, ``x (mm)``, ``x / mm``, ``F in N``."""
     for pattern in (_IN_BRACKETS, _AFTER_SLASH):
         match = pattern.match(name)
         if match and match.group(1) and known_unit(match.group(2)) is not None:
@@ -181,31 +181,38 @@ def stated_unit(name: str) -> str | None:
 
 
 def _head(file: Path) -> tuple[str, str, bool]:
-    """Encoding and text of a file's beginning, and whether that is all of it."""
+    """Encoding and text of a file's beginning, and whether that is the whole file."""
     try:
         with file.open("rb") as stream:
             data = stream.read(HEAD_BYTES + 1)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-    whole, data = len(data) <= HEAD_BYTES, data[:HEAD_BYTES]
+    is_complete, data = len(data) <= HEAD_BYTES, data[:HEAD_BYTES]
     for mark, name in (
         (codecs.BOM_UTF8, "utf-8-sig"),
         (codecs.BOM_UTF16_LE, "utf-16"),
         (codecs.BOM_UTF16_BE, "utf-16"),
     ):
         if data.startswith(mark):
-            return name, _decoded(data, name, file), whole
+            return name, _decoded(data, name, file), is_complete
     if b"\0" in data[:4000]:
-        even, odd = data[:4000:2].count(0), data[1:4000:2].count(0)
-        if max(even, odd) < 0.3 * len(data[:4000]) / 2 or min(even, odd) > 2:
+        even_zeros, odd_zeros = data[:4000:2].count(0), data[1:4000:2].count(0)
+        if (
+            max(even_zeros, odd_zeros) < 0.3 * len(data[:4000]) / 2
+            or min(even_zeros, odd_zeros) > 2
+        ):
             raise InputError("is no text", file=file, expected="a table of text")
-        name = "utf-16-le" if odd > even else "utf-16-be"
-        return name, _decoded(data, name, file), whole
+        name = "utf-16-le" if odd_zeros > even_zeros else "utf-16-be"
+        return name, _decoded(data, name, file), is_complete
     try:
-        return "utf-8", codecs.getincrementaldecoder("utf-8")().decode(data, whole), whole
+        return (
+            "utf-8",
+            codecs.getincrementaldecoder("utf-8")().decode(data, is_complete),
+            is_complete,
+        )
     except UnicodeDecodeError:
-        # A degree sign or a mu of an older Windows program.
-        return "latin-1", data.decode("latin-1"), whole
+        # a degree sign or a mu from an older Windows program
+        return "latin-1", data.decode("latin-1"), is_complete
 
 
 def _decoded(data: bytes, encoding: str, file: Path) -> str:
@@ -217,7 +224,7 @@ def _decoded(data: bytes, encoding: str, file: Path) -> str:
 
 
 def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
-    """The first rows of numbers, if this delimiter and decimal mark make some."""
+    """Find the first rows of numbers with this delimiter and decimal mark; None without any."""
     if decimal == delimiter:
         return None
     rows = [cells_of(line, delimiter) for line in lines]
@@ -226,7 +233,7 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     widths = Counter(len(row) for row, fits in zip(rows, holds, strict=True) if fits)
     if not widths:
         return None
-    # The first of equal counts is the wider one: a lost cell does not make a table narrower.
+    # of equal counts the larger width is used: a lost cell does not make a table narrower
     width = max(widths, key=lambda w: (widths[w], w))
     fits = [
         i
@@ -236,7 +243,7 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     usual = sorted(numbers[i] for i in fits)[len(fits) // 2]
     for first in fits:
         if 2 * numbers[first] < usual:
-            continue  # a line above the header, filled up with empty cells
+            continue  # a line above the header, padded with empty cells
         block = [r for r in rows[first : first + _ROWS] if len(r) == width]
         above = _above(rows, first)
         if _has_words(rows[first : first + _ROWS], numbers[first : first + _ROWS]):
@@ -250,12 +257,12 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
 
 
 def _has_words(rows: list[list[str]], numbers: list[int]) -> bool:
-    """Whether one of these rows holds words and no number."""
+    """True if one of these rows holds words and no number."""
     return any(any(row) and not count for row, count in zip(rows, numbers, strict=True))
 
 
 def _counts(lines: list[str], rows: list[list[str]], delimiter: str, decimal: str) -> list[int]:
-    """How many cells of each line are numbers."""
+    """Number of cells of each line that are numbers."""
     plain = _all_numbers(delimiter, decimal)
     return [
         len(row) if plain.fullmatch(line) else _numbers(row, decimal)
@@ -264,17 +271,17 @@ def _counts(lines: list[str], rows: list[list[str]], delimiter: str, decimal: st
 
 
 def _is_named(above: list[tuple[int, list[str]]], holds: list[bool], width: int) -> bool:
-    """Whether one of the lines above can be the header."""
+    """True if one of the lines above can be the header."""
     return any(len(row) == width and not holds[i] for i, row in above)
 
 
 def _share(block: list[list[str]], width: int, decimal: str) -> float:
-    """The share of cells of these rows that hold a number, or nothing."""
+    """Share of the cells of these rows that hold a number or a missing value."""
     return sum(_is_value(c, decimal) for row in block for c in row) / (width * len(block))
 
 
 def _begins(block: list[list[str]], named: bool, decimal: str) -> bool:
-    """Whether the table's numbers begin with the first of these rows."""
+    """True if the table's numbers begin with the first of these rows."""
     row, *below = block
     if any(not any(_is_value(c, decimal) for c in r) for r in below):
         return False  # a header is still to come
@@ -283,7 +290,7 @@ def _begins(block: list[list[str]], named: bool, decimal: str) -> bool:
 
 @cache
 def _all_numbers(delimiter: str, decimal: str) -> re.Pattern[str]:
-    """What matches a line that holds numbers in all of its cells, without looking at each."""
+    """Pattern for a line whose cells are all numbers, which avoids testing each cell."""
     number = f"(?>{_NUMBER.pattern})".replace(r"\.", re.escape(decimal))
     around = "[ \t]*" if delimiter == " " else " *"
     between = "[ \t]+" if delimiter == " " else f"{around}{re.escape(delimiter)}{around}"
@@ -291,7 +298,7 @@ def _all_numbers(delimiter: str, decimal: str) -> re.Pattern[str]:
 
 
 def _holds_numbers(row: list[str], numbers: int) -> bool:
-    """Whether at least half of a row's cells are numbers, or missing beside at least one number."""
+    """True if at least half of a row's cells are numbers or missing, at least one a number."""
     return numbers > 0 and 2 * (numbers + sum(cell in MISSING for cell in row)) >= len(row)
 
 
@@ -300,7 +307,7 @@ def _numbers(row: list[str], decimal: str) -> int:
 
 
 def _names_numbers(row: list[str], below: list[list[str]], decimal: str) -> bool:
-    """Whether a row holds names that are numbers, as of trials side by side."""
+    """True if a row holds names that are numbers, as for trials side by side."""
     words = [i for i, cell in enumerate(row) if cell and not _is_value(cell, decimal)]
     return bool(below) and any(all(is_number(r[i], decimal) for r in below) for i in words)
 
@@ -310,7 +317,7 @@ def _above(rows: list[list[str]], first: int) -> list[tuple[int, list[str]]]:
 
 
 def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str | None, ...], bool]:
-    """Names and units above the rows."""
+    """Names and units from the lines above the rows, and whether there is a header."""
     full = (_COMMENT.sub("", line) for line in lines[: table.first] if line.strip())
     fitting = [_fitted(cells_of(line, table.delimiter), table.width) for line in full]
     units: list[str] | None = None
@@ -320,7 +327,7 @@ def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str |
     if names is None:
         return ("",) * table.width, (None,) * table.width, False
     above = [cells for cells in reversed(fitting) if cells is not None]
-    # LabVIEW's units stand in a line of their own, far above the names
+    # LabVIEW's units are in a separate line, far above the names
     units = units or next((cells for cells in above if cells[0] == "Y_Unit_Label"), None)
     names = _with_groups(names, above)
     stated = tuple(
@@ -331,9 +338,10 @@ def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str |
 
 
 def _with_groups(names: list[str], above: list[list[str]]) -> list[str]:
-    """Names that come again, each with what stands above it: a marker or device above its axes.
+    """Extend repeated names by the cell above: a marker or device above its axes.
 
-    `above`: lines of as many cells, the nearest first; the first that tells the names apart is it.
+    `above`: lines of as many cells, the nearest first; the first line that makes the names unique
+    is used.
     """
     for line in above if len(set(names)) < len(names) else ():
         group, full = "", []
@@ -346,7 +354,7 @@ def _with_groups(names: list[str], above: list[list[str]]) -> list[str]:
 
 
 def _stated_rate(above: list[str], delimiter: str) -> float | None:
-    """The rate that stands above the header: below the name of a section, or after its word."""
+    """Rate above the header: below the name of a section, or after a word for a rate."""
     cells = [[c for c in cells_of(line, delimiter) if c] for line in above]
     for row, below in zip(cells, [*cells[1:], []], strict=False):
         if len(row) == 1 and row[0].lower() in SECTIONS and len(below) == 1:
@@ -361,8 +369,8 @@ def _stated_rate(above: list[str], delimiter: str) -> float | None:
 
 
 def _angle_unit(above: list[str]) -> str | None:
-    said = [match for line in above if (match := _IN_DEGREES.search(line))]
-    return None if not said else "deg" if said[0].group(1).lower() == "yes" else "rad"
+    matches = [match for line in above if (match := _IN_DEGREES.search(line))]
+    return None if not matches else "deg" if matches[0].group(1).lower() == "yes" else "rad"
 
 
 def _rate(cell: str, unit: float = 1.0) -> float | None:
@@ -371,10 +379,10 @@ def _rate(cell: str, unit: float = 1.0) -> float | None:
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
-    """The cells of a header's line; rows may end in a delimiter it has not, or lack a remark."""
+    """Fit the cells of a header line to the width: one cell may be missing, or be a remark."""
     if len(cells) == width:
         return cells
-    # LabVIEW's last column holds a remark in the first row at most.
+    # LabVIEW's last column holds at most a remark in the first row
     if len(cells) == width + 1 and cells[-1].lower() in ("", "comment"):
         return cells[:width]
     return [*cells, ""] if len(cells) == width - 1 and width > 1 else None
@@ -388,7 +396,7 @@ def _are_units(cells: list[str]) -> bool:
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number in any of the ways that a table of text may write it."""
+    """Return True if a cell is a number in any notation of tables of text."""
     if decimal == ",":
         if "." in cell:
             return is_grouped(cell, decimal)
@@ -397,5 +405,5 @@ def is_number(cell: str, decimal: str) -> bool:
 
 
 def _is_value(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number or stands for a missing one."""
+    """True if a cell is a number or marks a missing value."""
     return cell in MISSING or is_number(cell, decimal)

@@ -1,6 +1,4 @@
-"""Cells of a table of text that no plain reader of numbers knows: 1.000,5 and 10:30:00.25, 1.0D-03
-and numbers with the minus of typesetting.
-"""
+"""Cells with special notations of numbers: 1.000,5 and 10:30:00.25, 1.0D-03, typographic minus."""
 
 from __future__ import annotations
 
@@ -14,12 +12,12 @@ from numpy.typing import NDArray
 
 from armimpedance.core.arrays import FloatArray
 
-#: Marks between thousands, beside the decimal mark of the other kind: blanks of three kinds, and
-#: the apostrophe of Swiss programs.
+#: Marks between thousands, in addition to the other decimal mark: three kinds of blanks, and the
+#: apostrophe of Swiss programs.
 _BLANKS: Final = " \u00a0\u202f'\u2019"
-#: The minus of typesetting, which spreadsheets write.
+#: Typographic minus, which spreadsheets write.
 MINUS: Final = "\u2212"
-#: The exponent of a number as Fortran writes it.
+#: Exponent of a number in Fortran's notation.
 FORTRAN: Final = r"(\.\d*)[dD]([+-]\d\d\d?)$"
 #: A time of day, with or without its date.
 _STAMP: Final = re.compile(
@@ -29,7 +27,7 @@ _DAY_S: Final = 86_400.0
 
 
 def is_grouped(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number with marks between its thousands, and can be nothing else.
+    """Return True if a cell is certainly a number with marks between thousands.
 
     ``1.000,5`` and ``1.000.000`` are thousands; ``1.000`` may be one.
     """
@@ -47,10 +45,11 @@ def _grouped(decimal: str, *, sure: bool) -> re.Pattern[str]:
 
 
 def without_groups(cells: list[str], decimal: str) -> FloatArray | None:
-    """Numbers of which some have marks between thousands; None: a cell is no number, or none is
-    surely grouped, or a number of thousands has no marks where others have.
+    """Parse numbers some of which have marks between thousands, or return None.
 
-    `cells`: "" where a value is missing.
+    None: a cell is no number, no cell certainly has marks, or a number above a thousand lacks them.
+
+    `cells`: "" for a missing value.
     """
     if not any(is_grouped(cell, decimal) for cell in cells):
         return None
@@ -68,10 +67,10 @@ def without_groups(cells: list[str], decimal: str) -> FloatArray | None:
 
 
 def seconds_of_stamps(cells: NDArray[np.str_]) -> FloatArray | None:
-    """Times of day, or dates with times, as seconds from the first one's midnight.
+    """Convert times of day, or dates with times, to seconds from the midnight before the first.
 
     `cells` (N,).
-    Returns: (N,) NaN where a cell is empty; None: a cell is no such stamp, or all are the same.
+    Returns: (N,) NaN for empty cells; None if a cell is no such stamp, or all are the same.
     """
     filled = cells[cells != ""]
     if not len(filled) or not all(_STAMP.fullmatch(c) for c in (filled[0], filled[-1])):
@@ -84,7 +83,7 @@ def seconds_of_stamps(cells: NDArray[np.str_]) -> FloatArray | None:
     except ValueError:  # no such day
         return None
     seconds = np.array([_second(stamp) for stamp in stamps if stamp])
-    if (days == days[0]).all():  # a clock without dates begins anew at midnight
+    if (days == days[0]).all():  # a clock without dates restarts at midnight
         days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY_S / 2)])
     values = np.full(len(cells), np.nan)
     values[cells != ""] = (days - days[0]) * _DAY_S + seconds
@@ -97,5 +96,5 @@ def _day(stamp: re.Match[str]) -> int:
 
 
 def _second(stamp: re.Match[str]) -> float:
-    hours, minutes, whole = (int(part) for part in stamp.group(4, 5, 6))
-    return 3600.0 * hours + 60.0 * minutes + whole + float(f"0.{stamp.group(7) or 0}")
+    hours, minutes, seconds = (int(part) for part in stamp.group(4, 5, 6))
+    return 3600.0 * hours + 60.0 * minutes + seconds + float(f"0.{stamp.group(7) or 0}")

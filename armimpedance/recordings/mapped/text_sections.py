@@ -1,8 +1,8 @@
-"""A text that holds several tables one below the other.
+"""A text file with several tables one below the other.
 
-Vicon Nexus exports parts so: each has a line with its name and below it one with its rate; then
-header and rows, as in a file of its own. All parts begin at the same time. Programs that append
-trial after trial repeat the header instead, often with a title above: each part is a run.
+Vicon Nexus exports sections in this way: a line with the section's name, a line with its rate, then
+header and rows as in a separate file. All sections begin at the same time. Programs that append
+trial after trial repeat the header instead, often with a title above it: each part is then a run.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from armimpedance.recordings.mapped.text_layout import (
     text_beginning,
 )
 
-#: No name of a part is longer, its empty cells included.
+#: Longest line with the name of a section, empty cells included.
 _LONGEST: Final = 2000
 _LARGEST_BYTES: Final = 250_000_000
-#: At most so many lines below a table are a remark.
+#: Most lines below a table that count as a remark.
 _LAST_WORDS: Final = 20
 
 
 def sections_of(file: Path) -> list[tuple[int, str]]:
-    """The parts of a text with their first lines, from 0; [] where it is a single table."""
+    """Split a text into sections with their first lines, from 0; [] if it is a single table."""
     with file.open("rb") as stream:
         if not _is_name(stream.readline(_LONGEST).decode("latin-1")):
             return []
@@ -56,23 +56,27 @@ def _is_name(line: str) -> bool:
 def read_sections(
     file: Path, sections: list[tuple[int, str]], read: Callable[[Path], RawFile]
 ) -> RawFile:
-    """One run with a table for each part, on its own clock from 0.
+    """Read sections as one run with a table for each, on its own clock from 0.
 
-    `read`: reads a file of one table.
+    `read`: function that reads a file of one table.
     Raises InputError: as `read`, with the line of the whole text.
     """
     tables: list[RawTable] = []
     not_taken: list[str] = []
     for first, text in sections:
-        made = _read_part(file, first, text, read)
-        taken = {name for table in tables for name in table.columns}
-        tables += [_apart(table, first, taken) for table in made.runs[0].tables if table.columns]
-        not_taken += made.not_taken
+        section = _read_part(file, first, text, read)
+        earlier = {name for table in tables for name in table.columns}
+        tables += [
+            _renamed_table(table, first, earlier)
+            for table in section.runs[0].tables
+            if table.columns
+        ]
+        not_taken += section.not_taken
     return RawFile((RawRun(str(file), tuple(tables)),), tuple(dict.fromkeys(not_taken)))
 
 
 def _read_part(file: Path, first: int, text: str, read: Callable[[Path], RawFile]) -> RawFile:
-    """What `read` makes of a part that begins in a line, from 0; errors name the whole's line."""
+    """Read a part that begins at a line, counted from 0; errors name the line of the whole text."""
     with TemporaryDirectory() as folder:
         part = Path(folder, file.name)
         part.write_text(text, encoding="utf-8")
@@ -86,7 +90,7 @@ def _read_part(file: Path, first: int, text: str, read: Callable[[Path], RawFile
 
 
 def repeated_headers(file: Path, layout: TextLayout) -> list[tuple[int, str]]:
-    """The parts of a text whose header comes again, with their first lines, from 0; else []."""
+    """Split a text at repeated headers, with first lines from 0; [] for a single header."""
     if not layout.has_header or file.stat().st_size > _LARGEST_BYTES:
         return []
     _, beginning = text_beginning(file)
@@ -106,19 +110,19 @@ def repeated_headers(file: Path, layout: TextLayout) -> list[tuple[int, str]]:
 def read_repeated(
     file: Path, parts: list[tuple[int, str]], read: Callable[[Path], RawFile]
 ) -> RawFile:
-    """A run for each part; arguments and errors as of `read_sections`."""
+    """Read a run for each part; arguments and errors as in `read_sections`."""
     runs: list[RawRun] = []
     not_taken: list[str] = []
     for first, text in parts:
-        made = _read_part(file, first, text, read)
-        tables = tuple(replace(t, first_row=t.first_row + first) for t in made.runs[0].tables)
+        content = _read_part(file, first, text, read)
+        tables = tuple(replace(t, first_row=t.first_row + first) for t in content.runs[0].tables)
         runs.append(RawRun(str(file), tables))
-        not_taken += made.not_taken
+        not_taken += content.not_taken
     return RawFile(tuple(runs), tuple(dict.fromkeys(not_taken)))
 
 
 def without_last_words(file: Path, layout: TextLayout, row: int) -> str | None:
-    """The text above a row from which on no cell is a number; None: there is one, or too much."""
+    """Text above a row after which no cell is a number; None if one is, or the rest is long."""
     text = lines_of(file.read_bytes().decode(layout.encoding))
     tail = text[row - 1 :]
     cells = [cell for line in tail for cell in cells_of(line, layout.delimiter)]
@@ -127,9 +131,9 @@ def without_last_words(file: Path, layout: TextLayout, row: int) -> str | None:
     return "\n".join(text[: row - 1]) + "\n"
 
 
-def _apart(table: RawTable, first: int, taken: set[str]) -> RawTable:
-    """The table without columns that an earlier part has, such as its frames; with its times."""
-    columns = {name: column for name, column in table.columns.items() if name not in taken}
+def _renamed_table(table: RawTable, first: int, used: set[str]) -> RawTable:
+    """Remove columns that an earlier section has, such as frames, and add times from the rate."""
+    columns = {name: column for name, column in table.columns.items() if name not in used}
     time = table.time_s
     if time is None and table.rate_hz is not None:
         time = np.arange(table.rows) / table.rate_hz

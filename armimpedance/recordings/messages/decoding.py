@@ -1,4 +1,4 @@
-"""Messages of a ROS type as columns, by the layout of their bytes."""
+"""ROS messages read into columns from the layout of their bytes."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from armimpedance.recordings.messages.definitions import (
     MessageField,
 )
 
-# Where in the bytes of a message its numbers and texts stand.
+# The positions of numbers and texts in the bytes of a message.
 #
 # Messages of one topic mostly have the same layout: texts and arrays of the same lengths. One
 # message is walked; the others whose lengths agree are then read as a table of bytes.
 
-#: How messages are written: ROS 1's own way, or CDR as ROS 2 has it.
+#: The encoding of messages: ROS 1's own, or CDR as in ROS 2.
 Encoding = Literal["ros1", "cdr"]
 
 #: Arrays up to this length become columns; longer ones (pictures, clouds of points) do not.
 LONGEST_ARRAY: Final = 64
 
-#: More columns than this of one topic are not a table of signals.
+#: A topic with more columns than this is not a table of signals.
 _MOST_COLUMNS: Final = 4096
 _MOST_TEXTS: Final = 20_000
 _DEEPEST: Final = 16
@@ -42,7 +42,7 @@ class MessageLayout:
 
     `numbers`: path, such as "wrench.force.x" -> offset and numpy's type.
     `texts`: path -> offset and number of bytes.
-    `same`: offset and number of bytes that another message of this layout has alike: lengths.
+    `same`: offset and number of bytes that are equal in all messages of this layout: lengths.
     `long`: paths of arrays that are too long for columns.
     """
 
@@ -58,20 +58,20 @@ def layout_of(message: bytes, name: str, known: Definitions, encoding: Encoding)
     `name`: the message's type; all types in it are in `known`.
     Raises DefinitionError: the definition is incomplete, or this message does not fit it.
     """
-    walk = _Walk(message, known, encoding)
+    walker = _Walk(message, known, encoding)
     try:
-        walk.message("", name, 0)
+        walker.message("", name, 0)
     except struct.error:
         raise DefinitionError("a message does not fit its definition") from None
-    rest = len(message) - walk.place
+    rest = len(message) - walker.place
     # CDR may be filled up to a multiple of four.
     if rest < 0 or rest > (3 if encoding == "cdr" else 0):
         raise DefinitionError("a message does not fit its definition")
-    return _by_names(walk.layout, message)
+    return _by_names(walker.layout, message)
 
 
 class _Walk:
-    """A place in a message, and what was found up to there."""
+    """A walk through one message: the current place and the layout found so far."""
 
     def __init__(self, message: bytes, known: Definitions, encoding: Encoding) -> None:
         self.bytes, self.known, self.layout = message, known, MessageLayout()
@@ -87,7 +87,7 @@ class _Walk:
             self.layout.same.append((0, 2))
 
     def message(self, path: str, name: str, depth: int, taken: bool = True) -> None:
-        """Walk through a message, or one that lies in it."""
+        """Walk through a message or a nested message."""
         self.steps += 1
         if depth > _DEEPEST or self.steps > 1000 + 10 * len(self.bytes):
             raise DefinitionError("messages lie in each other too deeply")
@@ -96,15 +96,15 @@ class _Walk:
         fields = self.known[name]
         if not fields and self.aligned:
             self.move("u1")
-        for each in fields:
-            self.field(f"{path}.{each.name}" if path else each.name, each, depth, taken)
+        for part in fields:
+            self.field(f"{path}.{part.name}" if path else part.name, part, depth, taken)
 
-    def field(self, path: str, each: MessageField, depth: int, taken: bool) -> None:
-        if each.length is None:
-            self.value(path, each.type, depth, taken)
+    def field(self, path: str, part: MessageField, depth: int, taken: bool) -> None:
+        if part.length is None:
+            self.value(path, part.type, depth, taken)
             return
-        count = self.count() if each.length == SEQUENCE else each.length
-        kind = PRIMITIVES.get(each.type)
+        count = self.count() if part.length == SEQUENCE else part.length
+        kind = PRIMITIVES.get(part.type)
         if count > LONGEST_ARRAY:
             self.layout.long.add(path)
             taken = False
@@ -112,9 +112,9 @@ class _Walk:
             self.move(kind, count)
         elif taken:
             for i in range(count):
-                self.value(f"{path}[{i}]", each.type, depth, taken)
+                self.value(f"{path}[{i}]", part.type, depth, taken)
         else:
-            self.pass_over(each.type, count, depth)
+            self.pass_over(part.type, count, depth)
 
     def value(self, path: str, name: str, depth: int, taken: bool) -> None:
         kind = PRIMITIVES.get(name)
@@ -132,7 +132,7 @@ class _Walk:
             self.message(path, name, depth + 1, taken)
 
     def move(self, kind: str, count: int = 1) -> int:
-        """Go behind numbers of a type; where they begin."""
+        """Move past numbers of a type and return the offset at which they begin."""
         size = int(kind[1:])
         if self.aligned and count:
             self.place += -(self.place - self.start) % size
@@ -162,7 +162,7 @@ class _Walk:
             self.layout.texts[path] = (offset, length - end)
 
     def pass_over(self, name: str, count: int, depth: int) -> None:
-        """Go behind many texts or messages, of which none is taken."""
+        """Move past an array of texts or messages that are not taken."""
         for _ in range(count):
             if self.place > len(self.bytes):
                 break
@@ -173,14 +173,14 @@ class _Walk:
             before, marks = self.place, len(self.layout.same)
             self.value("", name, depth, taken=False)
             if len(self.layout.same) == marks:
-                # Nothing in it has a length of its own: all others are as long.
+                # It holds nothing of variable length, so all others are as long.
                 self.sizes[key] = max(self.place - before, 1)
         if self.place > len(self.bytes):
             raise DefinitionError("a message does not fit its definition")
 
 
 def _by_names(layout: MessageLayout, message: bytes) -> MessageLayout:
-    """Numbers of joints under the joints' names, where a message lists names beside its arrays."""
+    """Name joints' numbers by the joints, where a message lists names beside its arrays."""
     names = list(_names(layout, message))
     if not names or len(set(names)) < len(names):
         return layout
@@ -196,7 +196,9 @@ def _by_names(layout: MessageLayout, message: bytes) -> MessageLayout:
     }
     if not renamed:
         return layout
-    layout.numbers = {renamed.get(path, path): where for path, where in layout.numbers.items()}
+    layout.numbers = {
+        renamed.get(path, path): location for path, location in layout.numbers.items()
+    }
     for path in [p for p in layout.texts if p.startswith("name[")]:
         layout.same.append(layout.texts.pop(path))
     return layout
@@ -210,12 +212,12 @@ def _names(layout: MessageLayout, message: bytes) -> Iterator[str]:
 
 Rows = NDArray[np.intp]
 
-#: Text beyond this is no label; a column of texts is as wide as its longest.
+#: A longer text is not a label; a column of texts is as wide as its longest.
 LONGEST_TEXT: Final = 64
 
 _MOST_TRIES: Final = 32
 
-#: Where a message bears a header, the time at which it was measured.
+#: The time of measurement in a message's header.
 _STAMP: Final = ("header.stamp.sec", "header.stamp.nanosec")
 
 
@@ -248,7 +250,7 @@ class Block:
 def decode(
     messages: Sequence[bytes], name: str, known: Definitions, encoding: Encoding, wanted: Wanted
 ) -> Block:
-    """The columns of these messages.
+    """Decode these messages into columns.
 
     `name`: their type.
     `wanted`: whether a path is wanted.
@@ -260,37 +262,37 @@ def decode(
         rows = np.flatnonzero(lengths == length)
         joined = b"".join([messages[int(i)] for i in rows])
         table = np.frombuffer(joined, np.uint8).reshape(len(rows), length)
-        for layout, part in _alike(table, rows, name, known, encoding):
+        for layout, part in _layout_groups(table, rows, name, known, encoding):
             _take(block, layout, table[part], rows[part], wanted)
     return block
 
 
-def _alike(
+def _layout_groups(
     table: NDArray[np.uint8], rows: Rows, name: str, known: Definitions, encoding: Encoding
 ) -> Iterator[tuple[MessageLayout, Rows]]:
-    """Layouts, and the rows of a table of messages of one length that have them."""
-    left = np.arange(len(rows))
-    # Where nearly each message has a layout of its own, looking for others that have it is in vain.
+    """The layouts in a table of messages of one length, each with its rows."""
+    remaining = np.arange(len(rows))
+    # Where nearly every message has its own layout, searching for others like it is useless.
     for _ in range(_MOST_TRIES):
-        if not len(left):
+        if not len(remaining):
             return
-        first = table[left[0]]
+        first = table[remaining[0]]
         layout = layout_of(first.tobytes(), name, known, encoding)
         same = np.zeros(len(first), bool)
         for offset, count in layout.same:
             same[offset : offset + count] = True
-        alike = (table[left][:, same] == first[same]).all(axis=1)
-        yield layout, left[alike]
-        left = left[~alike]
-    for i in range(len(left)):
-        yield layout_of(table[left[i]].tobytes(), name, known, encoding), left[i : i + 1]
+        equal = (table[remaining][:, same] == first[same]).all(axis=1)
+        yield layout, remaining[equal]
+        remaining = remaining[~equal]
+    for i in range(len(remaining)):
+        yield layout_of(table[remaining[i]].tobytes(), name, known, encoding), remaining[i : i + 1]
 
 
 def _take(
     block: Block, layout: MessageLayout, table: NDArray[np.uint8], rows: Rows, wanted: Wanted
 ) -> None:
     block.long |= layout.long
-    if all(part in layout.numbers for part in _STAMP):
+    if all(stamp_path in layout.numbers for stamp_path in _STAMP):
         sec, nanosec = (_numbers(table, *layout.numbers[p]).astype(np.int64) for p in _STAMP)
         block.stamp_ns[rows] = sec * 1_000_000_000 + nanosec
     for path, (offset, kind) in layout.numbers.items():
@@ -314,19 +316,19 @@ def _numbers(table: NDArray[np.uint8], offset: int, kind: str) -> NDArray[Any]:
 
 
 def _texts(table: NDArray[np.uint8]) -> NDArray[np.str_]:
-    """Each row of bytes as a text; most rows are one of a few."""
+    """Each row of bytes as a text; only distinct rows are decoded, as most repeat."""
     if not table.shape[1]:
         return np.full(len(table), "", "U1")
     keys = np.ascontiguousarray(table).view(f"V{table.shape[1]}")[:, 0]
-    different, where = np.unique(keys, return_inverse=True)
+    different, inverse = np.unique(keys, return_inverse=True)
     texts = [key.tobytes().decode(errors="replace").replace("\x00", "") for key in different]
-    return np.array(texts, np.str_)[where]
+    return np.array(texts, np.str_)[inverse]
 
 
 def joined_numbers(
     pieces: Sequence[tuple[Rows, NDArray[np.float64]]], count: int
 ) -> NDArray[np.float64]:
-    """One column (count,) of its pieces, NaN where there is none."""
+    """One column (count,) made of pieces, NaN where no piece has a value."""
     column = np.full(count, np.nan)
     for rows, values in pieces:
         column[rows] = values
@@ -334,7 +336,7 @@ def joined_numbers(
 
 
 def joined_texts(pieces: Sequence[tuple[Rows, NDArray[np.str_]]], count: int) -> NDArray[np.str_]:
-    """One column (count,) of its pieces, "" where there is none."""
+    """One column (count,) made of pieces, "" where no piece has a text."""
     width = max([values.dtype.itemsize // 4 for _, values in pieces] + [1])
     column = np.zeros(count, f"U{width}")
     for rows, values in pieces:

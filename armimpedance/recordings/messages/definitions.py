@@ -1,4 +1,4 @@
-"""What a ROS message consists of: its definition as text, or as the package rosbags has it.
+"""Definitions of ROS messages, from text or from the package rosbags.
 
 A definition is parsed here and never run: code made from a file's text would be the file's code.
 """
@@ -17,7 +17,7 @@ PRIMITIVES: Final[Mapping[str, str]] = {
     "float32": "f4", "float64": "f8",
 }  # fmt: skip
 
-#: The length of a field that holds as many values as each message says.
+#: The length of a field whose number of values is stated in each message.
 SEQUENCE: Final = -1
 
 _LARGEST_TEXT: Final = 1_000_000
@@ -34,7 +34,7 @@ _TIMES: Final = {
 
 
 class DefinitionError(Exception):
-    """A definition is missing or cannot be understood; the topic is not taken."""
+    """A definition is missing or cannot be parsed; the topic is not taken."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class MessageField:
     """One field of a message.
 
     `type`: a primitive type, "string", or the name of a message.
-    `length`: of an array; `SEQUENCE` where each message says it; None: a single value.
+    `length`: of an array; `SEQUENCE` where each message states it; None: a single value.
     """
 
     name: str
@@ -55,27 +55,27 @@ Definitions = Mapping[str, tuple[MessageField, ...]]
 
 
 def short_name(name: str) -> str:
-    """The name of a message without what ROS 2 puts between: ``geometry_msgs/Wrench``."""
+    """A message's name without the middle part of ROS 2: ``geometry_msgs/Wrench``."""
     parts = [p for p in name.split("/") if p]
     return "/".join([parts[0], parts[-1]]) if len(parts) > 1 else name
 
 
 def definitions_of_text(text: str, name: str) -> Definitions:
-    """The messages of a definition as ROS 1 bags, MCAP and ROS 2 databases hold them.
+    """Parse a definition as stored in ROS 1 bags, MCAP and ROS 2 databases.
 
     `text`: the fields of the message, then those of each message in it under ``MSG: name``.
     `name`: the message that the text begins with.
     """
     if len(text) > _LARGEST_TEXT:
         raise DefinitionError("a definition of more than a million letters")
-    found: dict[str, tuple[MessageField, ...]] = {}
+    definitions: dict[str, tuple[MessageField, ...]] = {}
     for number, block in enumerate(re.split(r"(?m)^={20,}\s*$", text)):
         lines = block.splitlines()
         title = name if number == 0 else _title(lines)
         package = short_name(title).rpartition("/")[0]
         fields = [_field(line, package) for line in lines if not line.lstrip().startswith("MSG:")]
-        found[short_name(title)] = tuple(f for f in fields if f is not None)
-    return with_times(found)
+        definitions[short_name(title)] = tuple(f for f in fields if f is not None)
+    return with_times(definitions)
 
 
 def _title(lines: list[str]) -> str:
@@ -113,33 +113,35 @@ def _resolved(name: str, package: str) -> str:
     return short_name(name) if "/" in name else f"{package}/{name}"
 
 
-def with_times(found: Definitions) -> Definitions:
-    """The definitions, and those of times and durations, which each message may take for known."""
+def with_times(definitions: Definitions) -> Definitions:
+    """Add the definitions of times and durations, which every message may use."""
     times = {
         name: (MessageField("sec", sec), MessageField("nanosec", nanosec))
         for name, (sec, nanosec) in _TIMES.items()
     }
-    return {**times, **found}
+    return {**times, **definitions}
 
 
 def definitions_of_package(known: Mapping[str, Any]) -> Definitions:
-    """The same from a table of the package rosbags (of its stores, or of a text of IDL).
+    """Convert a table of the package rosbags (of its stores, or of IDL text).
 
     `known`: name -> (constants, fields); a field is a name and a description.
     """
-    found = {
-        short_name(name): tuple(_described(field, what) for field, what in fields)
+    definitions = {
+        short_name(name): tuple(_described(field, description) for field, description in fields)
         for name, (_, fields) in known.items()
     }
-    return with_times(found)
+    return with_times(definitions)
 
 
 def _described(name: str, description: Any) -> MessageField:
     kind, content = int(description[0]), description[1]
     if kind <= 2:
         return MessageField(name, _type_of(kind, content))
-    (inner, what), length = content
-    return MessageField(name, _type_of(int(inner), what), int(length) if kind == 3 else SEQUENCE)
+    (inner, inner_content), length = content
+    return MessageField(
+        name, _type_of(int(inner), inner_content), int(length) if kind == 3 else SEQUENCE
+    )
 
 
 def _type_of(kind: int, content: Any) -> str:

@@ -1,4 +1,4 @@
-"""Messages that are JSON objects as columns."""
+"""Messages that are JSON objects, read into columns."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from armimpedance.recordings.messages.definitions import DefinitionError
 _MOST_VALUES: Final = 4096
 _DEEPEST: Final = 16
 
-#: Where programs put the time of measuring: an object of seconds and nanoseconds.
+#: Places at which programs store the time of measurement, as seconds and nanoseconds.
 _STAMPS: Final = (("header", "stamp"), ("timestamp",), ("stamp",))
 _SECONDS: Final = ("sec", "secs")
 _NANOSECONDS: Final = ("nsec", "nanosec", "nsecs")
 
 
 def decode_json(messages: Sequence[bytes], wanted: Wanted) -> Block:
-    """The columns of these messages.
+    """Decode these messages into columns.
 
     `wanted`: whether a path, such as "wrench.force.x", is wanted.
-    Raises DefinitionError: a message is no JSON object.
+    Raises DefinitionError: a message is not a JSON object.
     """
     block = Block(len(messages), np.zeros(len(messages), np.int64))
     numbers: dict[str, tuple[list[int], list[float]]] = {}
@@ -35,13 +35,13 @@ def decode_json(messages: Sequence[bytes], wanted: Wanted) -> Block:
         content = _object(message)
         block.stamp_ns[row] = _stamp(content)
         for path, value in _flat(content, block):
-            where: Any = texts if isinstance(value, str) else numbers
-            if path not in where:
+            column_of: Any = texts if isinstance(value, str) else numbers
+            if path not in column_of:
                 if not wanted(path):
                     continue
-                where[path] = ([], [])
-            where[path][0].append(row)
-            where[path][1].append(value)
+                column_of[path] = ([], [])
+            column_of[path][0].append(row)
+            column_of[path][1].append(value)
         if len(numbers) + len(texts) > _MOST_VALUES:
             raise DefinitionError(f"more than {_MOST_VALUES} values in its messages")
     for path, (rows, values) in numbers.items():
@@ -62,11 +62,11 @@ def _object(message: bytes) -> dict[str, Any]:
 
 
 def _flat(content: dict[str, Any], block: Block) -> Iterator[tuple[str, float | str]]:
-    """Paths and plain values of an object, those of its objects and short lists among them."""
+    """Paths and plain values of an object, including those of nested objects and short lists."""
     count = 0
-    open_ends: list[tuple[str, Any, int]] = [("", content, 0)]
-    while open_ends:
-        path, value, depth = open_ends.pop()
+    pending: list[tuple[str, Any, int]] = [("", content, 0)]
+    while pending:
+        path, value, depth = pending.pop()
         inner = _inner(path, value, block.long)
         if inner is None:
             plain = _plain(value)
@@ -79,14 +79,14 @@ def _flat(content: dict[str, Any], block: Block) -> Iterator[tuple[str, float | 
         elif depth > _DEEPEST:
             raise DefinitionError("its objects lie in each other too deeply")
         else:
-            open_ends += [(name, v, depth + 1) for name, v in reversed(inner)]
+            pending += [(name, v, depth + 1) for name, v in reversed(inner)]
         count += 1
         if count > 20 * _MOST_VALUES:
             raise DefinitionError("too many values in a message")
 
 
 def _inner(path: str, value: Any, long: set[str]) -> list[tuple[str, Any]] | None:
-    """What lies in an object or a list, with paths; None of a plain value."""
+    """The members of an object or a list with their paths; None for a plain value."""
     if isinstance(value, dict):
         return [(f"{path}.{name}" if path else str(name), v) for name, v in value.items()]
     if isinstance(value, list):
@@ -109,14 +109,14 @@ def _plain(value: Any) -> float | str:
 
 
 def _stamp(content: dict[str, Any]) -> int:
-    """Nanoseconds at which the message says that it was measured; 0 where it does not."""
-    for way in _STAMPS:
-        found: Any = content
-        for name in way:
-            found = found.get(name) if isinstance(found, dict) else None
-        if isinstance(found, dict):
-            sec = next((found[n] for n in _SECONDS if n in found), None)
-            nanosec = next((found[n] for n in _NANOSECONDS if n in found), None)
+    """The time of measurement in a message in ns; 0 if the message states none."""
+    for keys in _STAMPS:
+        value: Any = content
+        for name in keys:
+            value = value.get(name) if isinstance(value, dict) else None
+        if isinstance(value, dict):
+            sec = next((value[n] for n in _SECONDS if n in value), None)
+            nanosec = next((value[n] for n in _NANOSECONDS if n in value), None)
             if type(sec) is int and type(nanosec) is int and 0 <= sec < 2**33:
                 return sec * 1_000_000_000 + min(max(nanosec, 0), 999_999_999)
     return 0

@@ -1,7 +1,7 @@
-"""The records of ROS 1 bags and ROS 2 databases, in order, with compressed parts undone.
+"""The records of ROS 1 bags and ROS 2 databases in order, decompressed.
 
-A bag that a crash left without an index reads like any other. The package rosbags reads bags by
-their index, and believes the sizes in it.
+The index of a bag is not used, so a bag that a crash left without one can be read. The package
+rosbags needs the index and trusts the sizes in it.
 """
 
 from __future__ import annotations
@@ -33,40 +33,40 @@ _EXPECTED_DATABASE: Final = "a database of ROS 2 with the tables topics and mess
 def add_ros2_database(log: Log, path: Path, unpack: Unpack | None = None) -> None:
     """Add the messages of a database to a log.
 
-    `unpack`: where each message is compressed.
+    `unpack`: decompresses each message; None where messages are not compressed.
     """
     waiting = path.with_name(path.name + "-wal")
     if waiting.exists() and waiting.stat().st_size:
-        why = "its recorder was stopped hard; opening the database with sqlite3 once takes it in"
-        log.notes += not_taken([waiting.name], why)
+        reason = "its recorder was stopped hard; opening the database with sqlite3 once takes it in"
+        log.notes += not_taken([waiting.name], reason)
     try:
-        base = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
-        base.text_factory = lambda text: text.decode(errors="replace")
+        database = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)
+        database.text_factory = lambda text: text.decode(errors="replace")
         try:
-            base.execute("PRAGMA trusted_schema = OFF")
-            _add(log, path, base, unpack)
+            database.execute("PRAGMA trusted_schema = OFF")
+            _add(log, path, database, unpack)
         finally:
-            base.close()
+            database.close()
     except (sqlite3.Error, OverflowError, UnicodeError) as error:
         problem = f"the database cannot be read: {str(error)[:100]}"
         raise InputError(problem, file=path, expected=_EXPECTED_DATABASE) from None
 
 
-def _add(log: Log, path: Path, base: sqlite3.Connection, unpack: Unpack | None) -> None:
-    # A view under such a name could compute for ever.
-    found = base.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
-    tables = {row[0] for row in found}
+def _add(log: Log, path: Path, database: sqlite3.Connection, unpack: Unpack | None) -> None:
+    # A view with such a name could compute forever.
+    listed = database.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+    tables = {row[0] for row in listed}
     if not {"topics", "messages"} <= tables:
         raise InputError(
             "has no tables topics and messages", file=path, expected=_EXPECTED_DATABASE
         )
-    told: dict[str, tuple[str, str]] = {}
+    definitions: dict[str, tuple[str, str]] = {}
     if "message_definitions" in tables:
         query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
-        told = {str(row[0]): (str(row[1]), str(row[2])) for row in base.execute(query)}
+        definitions = {str(row[0]): (str(row[1]), str(row[2])) for row in database.execute(query)}
     query = "SELECT id, name, type, serialization_format FROM topics"
-    topics = {row[0]: _topic(log, path, row, told) for row in base.execute(query)}
-    for number, time_ns, data in base.execute("SELECT topic_id, timestamp, data FROM messages"):
+    topics = {row[0]: _topic(log, path, row, definitions) for row in database.execute(query)}
+    for number, time_ns, data in database.execute("SELECT topic_id, timestamp, data FROM messages"):
         if number not in topics or type(time_ns) is not int or not isinstance(data, bytes):
             raise InputError("a damaged row of messages", file=path, expected=_EXPECTED_DATABASE)
         message = data if unpack is None else unpack(data)
@@ -74,27 +74,27 @@ def _add(log: Log, path: Path, base: sqlite3.Connection, unpack: Unpack | None) 
 
 
 def _topic(
-    log: Log, path: Path, row: tuple[Any, ...], told: dict[str, tuple[str, str]]
+    log: Log, path: Path, row: tuple[Any, ...], definitions: dict[str, tuple[str, str]]
 ) -> LogTopic:
     name, kind, encoding = (str(value) for value in row[1:])
 
     def decoder() -> Decoder | None:
         if encoding != "cdr":
             return None
-        language, text = told.get(kind, ("ros2msg", ""))
+        language, text = definitions.get(kind, ("ros2msg", ""))
         return ros_decoder(kind, text, "idl" if language == "ros2idl" else "msg", "cdr", path)
 
     return log.topic(name, kind, decoder, f"messages in {encoding[:20]!r} are not read")
 
 
-# Compressed parts of logs, undone up to a size that is set before.
+# Compressed parts of logs, decompressed up to a given size.
 
-#: A part of a log that is larger is no part of a log.
+#: Larger parts are refused.
 LARGEST_PART: Final = 256_000_000
 
 
 def decompressed(data: bytes, method: str, file: Path, limit: int = LARGEST_PART) -> bytes:
-    """What a part of a file holds.
+    """Decompress a part of a file.
 
     `file`: for messages.
     `limit`: more bytes than this are refused.
@@ -104,18 +104,18 @@ def decompressed(data: bytes, method: str, file: Path, limit: int = LARGEST_PART
     if method in ("", "none"):
         return data
     try:
-        found = _undone(data, method, file, limit)
+        content = _undone(data, method, file, limit)
     except InputError:
         raise
     except Exception:
-        # zstandard, lz4 and bz2 have errors of their own, which they do not share.
+        # zstandard, lz4 and bz2 raise different errors.
         raise InputError(
             f"a part compressed with {method} is damaged", file=file, expected="a whole file"
         ) from None
-    if len(found) > limit:
+    if len(content) > limit:
         problem = f"a compressed part holds more than {limit} bytes"
         raise InputError(problem, file=file, expected="what it says, in smaller parts")
-    return found
+    return content
 
 
 def _undone(data: bytes, method: str, file: Path, limit: int) -> bytes:
@@ -126,7 +126,7 @@ def _undone(data: bytes, method: str, file: Path, limit: int) -> bytes:
         return bytes(frame.decompress(data, limit + 1))
     if method == "zstd":
         zstd = needed("zstandard", "ros", file)
-        # A stream is read up to the limit, whatever size its header claims.
+        # The stream is read up to the limit, whatever size its header states.
         with zstd.ZstdDecompressor(max_window_size=2**27).stream_reader(data) as stream:
             return bytes(stream.read(limit + 1))
     raise InputError(
@@ -150,7 +150,7 @@ def add_ros1_bag(log: Log, path: Path) -> None:
 
 
 class _Reading:
-    """One pass through a bag: connections are known when their messages come."""
+    """One pass through a bag; connections precede their messages."""
 
     def __init__(self, log: Log, path: Path) -> None:
         self.log, self.path = log, path
@@ -158,18 +158,18 @@ class _Reading:
         self.topics: dict[int, LogTopic] = {}
 
     def all(self) -> None:
-        """Read to the end, or to where the file is cut."""
+        """Read to the end, or to the place where the file is cut."""
         with self.path.open("rb") as stream:
             if stream.read(len(_VERSION)) != _VERSION:
                 raise self.error("is no bag of version 2.0")
-            place = stream.tell()
+            offset = stream.tell()
             try:
-                while place < self.size:
+                while offset < self.size:
                     header, data = self.next(stream)
-                    self.understood(header, data, place)
-                    place = stream.tell()
+                    self.understood(header, data, offset)
+                    offset = stream.tell()
             except _CutError:
-                self.cut(place)
+                self.cut(offset)
 
     def next(self, stream: BinaryIO) -> tuple[bytes, bytes]:
         """Header and data of the next record."""
@@ -184,15 +184,17 @@ class _Reading:
             parts.append(stream.read(size))
         return parts[0], parts[1]
 
-    def cut(self, place: int) -> None:
-        """The recorder was stopped hard: what stands before is whole."""
+    def cut(self, offset: int) -> None:
+        """Handle a file cut by a crash of its recorder; earlier records are whole."""
         if not self.topics:
             raise self.error("ends before its first message")
-        why = f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
-        self.log.notes += not_taken([f"the last {self.size - place} bytes"], why)
+        reason = (
+            f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
+        )
+        self.log.notes += not_taken([f"the last {self.size - offset} bytes"], reason)
 
-    def understood(self, header: bytes, data: bytes, place: int) -> None:
-        """One record of the file; an error names where it stands."""
+    def understood(self, header: bytes, data: bytes, offset: int) -> None:
+        """Process one record of the file; errors state its position."""
         try:
             fields = _fields(header)
             if fields.get(b"op") == bytes([_CHUNK]):
@@ -200,16 +202,16 @@ class _Reading:
                 size = min(struct.unpack("<I", fields[b"size"])[0], LARGEST_PART)
                 content = decompressed(data, method, self.path, size)
                 if len(content) != size:
-                    raise self.error(f"a chunk at byte {place} is not as long as it says")
+                    raise self.error(f"a chunk at byte {offset} is not as long as it says")
                 for inner, message in _records(content):
                     self.record(_fields(inner), message)
             else:
                 self.record(fields, data)
         except (struct.error, KeyError, UnicodeDecodeError):
-            raise self.error(f"a damaged record at byte {place}") from None
+            raise self.error(f"a damaged record at byte {offset}") from None
 
     def record(self, fields: Mapping[bytes, bytes], data: bytes) -> None:
-        """A connection or a message; others tell nothing of columns."""
+        """Process a connection or a message; other records do not concern columns."""
         kind = fields[b"op"][0] if fields[b"op"] else 0
         if kind == _MESSAGE:
             (connection,) = struct.unpack("<I", fields[b"conn"])
@@ -227,10 +229,10 @@ class _Reading:
         elif kind not in (_HEADER, _INDEX, _CHUNK_INFO):
             raise self.error(f"a record of unknown kind {kind}")
 
-    def topic(self, name: str, told: Mapping[bytes, bytes]) -> LogTopic:
-        """The topic of a connection; several connections may be one topic."""
-        kind = told[b"type"].decode()
-        text = told.get(b"message_definition", b"").decode(errors="replace")
+    def topic(self, name: str, connection: Mapping[bytes, bytes]) -> LogTopic:
+        """The topic of a connection; several connections may share one topic."""
+        kind = connection[b"type"].decode()
+        text = connection.get(b"message_definition", b"").decode(errors="replace")
 
         def decoder() -> Decoder:
             return ros_decoder(kind, text, "msg", "ros1", self.path)
@@ -243,27 +245,27 @@ class _Reading:
 
 def _records(content: bytes) -> Iterator[tuple[bytes, bytes]]:
     """Headers and data of the records in a chunk."""
-    place, end = 0, len(content)
-    while place < end:
+    offset, end = 0, len(content)
+    while offset < end:
         parts = []
         for _ in range(2):
-            (size,) = struct.unpack_from("<I", content, place)
-            place += 4 + size
-            if place > end:
+            (size,) = struct.unpack_from("<I", content, offset)
+            offset += 4 + size
+            if offset > end:
                 raise struct.error
-            parts.append(content[place - size : place])
+            parts.append(content[offset - size : offset])
         yield parts[0], parts[1]
 
 
 def _fields(header: bytes) -> dict[bytes, bytes]:
-    """The fields ``name=value`` of a header."""
-    place, end = 0, len(header)
-    found = {}
-    while place < end:
-        (size,) = struct.unpack_from("<I", header, place)
-        place += 4 + size
-        if place > end:
+    """Parse the fields ``name=value`` of a header."""
+    offset, end = 0, len(header)
+    fields = {}
+    while offset < end:
+        (size,) = struct.unpack_from("<I", header, offset)
+        offset += 4 + size
+        if offset > end:
             raise struct.error
-        name, _, value = header[place - size : place].partition(b"=")
-        found[name] = value
-    return found
+        name, _, value = header[offset - size : offset].partition(b"=")
+        fields[name] = value
+    return fields

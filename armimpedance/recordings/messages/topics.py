@@ -33,20 +33,20 @@ from armimpedance.recordings.messages.definitions import (
 )
 from armimpedance.recordings.reading import can_be_shown, shown_name, some_names
 
-#: Decodes messages; the paths of the columns that are wanted.
+#: Decodes messages into the wanted columns.
 Decoder = Callable[[Sequence[bytes], Wanted], Block]
 
-#: Undoes the compression of one message.
+#: Decompresses one message.
 Unpack = Callable[[bytes], bytes]
 
-#: Messages are decoded in blocks of at most this many, or this many bytes.
+#: The most messages and bytes in a block that is decoded at once.
 _BLOCK_ROWS: Final = 2048
 _BLOCK_BYTES: Final = 8_000_000
-#: Numbers of all topics together; 500 MB of them.
+#: The most numbers in all topics together, 500 MB.
 _MOST_NUMBERS: Final = 62_500_000
 _LATEST_NS: Final = 2**63 - 1
 
-#: What the standard messages mean (ROS's conventions on units, REP 103), by the end of a path.
+#: Units of the standard messages (ROS's conventions, REP 103), by the end of a path.
 _UNITS: Final = (
     (re.compile(r"(^|\.)force\.[xyz]$"), "N"),
     (re.compile(r"(^|\.)torque\.[xyz]$"), "N m"),
@@ -62,9 +62,9 @@ _OF_UNITS: Final = ("geometry_msgs/", "nav_msgs/", "sensor_msgs/Imu")
 class LogTopic:
     """The messages of one topic.
 
-    `decode`: None: messages of this kind are not read.
-    `problem`: why the topic is not taken; "" while it is.
-    `numbers`: how many it holds.
+    `decode`: the decoder; None: messages of this kind are not read.
+    `problem`: the reason for which the topic is not taken; "" if it is taken.
+    `numbers`: the number of decoded numbers.
     """
 
     name: str
@@ -80,7 +80,7 @@ class LogTopic:
     _blocks: list[Block] = field(default_factory=list)
 
     def add(self, message: bytes, log_ns: int) -> None:
-        """One more message, logged at this time."""
+        """Add a message, logged at this time."""
         if self.problem or self.decode is None:
             return
         self._waiting.append(message)
@@ -90,7 +90,7 @@ class LogTopic:
             self.settle()
 
     def settle(self) -> None:
-        """Decode what is waiting."""
+        """Decode the waiting messages."""
         if not self._waiting or self.decode is None:
             return
         try:
@@ -113,12 +113,12 @@ class LogTopic:
 
     @property
     def unwanted(self) -> list[str]:
-        """Names of columns that nobody asked for."""
-        return [f"{self.name}.{path}" for path, is_it in self._wanted_paths.items() if not is_it]
+        """Names of columns that are not wanted."""
+        return [f"{self.name}.{path}" for path, wanted in self._wanted_paths.items() if not wanted]
 
     @property
     def rounded(self) -> set[str]:
-        """Names of columns with whole numbers beyond what float64 holds."""
+        """Names of columns with integers too large for float64."""
         return {f"{self.name}.{path}" for block in self._blocks for path in block.rounded}
 
     @property
@@ -127,7 +127,7 @@ class LogTopic:
         return {f"{self.name}.{path}" for block in self._blocks for path in block.long}
 
     def times(self) -> tuple[NDArray[np.int64], str]:
-        """The time of each message in ns, and whose it is."""
+        """The time of each message in ns, and the name of the clock."""
         stamps = [block.stamp_ns for block in self._blocks]
         measured = np.concatenate(stamps) if stamps else np.empty(0, np.int64)
         if len(measured) and (measured > 0).all():
@@ -135,13 +135,13 @@ class LogTopic:
         return np.array(self.log_ns, np.int64), "log time"
 
     def columns(self) -> dict[str, RawColumn]:
-        """Path -> column, in the order in which they came; the topic gives them away."""
+        """Path -> column, in the order of appearance; may be called once."""
         rows = len(self.log_ns)
         starts = np.cumsum([0] + [block.rows for block in self._blocks])
         paths: dict[str, None] = {}
         for block in self._blocks:
             paths |= dict.fromkeys([*block.numbers, *block.texts])
-        # A text that is too long in one message is no column of the others.
+        # A text that is too long in one message is not a column for the others.
         long = set().union(*(block.long for block in self._blocks))
         paths = {path: None for path in paths if path not in long}
         stated = self.type.startswith(_OF_UNITS)
@@ -170,7 +170,7 @@ def _unit(path: str) -> str | None:
 
 @dataclass
 class Log:
-    """The topics of a file or of several."""
+    """The topics of one or several files."""
 
     file: Path
     wanted: Wanted
@@ -180,10 +180,10 @@ class Log:
     def topic(
         self, name: str, kind: str, decode: Callable[[], Decoder | None], why: str
     ) -> LogTopic:
-        """The topic of this name and type, made if it is new.
+        """The topic of this name and type, created if it is new.
 
         `decode`: makes its decoder; None or `DefinitionError` where its messages cannot be read.
-        `why`: why they cannot, where the decoder is None.
+        `why`: the reason for which they cannot be read, where the decoder is None.
         """
         key = (name, kind)
         if key in self.topics:
@@ -200,37 +200,38 @@ class Log:
         return self.topics[key]
 
     def raw_file(self) -> RawFile:
-        """The tables of all topics as one run, and what was not taken.
+        """The tables of all topics as one run, and sentences on anything not taken.
 
-        Raises InputError: no topic holds numbers, or there are more of them than memory should
-        hold.
+        Raises InputError: no topic holds numbers, or there are too many for memory.
         """
         for topic in self.topics.values():
             topic.settle()
         if sum(topic.numbers for topic in self.topics.values()) > _MOST_NUMBERS:
             problem = f"more than {_MOST_NUMBERS} numbers in one run"
             raise InputError(problem, file=self.file, expected="fewer topics or a shorter record")
-        found = {t.name: (t, t.columns(), t.times()) for t in self.topics.values() if t.log_ns}
-        kept = {name: all_of for name, all_of in found.items() if not all_of[0].problem}
+        with_messages = {
+            t.name: (t, t.columns(), t.times()) for t in self.topics.values() if t.log_ns
+        }
+        kept = {name: parts for name, parts in with_messages.items() if not parts[0].problem}
         start = min((int(ns.min()) for _, _, (ns, _) in kept.values()), default=0)
-        odd: list[str] = []
+        unshowable: list[str] = []
         tables, facts = [], {}
         for name, (_, columns, (ns, clock)) in kept.items():
             facts[f"clock of {name}"] = clock
-            tables.append(_table(name, columns, ns, start, odd))
+            tables.append(_table(name, columns, ns, start, unshowable))
         if kept:
             facts["start"] = _moment(start)
         run = RawRun(name=str(self.file), tables=tuple(t for t in tables if t.columns), facts=facts)
-        return RawFile(runs=(run,), not_taken=(*self.notes, *self._left(odd)))
+        return RawFile(runs=(run,), not_taken=(*self.notes, *self._left(unshowable)))
 
-    def _left(self, odd: list[str]) -> tuple[str, ...]:
-        """Sentences on what is in the file and not in the tables."""
+    def _left(self, unshowable: list[str]) -> tuple[str, ...]:
+        """Sentences on content of the file that is not in the tables."""
         reasons: dict[str, list[str]] = {}
         for topic in self.topics.values():
             if topic.problem:
-                why = shown_name(topic.problem)
+                reason = shown_name(topic.problem)
                 kind = f" ({shown_name(topic.type)})" if topic.type else ""
-                reasons.setdefault(why, []).append(topic.name + kind)
+                reasons.setdefault(reason, []).append(topic.name + kind)
         topics = list(self.topics.values())
         long = sorted(shown_name(name) for t in topics if not t.problem for name in t.long)
         rounded = sorted(shown_name(n) for t in topics if not t.problem for n in t.rounded)
@@ -238,37 +239,43 @@ class Log:
         reasons["the mapping gives them no meaning"] = unwanted
         reasons["arrays or texts too long for columns"] = long
         reasons["digits of whole numbers beyond 2^53"] = rounded
-        reasons["names that cannot be shown"] = odd
-        return tuple(s for why, names in reasons.items() for s in not_taken(some_names(names), why))
+        reasons["names that cannot be shown"] = unshowable
+        return tuple(
+            s for reason, names in reasons.items() for s in not_taken(some_names(names), reason)
+        )
 
 
 def _table(
-    name: str, columns: Mapping[str, RawColumn], ns: NDArray[np.int64], start: int, odd: list[str]
+    name: str,
+    columns: Mapping[str, RawColumn],
+    ns: NDArray[np.int64],
+    start: int,
+    unshowable: list[str],
 ) -> RawTable:
-    """A topic's columns under their full names, in the order of time."""
+    """A topic's columns under their full names, sorted by time."""
     order = np.argsort(ns, kind="stable")
     in_order = bool((order == np.arange(len(order))).all())
     named = {}
     for path, column in columns.items():
         full = f"{name}.{path}"
         if not can_be_shown(full):
-            odd.append(shown_name(full))
+            unshowable.append(shown_name(full))
             continue
         values = column.values if in_order else column.values[order]
         named[full] = RawColumn(values, column.unit)
-    # Whole nanoseconds are subtracted first: a float of the time since 1970 ends at 0.2 us.
+    # Integer nanoseconds are subtracted first: a float of the time since 1970 resolves only 0.2 us.
     return RawTable(named, time_s=(ns[order] - start) / 1e9)
 
 
 def _moment(ns: int) -> str:
-    """A time since 1970 as people write it."""
-    whole = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
-    return f"{whole:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
+    """A time since 1970 in ISO 8601."""
+    seconds = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
+    return f"{seconds:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
 
 
 @contextmanager
 def readable(path: Path) -> Iterator[None]:
-    """What the system says of a file that cannot be read, as an error of the input."""
+    """Raise the system's errors on reading a file as errors of the input."""
     try:
         yield
     except OSError as error:
@@ -277,7 +284,7 @@ def readable(path: Path) -> Iterator[None]:
 
 
 def nanoseconds(value: int, file: Path) -> int:
-    """A time of a file in ns.
+    """Check a time from a file, in ns.
 
     Raises InputError: it is beyond the year 2262.
     """
@@ -286,7 +293,7 @@ def nanoseconds(value: int, file: Path) -> int:
     return value
 
 
-# Decoders of ROS messages: from the definition in the file, or the one that ROS gives out.
+# Decoders of ROS messages, from the definition in the file or ROS's standard definition.
 
 
 def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: Path) -> Decoder:
@@ -296,7 +303,7 @@ def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: P
     `text`: its definition; "" where the file has none.
     `language`: of the definition.
     `file`: for messages.
-    Raises DefinitionError: there is no definition of the type, or it is not understood.
+    Raises DefinitionError: the type has no definition, or it cannot be parsed.
     """
     name = short_name(kind)
     if not text.strip() and language == "msg" and name != "std_msgs/Empty":
@@ -318,7 +325,7 @@ def ros_decoder(kind: str, text: str, language: str, encoding: Encoding, file: P
 
 @cache
 def standard_definitions(file: Path) -> Definitions:
-    """The messages that every ROS has, for logs that do not bear definitions.
+    """ROS's standard messages, for logs that hold no definitions.
 
     Raises InputError: the package rosbags is not installed.
     """
@@ -339,5 +346,5 @@ def _of_idl(text: str, file: Path) -> Definitions:
     except InputError:
         raise
     except Exception:
-        # The parser of the package ends in whatever its grammar meets.
+        # The package's parser raises many kinds of errors.
         raise DefinitionError("its definition (IDL) is not understood") from None

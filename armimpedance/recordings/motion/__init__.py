@@ -1,1 +1,1 @@
-"""Recordings of a moving body: markers, joint motion, force plates, EMG beside them."""
+"""Recordings of a moving body: markers, joint motion, force plates and EMG."""

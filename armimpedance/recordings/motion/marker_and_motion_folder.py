@@ -1,4 +1,4 @@
-"""Recordings of markers and of joint motion as folders."""
+"""Folders that hold recordings of markers or of joint motion."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE, read_skeleton
 from armimpedance.recordings.tables.number_table import NumberTable, column_names
 
-#: A column that means to be a marker's, but is not named as one.
+#: Names that resemble a marker's column but are not valid.
 _NEARLY: Final = re.compile(r"(.+)_([xyzXYZ])(_mm|_cm|_M)?")
 
 
@@ -37,7 +37,7 @@ def read_markers(path: str | os.PathLike[str]) -> MarkerRecording:
     empty where it was not seen; of each force plate in `recording.json` ``plate1_fx_N …
     plate1_mz_Nm``. `skeleton.json` is read where it is there.
 
-    Raises InputError: which file, row and column is wrong, and what was expected.
+    Raises InputError: the recording is wrong; the error names file, row and column.
     """
     folder = Path(path)
     metadata, file = open_folder(folder, "markers")
@@ -67,7 +67,7 @@ def write_markers(
 ) -> None:
     """Write a recording of markers to a folder that appears only when it is complete.
 
-    `read_markers` gives the same recording back, bit by bit.
+    `read_markers` returns exactly the same recording.
 
     Raises InputError: the folder cannot be written, or a marker's name has no form on disk.
     """
@@ -78,12 +78,12 @@ def write_markers(
 
 
 def marker_columns(markers: tuple[str, ...]) -> tuple[str, ...]:
-    """Columns of these markers: three each."""
+    """The three columns of each of these markers."""
     return tuple(f"{marker}_{axis}_m" for marker in markers for axis in AXES)
 
 
 def _marker_names(file: Path, names: tuple[str, ...]) -> tuple[str, ...]:
-    """The markers of a table in the order of their first columns; each with all three."""
+    """The markers of a table in the order of their first columns; all three must be there."""
     markers: list[str] = []
     for name in names:
         marker, _, axis = name.removesuffix("_m").rpartition("_")
@@ -101,14 +101,14 @@ def _marker_names(file: Path, names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _check_places(table: NumberTable, markers: tuple[str, ...]) -> None:
-    """A marker is seen in all three axes or in none, and within the room."""
+    """Check that markers are seen in all three axes or in none, and lie within the room."""
     refuse_beyond(table, marker_columns(markers), LARGEST_PLACE_M, "millimetres", "metres")
     for marker in markers:
         names = marker_columns((marker,))
         lost = np.isnan(np.column_stack([table.columns[n] for n in names]))
-        part = np.flatnonzero(lost.any(axis=1) & ~lost.all(axis=1))
-        if len(part):
-            i = int(part[0])
+        partial = np.flatnonzero(lost.any(axis=1) & ~lost.all(axis=1))
+        if len(partial):
+            i = int(partial[0])
             raise InputError(
                 "empty, but not in all three axes",
                 file=table.file,
@@ -120,7 +120,7 @@ def _check_places(table: NumberTable, markers: tuple[str, ...]) -> None:
 
 # A recording of joint motion as a folder: kind "motion".
 
-#: Somebody who walks in circles turns further than any joint does.
+#: A person who walks in circles turns further than any joint.
 LARGEST_HEADING_RAD: Final = 20.0 * math.pi
 
 
@@ -131,7 +131,7 @@ def read_motion(path: str | os.PathLike[str]) -> MotionRecording:
     ``_m`` for the root's place); optional ``tau_<coordinate>_Nm`` (``_N``) of all of them, and
     force plates as in `read_markers`. `skeleton.json` must be there.
 
-    Raises InputError: which file, row and column is wrong, and what was expected.
+    Raises InputError: the recording is wrong; the error names file, row and column.
     """
     folder = Path(path)
     metadata, file = open_folder(folder, "motion")
@@ -164,7 +164,7 @@ def write_motion(
 ) -> None:
     """Write a recording of joint motion to a folder that appears only when it is complete.
 
-    `read_motion` gives the same recording back, bit by bit.
+    `read_motion` returns exactly the same recording.
 
     Raises InputError: the folder cannot be written, or a coordinate's name has no form on disk.
     """
@@ -196,9 +196,9 @@ def _skeleton(folder: Path) -> Skeleton:
 def _refuse_degrees(file: Path, names: tuple[str, ...], skeleton: Skeleton) -> None:
     for coordinate, column in zip(skeleton.coordinates, skeleton.columns, strict=True):
         if column not in names and f"{coordinate}_deg" in names:
-            given = f"{coordinate}_deg"
+            in_degrees = f"{coordinate}_deg"
             raise InputError(
-                "an angle in degrees", file=file, row=1, column=given, expected=f"{column}"
+                "an angle in degrees", file=file, row=1, column=in_degrees, expected=f"{column}"
             )
 
 

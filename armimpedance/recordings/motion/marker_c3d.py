@@ -40,8 +40,8 @@ _SAME_PLACE_M: Final = 1e-3
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """What the user says of all files."""
+class _Choices:
+    """The user's choices for all files."""
 
     prefix: str | None
     channels: tuple[str, ...]
@@ -69,35 +69,35 @@ def read_marker_c3d(
     axes: Sequence[str] | None = None,
     force_by: Literal["limb", "device"] | None = None,
 ) -> MarkerRecording:
-    """Read markers, force plates, events, and EMG where it is asked for; one C3D file a trial.
+    """Read markers, force plates, events and, if requested, EMG from one C3D file per trial.
 
-    A point whose residual is negative, or that lies in the origin to the last digit, was not seen.
-    Points without a name (``*12``) and a model's outputs (angles, moments, …) are left out, as is
-    whatever else has no place in a recording: the provenance lists it. Names of subjects are not
-    read; labels may bear them as a prefix (``name:marker``), which is cut off where one prefix
-    alone is used. Events are columns of the trial table, ``event_<context>_<label>_s``.
+    A point whose residual is negative, or that lies exactly in the origin, was not seen. Points
+    without a name (``*12``), a model's outputs (angles, moments, …) and all else that has no place
+    in a recording are left out and listed in the provenance. Names of subjects are not read; labels
+    may have them as a prefix (``name:marker``), which is removed where there is only one prefix.
+    Events are columns of the trial table, ``event_<context>_<label>_s``.
 
     `path`: trials are numbered from 1; a trial's condition is its file's name without suffix.
-    `prefix`: the subject whose markers are read, of several; ``""`` keeps the labels as they are.
+    `prefix`: of several subjects, the one whose markers are read; ``""`` keeps labels unchanged.
     `emg_channels`: analog channel -> muscle, such as ``{"Biceps.EMG4": "biceps"}``.
-    `axes`: the file's axes that point forward, left and up. Where they are not stated, what the
-    first file says of its screen (``POINT:Y_SCREEN``) points up, else z, and force plates must not
-    contradict it.
-    `force_by`: whose force on the other the plates' channels hold; None: what their load shows.
+    `axes`: the file's axes that point forward, left and up. If not stated, the axis that the first
+    file shows upright on its screen (``POINT:Y_SCREEN``) points up, else z, and force plates must
+    not contradict it.
+    `force_by`: the one that exerts the force in the plates' channels; None: judged by their load.
     Raises InputError: a file cannot be read, has no markers, another rate, other markers or plates
     than the first, or no such channel; its unit is not known; or its plates lie on another axis.
     """
-    given = [path] if isinstance(path, str | os.PathLike) else list(path)
-    if not given:
+    paths = [path] if isinstance(path, str | os.PathLike) else list(path)
+    if not paths:
         raise InputError("no file", expected="one C3D file per trial")
     muscles = muscles_of(emg_channels)
-    captures = [read_c3d(p) for p in given]
-    trials, stated = _in_axes(captures, _Asked(prefix, tuple(muscles), force_by), axes)
-    for trial, p in zip(trials[1:], given[1:], strict=True):
+    captures = [read_c3d(p) for p in paths]
+    trials, stated = _in_axes(captures, _Choices(prefix, tuple(muscles), force_by), axes)
+    for trial, p in zip(trials[1:], paths[1:], strict=True):
         _check_same(trial, trials[0], p)
     lengths = [len(t.positions) for t in trials]
     plates = [t.plates for t in trials if t.plates is not None]
-    table = {"trial": np.arange(1, len(given) + 1), "condition": [Path(p).stem for p in given]}
+    table = {"trial": np.arange(1, len(paths) + 1), "condition": [Path(p).stem for p in paths]}
     return MarkerRecording(
         sample_rate_hz=trials[0].rate_hz,
         trials=pd.concat([pd.DataFrame(table), _event_table(trials)], axis=1),
@@ -112,15 +112,15 @@ def read_marker_c3d(
     )
 
 
-#: Between the label of a marker and the number of its second trajectory.
+#: The mark between a marker's label and the number of a further trajectory.
 _AGAIN: Final = "~"
 
-#: The axis that points up -> those that point forward, left and up.
+#: The axis that points up -> the axes that point forward, left and up.
 _WITH_UP: Final = {"z": Z_UP, "y": Y_UP, "x": ("y", "z", "x")}
 
 
 def axes_shown(capture: C3dFile) -> tuple[str, ...] | None:
-    """Axes forward, left and up by the file's own words on its screen; None: it has none.
+    """The axes forward, left and up by the file's screen parameters; None if it has none.
 
     ``POINT:Y_SCREEN`` names the axis that a program shows upright (C3D user guide, POINT group).
     """
@@ -129,49 +129,49 @@ def axes_shown(capture: C3dFile) -> tuple[str, ...] | None:
 
 
 def _in_axes(
-    captures: Sequence[C3dFile], asked: _Asked, axes: Sequence[str] | None
+    captures: Sequence[C3dFile], choices: _Choices, axes: Sequence[str] | None
 ) -> tuple[list[_Trial], Sequence[str]]:
-    """The trials in the laboratory's axes, and the files' own: stated, shown, or z up."""
+    """The trials in the laboratory's axes, and the files' axes: stated, shown, or z up."""
     shown = axes or axes_shown(captures[0]) or Z_UP
     try:
         return [
-            _trial(c, asked, lab_rotation(shown), stated=axes is not None) for c in captures
+            _trial(c, choices, lab_rotation(shown), stated=axes is not None) for c in captures
         ], shown
     except InputError:
-        # Some programs write the axes of another view: z up stands where the plates lie in it.
+        # Some programs write the axes of another view: z up is right if the plates then fit.
         if axes is not None or shown == Z_UP:
             raise
-        return [_trial(c, asked, lab_rotation(Z_UP), stated=False) for c in captures], Z_UP
+        return [_trial(c, choices, lab_rotation(Z_UP), stated=False) for c in captures], Z_UP
 
 
-def _trial(capture: C3dFile, asked: _Asked, rotation: FloatArray, *, stated: bool) -> _Trial:
+def _trial(capture: C3dFile, choices: _Choices, rotation: FloatArray, *, stated: bool) -> _Trial:
     if not capture.layout.frames or not capture.point_labels:
-        turned = len(capture.parameters.texts("ROTATION", "LABELS"))
-        rather = f", only rotations of {turned} segments" if turned else ""
-        raise InputError(f"no markers{rather}", file=capture.name, expected="points in a C3D file")
-    names, index, left_out = _markers(capture, asked.prefix)
+        rotations = len(capture.parameters.texts("ROTATION", "LABELS"))
+        hint = f", only rotations of {rotations} segments" if rotations else ""
+        raise InputError(f"no markers{hint}", file=capture.name, expected="points in a C3D file")
+    names, index, left_out = _markers(capture, choices.prefix)
     metres = metres_per(capture.length_unit, capture.name)
     positions = _positions(capture, index, metres, rotation)
     plates = plates_taken(
-        capture, metres, positions, rotation=rotation, stated=stated, force_by=asked.force_by
+        capture, metres, positions, rotation=rotation, stated=stated, force_by=choices.force_by
     )
-    events, foreign = _events(capture, asked.prefix)
+    events, foreign = _events(capture, choices.prefix)
     return _Trial(
         names=names,
         positions=positions,
         rate_hz=capture.rate_hz,
-        emg=_analog(capture, asked.channels),
+        emg=_analog(capture, choices.channels),
         emg_rate_hz=capture.analog_rate_hz,
         plates=plates.forces,
         events=events,
         remarks=(
             *capture.layout.remarks,
-            *_said_of_numbered(names),
+            *_numbered_remarks(names),
             *(plates.forces.remarks if plates.forces else ()),
         ),
         left_out={
             **plates.left_out,
-            **beside(capture, {*asked.channels, *plates.channels}),
+            **beside(capture, {*choices.channels, *plates.channels}),
             **foreign,
             **left_out,
         },
@@ -181,7 +181,7 @@ def _trial(capture: C3dFile, asked: _Asked, rotation: FloatArray, *, stated: boo
 def _markers(
     capture: C3dFile, prefix: str | None
 ) -> tuple[tuple[str, ...], list[int], dict[str, tuple[str, ...]]]:
-    """Names of the markers, their points, and what was left out of the others."""
+    """Names of the markers, the indices of their points, and the points that were left out."""
     labels, outputs = capture.point_labels, model_outputs(capture)
     named = _named_points(labels)
     chosen = [i for i in named if labels[i] not in outputs]
@@ -194,21 +194,21 @@ def _markers(
         prefixes = sorted({label.partition(":")[0] for label in labels if ":" in label})
         expected = "one of " + (", ".join(prefixes) or "no prefix")
         raise InputError(f"no marker of {prefix!r}", file=capture.name, expected=expected)
-    own = tuple(str(name) for _, name in kept)
-    own = tuple(_numbered(own))
-    # Without their prefix, which is a person's name.
+    unique = tuple(str(name) for _, name in kept)
+    unique = tuple(_numbered(unique))
+    # The prefix is removed because it is a person's name.
     others = [labels[i].rpartition(":")[2] for i, n in zip(chosen, names, strict=True) if n is None]
-    left = {"markers of another subject": tuple(others)}
-    left |= _no_markers([labels[i] for i in named], outputs, len(labels) - len(named))
-    return own, [i for i, _ in kept], left
+    left_out = {"markers of another subject": tuple(others)}
+    left_out |= _no_markers([labels[i] for i in named], outputs, len(labels) - len(named))
+    return unique, [i for i, _ in kept], left_out
 
 
 def _numbered(names: Sequence[str]) -> Iterator[str]:
-    """Different names: a trajectory that was labelled like one before it is its second one."""
-    taken: set[str] = set()
+    """Make names unique: a further trajectory with the same label is numbered."""
+    used: set[str] = set()
     for name in names:
-        new = next(n for i in range(1, len(names) + 2) if (n := _nth(name, i)) not in taken)
-        taken.add(new)
+        new = next(n for i in range(1, len(names) + 2) if (n := _nth(name, i)) not in used)
+        used.add(new)
         yield new
 
 
@@ -223,19 +223,19 @@ def _named_points(labels: Sequence[str]) -> list[int]:
 def _no_markers(
     named: list[str], outputs: Mapping[str, str], unlabelled: int
 ) -> dict[str, tuple[str, ...]]:
-    """Points that are no markers, by the reason."""
-    left = {
+    """Points that are not markers, by reason."""
+    reasons = {
         f"{kind} that a model made, no markers": tuple(
             label for label in named if outputs.get(label) == kind
         )
         for kind in dict.fromkeys(outputs.values())
     }
     unnamed = (f"{unlabelled} points without a name",) if unlabelled else ()
-    return left | {"nothing says what they are": unnamed}
+    return reasons | {"nothing says what they are": unnamed}
 
 
 def _without_prefix(labels: list[str], prefix: str | None) -> list[str | None]:
-    """Markers' names; None for another subject's."""
+    """Markers' names without the prefix; None for another subject's markers."""
     if prefix:
         start = prefix.removesuffix(":") + ":"
         return [n.removeprefix(start) if n.startswith(start) else None for n in labels]
@@ -248,7 +248,7 @@ def _without_prefix(labels: list[str], prefix: str | None) -> list[str | None]:
 def _positions(
     capture: C3dFile, index: list[int], metres: float, rotation: FloatArray
 ) -> FloatArray:
-    """Places (F, P, 3) in m in the world's frame, NaN where a point was not seen."""
+    """Positions (F, P, 3) in m in the world's frame, NaN where a point was not seen."""
     points = capture.places(index)
     lost = capture.unseen(index) | ~np.isfinite(points).all(axis=2) | ~points.any(axis=2)
     points[lost] = 0.0
@@ -265,7 +265,7 @@ def _positions(
 def _events(
     capture: C3dFile, prefix: str | None
 ) -> tuple[tuple[Event, ...], dict[str, tuple[str, ...]]]:
-    """The subject's events within the trial, and the others."""
+    """The subject's events within the trial, and the other events by reason."""
     length = (capture.layout.frames - 0.5) / capture.rate_hz
     mine, outside, foreign = [], [], []
     for event in events_of(capture):
@@ -283,22 +283,22 @@ def _events(
 
 
 def _event_table(trials: list[_Trial]) -> pd.DataFrame:
-    """One row a trial, one column an event; empty where a trial has none such."""
+    """One row per trial and one column per event; empty where a trial lacks an event."""
     rows = [event_columns(trial.events) for trial in trials]
     columns = list(dict.fromkeys(name for row in rows for name in row))
     return pd.DataFrame([{n: row.get(n, np.nan) for n in columns} for row in rows], columns=columns)
 
 
 def _analog(capture: C3dFile, channels: tuple[str, ...]) -> FloatArray:
-    """These analog channels (samples, m) in V."""
+    """These analog channels (samples, channels) in V."""
     units = capture.parameters.texts("ANALOG", "UNITS")
     scales, index = [], []
     for channel in channels:
         count = capture.analog_labels.count(channel)
         if count != 1:
-            there = ", ".join(capture.analog_labels) or "no analog channels"
+            available = ", ".join(capture.analog_labels) or "no analog channels"
             problem = f"no channel {channel!r}" if not count else f"{count} channels {channel!r}"
-            raise InputError(problem, file=capture.name, expected=f"one of {there}")
+            raise InputError(problem, file=capture.name, expected=f"one of {available}")
         i = capture.analog_labels.index(channel)
         unit = units[i] if i < len(units) and units[i] else "V"
         scale = _VOLTS.get(unit.lower())
@@ -323,24 +323,31 @@ def _emg(trials: list[_Trial], muscles: tuple[str, ...]) -> EmgSignals:
 
 def _check_same(trial: _Trial, first: _Trial, file: object) -> None:
     if trial.names != first.names:
-        odd = sorted(set(trial.names) ^ set(first.names)) or ["their order"]
+        differing = sorted(set(trial.names) ^ set(first.names)) or ["their order"]
         raise InputError(
-            f"other markers than in the first file ({', '.join(odd[:3])})",
+            f"other markers than in the first file ({', '.join(differing[:3])})",
             file=file,
             expected="the same markers in every trial",
         )
     if trial.rate_hz != first.rate_hz or trial.emg_rate_hz != first.emg_rate_hz:
         problem = f"{trial.rate_hz:g} frames/s"
         raise InputError(problem, file=file, expected=f"{first.rate_hz:g} as in the first file")
-    own, others = (t.plates.origins_m if t.plates else np.zeros((0, 3)) for t in (trial, first))
-    if own.shape != others.shape or np.abs(own - others).max(initial=0.0) > _SAME_PLACE_M:
-        problem = f"other force plates than in the first file ({len(own)}, not {len(others)})"
-        if len(own) == len(others):
+    origins, first_origins = (
+        t.plates.origins_m if t.plates else np.zeros((0, 3)) for t in (trial, first)
+    )
+    if (
+        origins.shape != first_origins.shape
+        or np.abs(origins - first_origins).max(initial=0.0) > _SAME_PLACE_M
+    ):
+        problem = (
+            f"other force plates than in the first file ({len(origins)}, not {len(first_origins)})"
+        )
+        if len(origins) == len(first_origins):
             problem = "force plates in other places than in the first file"
         raise InputError(problem, file=file, expected="the same plates in every trial")
 
 
-def _said_of_numbered(names: Sequence[str]) -> Iterator[str]:
+def _numbered_remarks(names: Sequence[str]) -> Iterator[str]:
     again = [name for name in names if _AGAIN in name and name.partition(_AGAIN)[0] in names]
     if again:
         yield (
@@ -351,10 +358,10 @@ def _said_of_numbered(names: Sequence[str]) -> Iterator[str]:
 
 def _remarks(trials: list[_Trial], axes: Sequence[str]) -> tuple[str, ...]:
     lost = np.concatenate([np.isnan(t.positions[..., 0]) for t in trials]).mean()
-    own = list(dict.fromkeys(remark for trial in trials for remark in trial.remarks))
+    trial_remarks = list(dict.fromkeys(remark for trial in trials for remark in trial.remarks))
     return (
         f"Read from C3D; forward, left and up are the file's {', '.join(axes)}.",
         f"Markers not seen: {100 * lost:.1f} % of the samples.",
-        *own,
+        *trial_remarks,
         *sentences(trial.left_out for trial in trials),
     )

@@ -1,4 +1,4 @@
-"""What recordings of a moving body share on disk: trials, samples, force plates, EMG.
+"""The shared files of moving-body recordings: trials, samples, force plates and EMG.
 
 A folder of `recording.json`, `trials.csv`, `samples.parquet` or `.csv` and, where there are any,
 `emg.parquet` or `.csv` (at its own rate) and `skeleton.json`.
@@ -43,22 +43,22 @@ from armimpedance.recordings.tables.trial_table import (
     trials_text,
 )
 
-# EMG beside a recording of a moving body: a table of its own, at its own rate.
+# EMG of a recording of a moving body: a separate table with its own rate.
 
 EMG_FILES: Final = ("emg.parquet", "emg.csv")
 TableForm = Literal["parquet", "csv"]
 
-#: Columns that every table has.
+#: The columns of every table.
 CLOCK: Final = ("trial", "time_s")
 
 
 def read_emg(
     folder: Path, table: TrialTable, metadata: MovingMetadata, starts_s: FloatArray
 ) -> EmgSignals | None:
-    """EMG of the trials, where the folder holds any; a trial may have none.
+    """Read the trials' EMG, where the folder holds any; a trial may have none.
 
     `metadata`: metadata of the folder, with the sample rate.
-    `starts_s` (T,): first time of each trial: its EMG starts within a frame of it.
+    `starts_s` (T,): first time of each trial, from which its EMG may start at most a frame away.
     """
     rate = metadata.emg_rate_hz
     if not any((folder / name).is_file() for name in EMG_FILES):
@@ -93,7 +93,7 @@ def read_emg(
 
 
 def emg_columns(emg: EmgSignals, trial: IntArray, starts_s: FloatArray) -> dict[str, FloatArray]:
-    """The columns of the table of EMG; each trial's clock starts with the trial."""
+    """The columns of the EMG table; each trial's clock starts with the trial."""
     lengths = np.diff(emg.offsets)
     index = np.arange(emg.offsets[-1]) - np.repeat(emg.offsets[:-1], lengths)
     time = np.repeat(starts_s, lengths) + index / emg.sample_rate_hz
@@ -103,14 +103,14 @@ def emg_columns(emg: EmgSignals, trial: IntArray, starts_s: FloatArray) -> dict[
 
 def _some(table: TrialTable, chosen: np.ndarray) -> TrialTable:
     """Some rows of a trial table."""
-    lines = tuple(line for line, has in zip(table.lines, chosen, strict=True) if has)
+    lines = tuple(line for line, is_chosen in zip(table.lines, chosen, strict=True) if is_chosen)
     return TrialTable(table.file, table.trials[chosen].reset_index(drop=True), lines)
 
 
 def _check_starts(
     numbers: NumberTable, first: IntArray, starts_s: FloatArray, frame_s: float
 ) -> None:
-    """EMG has no clock in a recording: it must start with its trial."""
+    """Check that EMG starts with its trial, as it has no clock in a recording."""
     late = numbers.columns["time_s"][first] - starts_s
     wrong = np.flatnonzero(np.abs(late) > frame_s)
     if len(wrong):
@@ -128,7 +128,7 @@ def _check_starts(
 def write_table(
     columns: Mapping[str, FloatArray], folder: Path, stem: str, table: TableForm
 ) -> None:
-    """Write a table as Parquet or CSV; a lost value is an empty cell."""
+    """Write a table as Parquet or CSV; a missing value is an empty cell."""
     arrays = {name: pa.array(values, from_pandas=True) for name, values in columns.items()}
     if table == "parquet":
         pq.write_table(pa.table(arrays), folder / f"{stem}.parquet")
@@ -142,8 +142,8 @@ class MovingTables:
 
     `trials` DataFrame (T rows), `offsets` (T + 1,) int, `wrenches` (N, K, 6) or None.
     `table`: the samples in the order of the file, for messages.
-    `columns` mapping str -> (N,): all columns with a meaning.
-    `remarks`: sentences on what was left out.
+    `columns` mapping str -> (N,): all known columns.
+    `remarks`: sentences on columns that were left out.
     """
 
     table: NumberTable
@@ -160,7 +160,7 @@ class MovingTables:
 
 
 def open_folder(folder: Path, kind: MovingKind) -> tuple[MovingMetadata, Path]:
-    """What a folder says of itself, once it is sure to be of this kind, and its samples' file."""
+    """The checked metadata of a folder of this kind, and its samples' file."""
     if not folder.is_dir():
         raise InputError("no such folder", file=folder, expected="a recording's folder")
     return read_moving_metadata(folder / METADATA_FILE, kind), table_file(folder)
@@ -171,7 +171,7 @@ def read_tables(
 ) -> MovingTables:
     """Read the tables of a recording.
 
-    `wanted`: the kind's own columns.
+    `wanted`: the columns of this kind of recording.
     `gaps`: whether these columns may have gaps.
     """
     table = read_trials(folder / TRIALS_FILE)
@@ -200,7 +200,7 @@ def write_tables(
     columns: Mapping[str, FloatArray],
     table: TableForm,
 ) -> None:
-    """Write a recording's folder, its own columns given; it appears only when it is complete.
+    """Write a recording's folder, which appears only when it is complete.
 
     Raises InputError: the folder cannot be written, or a name has no form on disk.
     """
@@ -234,7 +234,7 @@ def write_tables(
 def refuse_beyond(
     table: NumberTable, names: Collection[str], limit: float, looks_like: str, expected: str
 ) -> None:
-    """Refuse the first column with a value beyond +-`limit`; lost values pass."""
+    """Refuse the first column with a value beyond +-`limit`; missing values pass."""
     for name in names:
         values = table.columns[name]
         beyond = np.flatnonzero(np.abs(values) > limit)
@@ -260,17 +260,17 @@ def plate_columns(plates: int) -> tuple[str, ...]:
 
 
 def _plate_columns(file: Path, names: tuple[str, ...], metadata: MovingMetadata) -> tuple[str, ...]:
-    """The plates' columns in a table, all of those that `recording.json` lists."""
+    """The plates' columns in a table, which must be those that `recording.json` lists."""
     origins = metadata.plate_origins_m
     wanted = plate_columns(0 if origins is None else len(origins))
     possible = set(plate_columns(len(names)))
-    further = [n for n in names if n in possible and n not in wanted]
-    if further:
+    unlisted = [n for n in names if n in possible and n not in wanted]
+    if unlisted:
         listed = 0 if origins is None else len(origins)
         raise InputError(
             f"a force plate that {METADATA_FILE} does not list (it lists {listed})",
             file=file,
-            column=further[0],
+            column=unlisted[0],
             expected='"plates" with the origin of each',
         )
     return wanted
@@ -279,7 +279,7 @@ def _plate_columns(file: Path, names: tuple[str, ...], metadata: MovingMetadata)
 def _in_order(
     table: TrialTable, numbers: NumberTable, rate_hz: float
 ) -> tuple[slice | IntArray, IntArray]:
-    """Sample numbers in the order of the trial table, and where each trial starts there."""
+    """Sample indices in the order of the trial table, and each trial's start there."""
     runs, starts = trial_runs(numbers)
     check_time(numbers, starts, rate_hz)
     order = runs_of_trials(table, numbers, runs, starts)

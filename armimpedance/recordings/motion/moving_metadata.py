@@ -1,4 +1,4 @@
-"""`recording.json` of a moving body, and a laboratory's axes and units as the world's frame."""
+"""`recording.json` of a moving body, and conversion of a laboratory's axes and units."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from armimpedance.recordings.tables.metadata import (
 
 MovingKind = Literal["markers", "motion"]
 
-#: The walls of the largest studio; a place further off was given in mm.
+#: The size of the largest studio; a larger position was given in mm.
 LARGEST_PLACE_M: Final = 20.0
 
-#: What a user who brings the wrong kind is told.
-_WHAT: Final = {
+#: Descriptions for messages to users who give the wrong kind.
+_DESCRIPTIONS: Final = {
     "hand": "a recording of the hand: `armimpedance estimate` takes it",
     "joint": "a recording of one joint: `armimpedance estimate`, `passive` or `elbow` take it",
     "markers": "a recording of markers, whose joint motion is not found yet",
@@ -46,7 +46,7 @@ class MovingMetadata:
     """The content of `recording.json`, checked.
 
     `plate_origins_m` (K, 3) or None.
-    `provenance`: origin of the metadata, with a remark on keys that nothing reads.
+    `provenance`: origin of the metadata, with a remark on unused keys.
     """
 
     sample_rate_hz: float
@@ -60,23 +60,22 @@ class MovingMetadata:
 def read_moving_metadata(file: Path, kind: MovingKind) -> MovingMetadata:
     """Read and check `recording.json` of a recording of this kind.
 
-    Raises InputError: the file is missing or not JSON, a field is not what it must be, or another
-    kind is in it.
+    Raises InputError: the file is missing or not JSON, a field is invalid, or the kind differs.
     """
-    given = recording_fields(file)
-    stated = given.choice("kind", tuple(_WHAT), required=True)
+    fields = recording_fields(file)
+    stated = fields.choice("kind", tuple(_DESCRIPTIONS), required=True)
     if stated != kind:
         expected = f'kind "{kind}"'
-        raise InputError(_WHAT[str(stated)], file=file, column="kind", expected=expected)
-    ignored = [key for key in given.values if key not in KNOWN_KEYS]
+        raise InputError(_DESCRIPTIONS[str(stated)], file=file, column="kind", expected=expected)
+    ignored = [key for key in fields.values if key not in KNOWN_KEYS]
     remarks = (f"Not read from {file.name}: {', '.join(ignored)}.",) if ignored else ()
     return MovingMetadata(
-        sample_rate_hz=_rate(given, "sample_rate_hz", required=True) or 0.0,
-        subject=subject_of(given),
-        plate_origins_m=_plates(given),
-        emg_rate_hz=_rate(given, "emg_rate_hz"),
-        emg_unit=cast(Any, given.choice("emg_unit", ("V", "normalised")) or "normalised"),
-        provenance=(*(given.texts("provenance") or ()), *remarks),
+        sample_rate_hz=_rate(fields, "sample_rate_hz", required=True) or 0.0,
+        subject=subject_of(fields),
+        plate_origins_m=_plates(fields),
+        emg_rate_hz=_rate(fields, "emg_rate_hz"),
+        emg_unit=cast(Any, fields.choice("emg_unit", ("V", "normalised")) or "normalised"),
+        provenance=(*(fields.texts("provenance") or ()), *remarks),
     )
 
 
@@ -98,38 +97,38 @@ def moving_metadata_text(recording: MarkerRecording | MotionRecording) -> str:
     return json_text(content)
 
 
-def _rate(given: Fields, key: str, required: bool = False) -> float | None:
-    rate = given.number(key, required)
+def _rate(fields: Fields, key: str, required: bool = False) -> float | None:
+    rate = fields.number(key, required)
     if rate is not None and not 1e-6 <= rate <= 1e9:
-        raise given.wrong(key, "0.000001 to 1e9")
+        raise fields.wrong(key, "0.000001 to 1e9")
     return rate
 
 
-def _plates(given: Fields) -> FloatArray | None:
-    plates = given.values.get("plates")
+def _plates(fields: Fields) -> FloatArray | None:
+    plates = fields.values.get("plates")
     if plates is None or plates == []:
         return None
     expected = 'a list such as [{"origin_m": [0.2, 0.3, 0]}]'
     if not isinstance(plates, list):
-        raise given.wrong("plates", expected)
+        raise fields.wrong("plates", expected)
     origins = []
     for i, plate in enumerate(plates):
-        place = plate.get("origin_m") if isinstance(plate, dict) else None
-        if not isinstance(place, list) or len(place) != 3 or not all(map(is_number, place)):
+        origin = plate.get("origin_m") if isinstance(plate, dict) else None
+        if not isinstance(origin, list) or len(origin) != 3 or not all(map(is_number, origin)):
             raise InputError(
-                "is no plate", file=given.file, column=f"plates[{i}]", expected=expected
+                "is no plate", file=fields.file, column=f"plates[{i}]", expected=expected
             )
-        if max(abs(v) for v in place) > LARGEST_PLACE_M:
+        if max(abs(v) for v in origin) > LARGEST_PLACE_M:
             column = f"plates[{i}].origin_m"
             problem = "looks like millimetres"
-            raise InputError(problem, file=given.file, column=column, expected="metres")
-        origins.append([float(v) for v in place])
+            raise InputError(problem, file=fields.file, column=column, expected="metres")
+        origins.append([float(v) for v in origin])
     return np.array(origins)
 
 
-# Axes and units of a laboratory's files, turned into the world's frame in m.
+# Conversion of the axes and units of a laboratory's files to the world's frame in m.
 
-#: Which of the file's axes point forward, to the left and up, for files whose z points up.
+#: The file's axes that point forward, to the left and up, for files whose z points up.
 Z_UP: Final = ("x", "y", "z")
 #: OpenSim's frame: x forward, y up, z to the right.
 Y_UP: Final = ("x", "-z", "y")
@@ -145,7 +144,7 @@ def lab_rotation(axes: Sequence[str]) -> FloatArray:
     """Rotation (3, 3) from the file's frame to the world's (x forward, y left, z up).
 
     `axes`: the file's axes that point forward, to the left and up.
-    Raises InputError: they are no right-handed frame.
+    Raises InputError: the axes are not a right-handed frame.
     """
     rows = np.zeros((3, 3))
     expected = "the file's axes that point forward, left and up, such as x,-z,y"
@@ -160,7 +159,7 @@ def lab_rotation(axes: Sequence[str]) -> FloatArray:
 
 
 def metres_per(unit: str, file: object) -> float:
-    """How long a file's unit of length is, in m.
+    """A file's unit of length in m.
 
     Raises InputError: the unit is not known.
     """

@@ -30,9 +30,9 @@ from armimpedance.recordings.motion.tabbed_text import (
 
 # Headers of OpenSim's and SIMM's tables: keys, the names of the columns, the unit of angles.
 
-#: So many lines without `endheader` are no header.
+#: The longest header in lines.
 _LONGEST_HEADER: Final = 200
-#: What the cells of a table hold, by the header's DataType: numbers with commas between them.
+#: The number of comma-separated numbers in a cell, by the header's DataType.
 _PARTS: Final = {
     "double": 1,
     "vec2": 2,
@@ -50,12 +50,12 @@ _SENTENCES: Final = {"angles are in degrees": True, "angles are in radians": Fal
 
 @dataclass(frozen=True)
 class OpenSimHeader:
-    """What stands above the rows.
+    """The header above the rows.
 
-    `names`: of all columns but the first, which is the time; as in the file.
-    `parts`: numbers in each of their cells.
-    `in_degrees`: None where the header does not say, or says both.
-    `rows`: the number of rows that it states.
+    `names`: of all columns except the first, which is the time; as in the file.
+    `parts`: number of numbers in each of their cells.
+    `in_degrees`: None where the header does not state it, or is contradictory.
+    `rows`: the number of rows as stated.
     `first`: the line (from 0) after the names.
     """
 
@@ -68,7 +68,7 @@ class OpenSimHeader:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """A name for each column of numbers but the time; "" where it cannot be told by name.
+        """A name for each column of numbers except the time; "" where the name is not unique.
 
         Parts of a cell are numbered as OpenSim does: ``marker_1, marker_2, marker_3``.
         """
@@ -81,15 +81,15 @@ class OpenSimHeader:
 
     @property
     def twice(self) -> tuple[str, ...]:
-        """Names that stand over two columns or more."""
+        """Names of two or more columns."""
         return tuple(name for name, count in Counter(self.names).items() if name and count > 1)
 
 
 def read_header(text: TextFile) -> OpenSimHeader:
-    """Read what stands above the rows: either header in use, ending with `endheader`.
+    """Read the header above the rows: either form in use, ending with `endheader`.
 
-    Raises InputError: no such header, the first column is no time, or what the header says of its
-    angles or cells is not known.
+    Raises InputError: there is no such header, the first column is not the time, or the header's
+    entry on angles or cells is not known.
     """
     end = _end_of_header(text)
     keys = _keys(text.lines[:end])
@@ -120,7 +120,7 @@ def read_header(text: TextFile) -> OpenSimHeader:
 
 
 def _plain(line: str) -> str:
-    """A line of a header without what a spreadsheet adds to it."""
+    """A header line without the characters that a spreadsheet adds."""
     return line.strip(' \t\r,;"')
 
 
@@ -148,9 +148,13 @@ def _names(line: str, stated: list[str]) -> list[str]:
         names.pop()
     while names and not names[0]:
         names.pop(0)
-    # tabs here and blanks there, as files edited by hand have them
-    apart = line.split()
-    return apart if str(len(names)) not in stated and str(len(apart)) in stated else names
+    # a mixture of tabs and blanks, as in files edited by hand
+    split_at_blanks = line.split()
+    return (
+        split_at_blanks
+        if str(len(names)) not in stated and str(len(split_at_blanks)) in stated
+        else names
+    )
 
 
 def _parts(kind: str, text: TextFile) -> int:
@@ -164,17 +168,17 @@ def _parts(kind: str, text: TextFile) -> int:
 def _in_degrees(
     keys: Mapping[str, str], lines: list[str], text: TextFile
 ) -> tuple[bool | None, tuple[str, ...]]:
-    """Whether angles are in degrees, as the key or a sentence says; None where both disagree."""
+    """True if the key or a sentence states degrees, False for radians; None if they disagree."""
     plain = {_plain(line).rstrip(".").lower() for line in lines}
-    said = {degrees for sentence, degrees in _SENTENCES.items() if sentence in plain}
+    statements = {degrees for sentence, degrees in _SENTENCES.items() if sentence in plain}
     key = keys.get("indegrees")
     if key is not None:
         if key.lower() not in ("yes", "no"):
             raise InputError(f"inDegrees={key[:40]}", file=text.file, expected="yes or no")
-        said.add(key.lower() == "yes")
-    if len(said) > 1:
+        statements.add(key.lower() == "yes")
+    if len(statements) > 1:
         return None, ("Its header says of its angles both degrees and radians.",)
-    return (said.pop() if said else None), ()
+    return (statements.pop() if statements else None), ()
 
 
 @dataclass(frozen=True)
@@ -183,9 +187,9 @@ class OpenSimTable(FrozenRecord):
 
     `time_s` (S,).
     `columns` mapping str -> (S,): in the file's own units; NaN where the file has no number.
-    `in_degrees`: whether the file says that its angles are in degrees; None where it does not say.
-    `twice`: names of two columns or more, none of which is among `columns`.
-    `remarks`: sentences on what in the file is not as its header says, or was not taken.
+    `in_degrees`: the unit of angles that the file states; None if it states none.
+    `twice`: names of two or more columns, which are not among `columns`.
+    `remarks`: sentences on content that contradicts the header or was not taken.
     """
 
     file: str
@@ -207,9 +211,9 @@ class OpenSimTable(FrozenRecord):
                 "appears twice in the header", file=self.file, column=name, expected=expected
             )
         if name not in self.columns:
-            there = ", ".join(self.columns)
+            available = ", ".join(self.columns)
             raise InputError(
-                "no such column", file=self.file, column=name, expected=f"one of {there}"
+                "no such column", file=self.file, column=name, expected=f"one of {available}"
             )
         values = self.columns[name]
         gaps = np.flatnonzero(np.isnan(values))
@@ -221,9 +225,9 @@ class OpenSimTable(FrozenRecord):
     def angles(self, names: tuple[str, ...], in_degrees: bool | None = None) -> FloatArray:
         """These columns side by side in rad, (S, len(names)).
 
-        `in_degrees`: unit of the angles where the file does not state it; what the file states
-        comes first.
-        Raises InputError: no such column, it has gaps, nobody says which unit it is, or degrees are
+        `in_degrees`: unit of the angles where the file does not state it; the file's statement
+        has priority.
+        Raises InputError: no such column, it has gaps, its unit is not stated, or degrees are
         called radians.
         """
         degrees = self.in_degrees if self.in_degrees is not None else in_degrees
@@ -252,11 +256,11 @@ def read_opensim_table(path: str | os.PathLike[str]) -> OpenSimTable:
 
     The header ends with `endheader`; the line after it names the columns, the first of which is
     `time`. Cells are separated by tabs, blanks or commas. Of cells of several numbers
-    (``DataType=Vec3``) each number is a column, named as OpenSim does: ``marker_1``. A row that
-    stands there twice, as integrators write them, is read once.
+    (``DataType=Vec3``) each number is a column, named as in OpenSim: ``marker_1``. A row that
+    appears twice, as integrators write them, is read once.
 
-    Raises InputError: no such header, a cell is no number, the file was cut, or time does not run
-    in equal steps and the columns are too rough to be interpolated.
+    Raises InputError: there is no such header, a cell is not a number, the file was cut, or time
+    steps are unequal and the columns are too rough to be interpolated.
     """
     text = text_file(Path(path))
     header = read_header(text)
@@ -268,13 +272,13 @@ def read_opensim_table(path: str | os.PathLike[str]) -> OpenSimTable:
         remarks += (f"Rows that stand there twice, read once: {twice}.",)
     remarks += _nameless(header)
     columns = {n: rows.values[:, i].copy() for i, n in enumerate(header.columns, start=1) if n}
-    time, columns, rate, told = in_even_steps(time, columns, text.file)
-    remarks += told
+    time, columns, rate, step_remarks = in_even_steps(time, columns, text.file)
+    remarks += step_remarks
     return OpenSimTable(str(path), time, rate, columns, header.in_degrees, header.twice, remarks)
 
 
 def _nameless(header: OpenSimHeader) -> tuple[str, ...]:
-    """Sentences on columns that no name tells apart."""
+    """Sentences on columns without a unique name."""
     unnamed = [f"column {i}" for i, name in enumerate(header.names, start=2) if not name]
     return (
         *not_taken(unnamed, "without a name"),
@@ -292,25 +296,25 @@ def opensim_motion(
     *,
     in_degrees: bool | None = None,
 ) -> MotionRecording:
-    """Joint motion of a skeleton from a table of angles.
+    """Read the joint motion of a skeleton from a table of angles.
 
-    `skeleton`: its root's coordinates are 0 where the table has none: the table's own root is
-    another model's.
+    `skeleton`: its root's coordinates are 0 if the table has none, as the table's root belongs to
+    another model.
     `names`: coordinate -> column of the table, where the names differ; ``-column`` turns the sign.
     The skeleton's other coordinates have their own names, also as paths
-    (``/jointset/elbow/elbow_flexion/value``), or are 0, which the provenance tells.
+    (``/jointset/elbow/elbow_flexion/value``), or are 0, which the provenance states.
     `in_degrees`: unit of the angles where the file does not state it.
     Raises InputError: see `OpenSimTable.angles`; or none of the skeleton's coordinates is in the
     table.
     """
     table = read_opensim_table(path)
-    given = dict(names or {})
-    for coordinate in given:
+    renamed = dict(names or {})
+    for coordinate in renamed:
         skeleton.coordinate(coordinate)
     hinges = [c for c in skeleton.coordinates if c not in skeleton.root_coordinates]
     plain = {name: name for name in (*table.columns, *table.twice)}
-    known = {**_by_path(table.columns), **plain, **given}
-    chosen = {c: known[c] for c in hinges if c in known}
+    column_of = {**_by_path(table.columns), **plain, **renamed}
+    chosen = {c: column_of[c] for c in hinges if c in column_of}
     if not chosen:
         expected = f"one of {', '.join(hinges)}, or names"
         raise InputError("none of the skeleton's angles", file=path, expected=expected)

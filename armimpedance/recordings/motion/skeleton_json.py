@@ -1,8 +1,8 @@
 """`skeleton.json`: segments, hinges and marker sites of one subject.
 
 ``{"format": "armimpedance-skeleton", "version": 1, "segments": [...], "markers": [...],
-"floating": true}``, the fields of `core.skeleton.Skeleton`. What a segment may leave out:
-hinges, mass, centre of mass and inertia (none, 0); a skeleton: markers (none), floating (true).
+"floating": true}``, the fields of `core.skeleton.Skeleton`. Optional in a segment: hinges, mass,
+centre of mass and inertia (none, 0); optional in a skeleton: markers (none), floating (true).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SEGMENT_DEFAULTS: Final = {
 }
 _SKELETON_DEFAULTS: Final = {"markers": [], "floating": True}
 
-#: No joint of a person is further from the one above it; a longer bone was given in mm or cm.
+#: The largest distance between adjacent joints; a longer bone was given in mm or cm.
 LONGEST_BONE_M: Final = 2.0
 
 
@@ -48,15 +48,15 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
     Raises
     ------
     InputError
-        The file is missing, is not JSON, a field is missing or not what it must be, or the
-        skeleton cannot be one.
+        The file is missing or not JSON, a field is missing or invalid, or the skeleton is
+        impossible.
     """
     file = Path(path)
-    given = Fields(file, read_json(file))
-    given.choice("format", (FORMAT,), required=True)
-    if given.number("version", required=True) != VERSION:
-        raise given.wrong("version", str(VERSION))
-    plain: dict[str, Any] = {**_SKELETON_DEFAULTS, **given.values}
+    fields = Fields(file, read_json(file))
+    fields.choice("format", (FORMAT,), required=True)
+    if fields.number("version", required=True) != VERSION:
+        raise fields.wrong("version", str(VERSION))
+    plain: dict[str, Any] = {**_SKELETON_DEFAULTS, **fields.values}
     plain.pop("format")
     plain.pop("version")
     segments = plain.get("segments")
@@ -75,9 +75,9 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
 
 
 def write_skeleton(skeleton: Skeleton, path: str | os.PathLike[str]) -> None:
-    """Write a skeleton; `read_skeleton` gives the same one back, bit by bit.
+    """Write a skeleton; `read_skeleton` returns exactly the same skeleton.
 
-    `path`: the file, which is replaced where it is there already.
+    `path`: the file, which is replaced if it exists.
     Raises InputError: the file cannot be written.
     """
     with staged_file(path) as file:
@@ -91,11 +91,11 @@ def skeleton_text(skeleton: Skeleton) -> str:
 
 
 def _check_metres(skeleton: Skeleton, file: Path) -> None:
-    places = [(f"origin_m of {s.name}", s.origin_m) for s in skeleton.segments]
-    places += [(f"com_m of {s.name}", s.com_m) for s in skeleton.segments]
-    places += [(f"position_m of {m.name}", m.position_m) for m in skeleton.markers]
-    for name, place in places:
-        far = float(abs(place).max())
+    positions = [(f"origin_m of {s.name}", s.origin_m) for s in skeleton.segments]
+    positions += [(f"com_m of {s.name}", s.com_m) for s in skeleton.segments]
+    positions += [(f"position_m of {m.name}", m.position_m) for m in skeleton.markers]
+    for name, position in positions:
+        far = float(abs(position).max())
         if far > LONGEST_BONE_M:
             raise InputError(
                 f"{far:g} looks like millimetres", file=file, column=name, expected="metres"

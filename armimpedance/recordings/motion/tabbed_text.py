@@ -1,4 +1,4 @@
-"""Tables of numbers in text, as biomechanics writes them: tabs, blanks or commas, short rows."""
+"""Numeric tables in text files of biomechanics: tabs, blanks or commas, short rows."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from armimpedance.core.delimited import number_of
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_regular
 
-#: A larger table in text is taken for something else; three times as much memory is needed.
+#: Larger files are refused; reading takes three times as much memory.
 _LARGEST_BYTES: Final = 250_000_000
-#: How programs write a number that is none.
+#: Programs' ways to write a missing number.
 _NONE: Final = frozenset(
     ("", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind")
 )
-#: What stands around cells, and alone in rows that a spreadsheet left empty.
+#: Characters around cells, and the only ones in rows that a spreadsheet left empty.
 _BLANK: Final = ' \t\r\n,;"'
 
 
 @dataclass(frozen=True)
 class TextFile:
-    """A table's file in lines.
+    """The lines of a table's file.
 
-    `lines`: without their ends.
-    `whole`: whether the last line has its end; where it has none the file may have been cut.
+    `lines`: without line ends.
+    `whole`: True if the last line has a line end; without one the file may have been cut.
     `remarks`: sentences for the provenance.
     """
 
@@ -45,16 +45,16 @@ class TextFile:
         return self.lines[index] if index < len(self.lines) else ""
 
     def is_last(self, index: int) -> bool:
-        """Whether nothing but blank lines follows."""
+        """True if only blank lines follow."""
         return not any(line.strip(_BLANK) for line in self.lines[index + 1 :])
 
 
 @dataclass(frozen=True)
 class NumberRows:
-    """Rows of numbers and the lines of the file (from 1) that they stand in.
+    """Rows of numbers and their line numbers in the file (from 1).
 
     `values` (rows, columns), `numbers` (rows,) int.
-    `further`: the most cells beyond the columns that a row has.
+    `further`: the largest number of extra cells in a row.
     """
 
     values: FloatArray
@@ -65,9 +65,9 @@ class NumberRows:
 def text_file(file: Path) -> TextFile:
     """Read a text file with the line ends of any system.
 
-    It is UTF-8, UTF-16 with its mark, or else Windows-1252, which a remark then says.
+    It is UTF-8, UTF-16 with its mark, or else Windows-1252, with a remark.
 
-    Raises InputError: it is missing, empty, too large or no text.
+    Raises InputError: it is missing, empty, too large or not text.
     """
     check_regular(file, _LARGEST_BYTES, "a table in text")
     try:
@@ -87,7 +87,7 @@ def _decoded(data: bytes, file: Path) -> tuple[str, tuple[str, ...]]:
         text = data.decode("utf-16" if utf_16 else "utf-8-sig")
         remarks: tuple[str, ...] = ()
     except UnicodeDecodeError:
-        # names of folders with accents, written by programs of another age
+        # names of folders with accents, written by old programs
         text = data.decode("cp1252", errors="replace")
         remarks = ("Not UTF-8: read as Windows-1252.",)
     if "\0" in text:
@@ -96,9 +96,9 @@ def _decoded(data: bytes, file: Path) -> tuple[str, tuple[str, ...]]:
 
 
 def cells(line: str) -> list[str]:
-    """The cells of a line, without blanks and quotation marks around them.
+    """The cells of a line, without surrounding blanks and quotation marks.
 
-    They are separated by tabs if there is one, else by commas if there is one, else by blanks.
+    They are separated by tabs if the line has any, else by commas, else by blanks.
     """
     mark = "\t" if "\t" in line.strip() else "," if "," in line else None
     return [cell.strip().strip('"').strip() for cell in line.strip(" \r\n").split(mark)]
@@ -113,14 +113,14 @@ def number_rows(
     gaps: bool = False,
     further: bool = False,
 ) -> NumberRows:
-    """Rows of numbers (rows, columns); blank lines are passed over.
+    """Read rows of numbers (rows, columns); blank lines are skipped.
 
     `first`: the line (from 0) with the first row.
     `parts`: numbers in each cell, with commas between them; the first cell, the time, has one.
-    `gaps`: empty cells and cells that a row lacks at its end are NaN, as "nan" always is.
-    `further`: whether cells beyond the columns may be passed over.
-    Raises InputError: a row of another length, a cell that is no number, or the file was cut within
-    a row.
+    `gaps`: empty cells and missing cells at the end of a row become NaN, as "nan" always does.
+    `further`: True: extra cells beyond the columns are ignored.
+    Raises InputError: a row of another length, a cell that is not a number, or a file cut within a
+    row.
     """
     plain = _plain_rows(text, first, columns) if parts == 1 else None
     if plain is not None:
@@ -150,7 +150,7 @@ def number_rows(
 
 
 def _plain_rows(text: TextFile, first: int, columns: int) -> NumberRows | None:
-    """The rows all at once, several times faster; None where a cell is not plainly a number."""
+    """Read all rows at once, several times faster; None if a cell is not a plain number."""
     numbers = [i for i, line in enumerate(text.lines[first:], first + 1) if line.strip(_BLANK)]
     if not numbers or "\t" not in text.lines[numbers[0] - 1].strip():
         return None
@@ -165,13 +165,13 @@ def _plain_rows(text: TextFile, first: int, columns: int) -> NumberRows | None:
 
 
 def _row_cells(line: str, columns: int, parts: int) -> list[str]:
-    """The cells of a row, those of several numbers taken apart."""
+    """The cells of a row; cells of several numbers are split."""
     if parts > 1:
         time, *rest = line.split()
-        taken = [cell.split(",") for cell in rest]
-        if any(len(cell) != parts for cell in taken):
+        split = [cell.split(",") for cell in rest]
+        if any(len(cell) != parts for cell in split):
             return line.split()
-        return [time, *(number for cell in taken for number in cell)]
+        return [time, *(number for cell in split for number in cell)]
     row = cells(line)
     # some programs end a row with a tab, some begin it with one
     while len(row) > columns and not row[-1]:
@@ -186,7 +186,7 @@ def _row_cells(line: str, columns: int, parts: int) -> list[str]:
 def _extend(
     buffer: array[float], row: list[str], file: Path, number: int, odd: bool, gaps: bool
 ) -> None:
-    """Append a row of numbers; cell by cell where one is not plainly a number."""
+    """Append a row of numbers; cell by cell if one is not a plain number."""
     try:
         values = [float(cell) for cell in row]
         plain = not odd and math.isfinite(math.fsum(values))
@@ -208,39 +208,39 @@ def _number(cell: str, file: Path, row: int, gaps: bool) -> float:
 
 
 def stated_count(stated: str | None, have: int, what: str, text: TextFile) -> tuple[str, ...]:
-    """A sentence where the header states another number of rows or columns than there are.
+    """A sentence if the header states a wrong number of rows or columns.
 
-    `stated`: the number as it stands in the header.
+    `stated`: the number as written in the header.
     `what`: such as "rows".
     Raises InputError: rows are missing and the last line has no end: the file was cut.
     """
     if stated is None or stated.strip() == str(have):
         return ()
     shown = stated.strip()[:20]
-    known = shown.isascii() and shown.isdigit()
-    if known and int(shown) > have and what == "rows" and not text.whole:
+    is_number = shown.isascii() and shown.isdigit()
+    if is_number and int(shown) > have and what == "rows" and not text.whole:
         problem = f"{have} of {shown} rows, the last without a line end: the file was cut"
         expected = f"the whole file, or {have} in its header and an end to the last line"
         raise InputError(problem, file=text.file, expected=expected)
-    missing = known and int(shown) > have
+    missing = is_number and int(shown) > have
     return (f"Its header states {shown} {what}, it holds {have}{': cut or edited' * missing}.",)
 
 
-# Times of a table in text: rising, each once, in equal steps.
+# The times of a table: increasing, each once, in equal steps.
 
 
 def times(rows: NumberRows, column: int, file: Path) -> tuple[FloatArray, NumberRows, int]:
-    """The times of rows, those rows, and how many were left out because they stand there twice.
+    """The times of rows, these rows, and the number of repeated rows that were left out.
 
-    `column`: where the time stands.
+    `column`: the index of the time's column.
     `file`: for messages.
-    Raises InputError: a row has no time, time goes back, or it stands still though the rows differ.
+    Raises InputError: a row has no time, or time decreases or repeats in different rows.
     """
     time = rows.values[:, column]
     if not np.isfinite(time).all():
         at = int(rows.numbers[np.flatnonzero(~np.isfinite(time))[0]])
         raise InputError("a row without a time", file=file, row=at, expected="a number")
-    # the columns before the time number the frames, and count on where a row is repeated
+    # columns before the time number the frames and keep counting where a row is repeated
     now, before = rows.values[1:, column:], rows.values[:-1, column:]
     same = (now == before) | (np.isnan(now) & np.isnan(before))
     twice = np.concatenate([[False], same.all(axis=1)])
@@ -248,17 +248,17 @@ def times(rows: NumberRows, column: int, file: Path) -> tuple[FloatArray, Number
     if (step <= 0).any():
         i = int(np.flatnonzero(step <= 0)[0]) + 1
         at = int(rows.numbers[~twice][i])
-        how = "stands still at" if step[i - 1] == 0 else "goes back to"
-        problem = f"time does not rise: it {how} {time[~twice][i]:.9g} s"
+        change = "stands still at" if step[i - 1] == 0 else "goes back to"
+        problem = f"time does not rise: it {change} {time[~twice][i]:.9g} s"
         raise InputError(problem, file=file, row=at, expected="each time once, rising")
     kept = NumberRows(rows.values[~twice], rows.numbers[~twice], rows.further)
     return kept.values[:, column], kept, int(twice.sum())
 
 
 def sample_rate(time_s: FloatArray, file: Path, stated_hz: float | None = None) -> float:
-    """The rate of equally spaced times.
+    """The sample rate of equally spaced times.
 
-    Raises InputError: times do not rise in equal steps, or not with the stated rate.
+    Raises InputError: times do not increase in equal steps, or not with the stated rate.
     """
     if len(time_s) < 2:
         raise InputError(f"{len(time_s)} samples", file=file, expected="two or more")
@@ -279,23 +279,23 @@ def sample_rate(time_s: FloatArray, file: Path, stated_hz: float | None = None) 
     return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate / len(time_s) else rate
 
 
-#: Interpolation may miss this part of a column's range.
+#: The largest interpolation error relative to a column's range.
 _MISSED: Final = 1e-3
-#: No step may be so many times the usual one.
+#: The longest step relative to the usual one.
 _LONGEST_STEP: Final = 20.0
-#: Half as many samples are missed by so much more, for the error of a cubic spline goes by step^4.
+#: The ratio of errors with half the samples: a cubic spline's error is proportional to step^4.
 _HALF_AS_MANY: Final = 16.0
 
 
 def in_even_steps(
     time_s: FloatArray, columns: dict[str, FloatArray], file: Path
 ) -> tuple[FloatArray, dict[str, FloatArray], float, tuple[str, ...]]:
-    """Times, columns and their rate; uneven steps of smooth columns are interpolated.
+    """Bring smooth columns with uneven steps to an even rate by interpolation.
 
-    So integrators write their results: small steps where much happens. The other half of the
-    samples says how far cubic splines through every second one are off.
-    Returns: a sentence where something was interpolated.
-    Raises InputError: steps are uneven and the columns too rough, or a step is far too long.
+    Integrators write uneven steps: small ones during fast changes. The error is estimated by cubic
+    splines through every second sample, compared with the other samples.
+    Returns: times, columns, rate, and a sentence if something was interpolated.
+    Raises InputError: steps are uneven and the columns too rough, or a step is too long.
     """
     try:
         return time_s, columns, sample_rate(time_s, file), ()
@@ -310,30 +310,30 @@ def in_even_steps(
     step = np.diff(time_s)
     rate = 1.0 / float(np.median(step))
     rate = float(round(rate)) if rate > _WHOLE_HZ else rate
-    even = time_s[0] + np.arange(int((time_s[-1] - time_s[0]) * rate) + 1) / rate
-    made = {name: np.interp(even, time_s, column) for name, column in columns.items()}
-    made |= dict(zip(full, CubicSpline(time_s, values)(even).T, strict=True))
-    told = (
+    even_time = time_s[0] + np.arange(int((time_s[-1] - time_s[0]) * rate) + 1) / rate
+    interpolated = {name: np.interp(even_time, time_s, column) for name, column in columns.items()}
+    interpolated |= dict(zip(full, CubicSpline(time_s, values)(even_time).T, strict=True))
+    remark = (
         f"Steps of {1e3 * step.min():.3g} to {1e3 * step.max():.3g} ms: interpolated by cubic "
         f"splines to {rate:g} Hz, off by some {100 * missed:.1g} % of a column's range at most; "
         "derivatives lose more."
     )
-    return even, {name: made[name] for name in columns}, rate, (told,)
+    return even_time, {name: interpolated[name] for name in columns}, rate, (remark,)
 
 
 def _is_uneven(time_s: FloatArray) -> bool:
-    """Whether steps differ throughout; an even clock with a gap has lost samples instead."""
+    """True if steps differ throughout; an even clock with a gap has lost samples instead."""
     if len(time_s) < _FEWEST_UNEVEN:
         return False
     step = np.diff(time_s)
     usual = float(np.median(step))
-    alike = float(np.mean(np.abs(step - usual) < 0.01 * usual))
-    # a usual step far below the mean would make many more samples than there are
-    return alike < _ALIKE and step.max() < _LONGEST_STEP * usual and step.mean() < 4.0 * usual
+    equal_share = float(np.mean(np.abs(step - usual) < 0.01 * usual))
+    # a usual step far below the mean would create far more samples than there are
+    return equal_share < _ALIKE and step.max() < _LONGEST_STEP * usual and step.mean() < 4.0 * usual
 
 
 def _missed(time_s: FloatArray, values: FloatArray) -> float:
-    """How far splines are off at most, a part of the range of the column."""
+    """The largest error of splines relative to the range of the column."""
     spline = CubicSpline(time_s[::2], values[::2])
     inside = slice(1, len(time_s) - 1 - len(time_s) % 2, 2)
     off = np.abs(spline(time_s[inside]) - values[inside]).max(axis=0) / _HALF_AS_MANY
@@ -341,8 +341,8 @@ def _missed(time_s: FloatArray, values: FloatArray) -> float:
     return float((off[span > 0] / span[span > 0]).max(initial=0.0))
 
 
-#: Fewer samples tell nothing of how smooth they are; more steps alike are those of an even clock.
+#: The fewest samples for judging smoothness, and the largest part of equal steps if uneven.
 _FEWEST_UNEVEN: Final = 20
 _ALIKE: Final = 0.8
-#: A faster rate is made a whole number.
+#: A faster rate is rounded to an integer.
 _WHOLE_HZ: Final = 10.0

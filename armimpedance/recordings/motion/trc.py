@@ -1,4 +1,4 @@
-"""Marker files (`.trc`) and the table of ground reaction forces beside them."""
+"""Marker files (`.trc`) and tables of ground reaction forces."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from armimpedance.recordings.motion.tabbed_text import (
     times,
 )
 
-#: Markers that are all so near to each other are no body: metres that are called millimetres.
+#: Markers closer together than this are in metres that are called millimetres.
 _SMALLEST_BODY_M: Final = 0.02
 _AXIS: Final = re.compile(r"[XYZxyz]\d*")
 
@@ -55,11 +55,11 @@ def read_trc(path: str | os.PathLike[str], *, axes: Sequence[str] = Y_UP) -> Mar
     Three lines of header (the second names `DataRate` and `Units`, the third holds their values),
     the markers' names, their axes, then `Frame#`, `Time` and three numbers per marker; empty or
     "nan" where a marker was not seen. Cells are separated by tabs, commas or blanks; a blank line
-    below the axes may be there. Markers beyond those that are named are not taken.
+    may follow the axes. Markers without a name are not taken.
 
     `axes`: the file's axes that point forward, left and up; OpenSim's if not stated.
-    Raises InputError: it is no such file, it was cut, a cell is no number, time does not run in
-    equal steps, or the unit or the axes are not known.
+    Raises InputError: it is not a .trc file, it was cut, a cell is not a number, time steps are
+    unequal, or the unit or the axes are not known.
     """
     rotation = lab_rotation(axes)
     text = text_file(Path(path))
@@ -88,15 +88,15 @@ def read_trc(path: str | os.PathLike[str], *, axes: Sequence[str] = Y_UP) -> Mar
 
 
 def _header(text: TextFile) -> dict[str, str]:
-    """The header's keys in small letters and their values."""
+    """The header's keys in lower case and their values."""
     if len(text.lines) < 6 or not text.lines[0].lstrip(' "').startswith("PathFileType"):
         expected = "PathFileType in the first of five lines of header"
         raise InputError("is no .trc file", file=text.file, row=1, expected=expected)
     keys, values = cells(text.lines[1]), cells(text.lines[2])
-    full, apart = [k for k in keys if k], [v for v in values if v]
-    # tabs and blanks between values, as old programs line them up
-    for lined_up in (apart, text.lines[2].split()):
-        if "" in values[: len(keys)] or len(apart) < len(full) == len(lined_up):
+    full, filled = [k for k in keys if k], [v for v in values if v]
+    # tabs and blanks between values, as aligned by old programs
+    for lined_up in (filled, text.lines[2].split()):
+        if "" in values[: len(keys)] or len(filled) < len(full) == len(lined_up):
             keys, values = full, lined_up
             break
     # some programs leave the last values out
@@ -144,7 +144,7 @@ def _begins(line: list[str]) -> bool:
 def _rows(
     text: TextFile, header: dict[str, str], markers: _Markers
 ) -> tuple[NumberRows, tuple[str, ...]]:
-    """The rows of the named markers, and sentences on what the header says otherwise."""
+    """The rows of the named markers, and sentences where the header disagrees."""
     named, stated = len(markers.names), header.get("nummarkers", "")
     nameless = stated.isascii() and stated.isdigit() and int(stated[:9]) > named
     width = 2 + 3 * named
@@ -157,7 +157,7 @@ def _rows(
 
 
 def _world(places: FloatArray, unit: str, rotation: FloatArray, file: Path) -> FloatArray:
-    """Places in m in the world's frame; lost where a coordinate is lost or all are exactly 0."""
+    """Positions in m in the world's frame; NaN if a coordinate is missing or all are exactly 0."""
     if not unit:
         raise InputError("no unit of length", file=file, row=3, expected="Units of m or mm")
     lost = np.isnan(places).any(axis=2) | ~places.any(axis=2)
@@ -174,26 +174,26 @@ def _world(places: FloatArray, unit: str, rotation: FloatArray, file: Path) -> F
     return metres
 
 
-# Ground reaction forces beside markers: a table of OpenSim with forces, points and torques.
+# Ground reaction forces for markers: an OpenSim table with forces, points and torques.
 
-#: A plate that bears less than this is not stood upon, N.
+#: The least load on a plate that is stood on, N.
 _LEAST_LOAD_N: Final = 20.0
-#: No body is under such a force or torque, N or N m.
+#: The largest possible force or torque on a body, N or N m.
 _LARGEST: Final = 1e6
-#: Part of the load (its square) that must point up: a body presses on the ground.
+#: The part of the squared load that must point up, as a body presses on the ground.
 _ONE_WAY: Final = 0.95
-#: So many of the markers' samples beside their time steady the filter's ends.
-_BESIDE: Final = 10
-#: How many times slower and faster than the markers plates may be.
+#: Extra samples, in marker samples, on each side for the filter's ends.
+_MARGIN: Final = 10
+#: The largest factors by which plates may be slower and faster than the markers.
 _SLOWEST: Final = 10
 _FASTEST: Final = 500
-#: Rates are told apart by less than one part in this.
+#: The largest denominator of the ratio of rates.
 _FINEST_RATIO: Final = 1000
 
 
 @dataclass(frozen=True)
 class _Plate:
-    """Columns of one plate: of its force, of the point it acts at, of the free torque."""
+    """The columns of one plate: its force, the point of action and the free torque."""
 
     name: str
     force: tuple[str, str, str]
@@ -208,42 +208,42 @@ class _Plate:
 def with_ground_forces(
     markers: MarkerRecording, path: str | os.PathLike[str], axes: Sequence[str]
 ) -> MarkerRecording:
-    """A recording of markers with the force plates of a table beside it.
+    """Add the force plates of a table to a recording of markers.
 
     The table holds for each plate the force on the body (``ground_force_vx``, N), the point where
     it acts (``ground_force_px``, m) and the torque about that point (``ground_torque_x``, N m);
-    ``1_``, ``R_`` or ``_1_`` and the like tell several plates apart. Its times are the markers'
-    times; another rate is brought to theirs without delay.
+    ``1_``, ``R_``, ``_1_`` and similar parts of names distinguish several plates. Its times are
+    the markers' times; another rate is resampled to theirs without delay.
 
     `markers`: one trial.
     `axes`: the table's axes that point forward, left and up.
-    Raises InputError: there is no plate or a column of one is missing, the table does not span the
-    markers' time, a load points down, or a point is no point in m.
+    Raises InputError: there is no plate or one lacks a column, the table does not span the markers'
+    time, a load points down, or a point is not in m.
     """
     table = read_opensim_table(path)
     plates = _plates(table)
     _check_clock(table, markers)
     rotation = lab_rotation(axes)
-    found = [_wrench(table, plate, rotation) for plate in plates]
-    wrenches = np.stack([wrench for wrench, _ in found], axis=1)
-    taken = {name for plate in plates for name in plate.columns}
-    told = f"Force plates from {Path(path).name}, the force on the body: "
+    loads = [_wrench(table, plate, rotation) for plate in plates]
+    wrenches = np.stack([wrench for wrench, _ in loads], axis=1)
+    used = {name for plate in plates for name in plate.columns}
+    intro = f"Force plates from {Path(path).name}, the force on the body: "
     remarks = (
-        f"{told}{', '.join(plate.name for plate in plates)}.",
+        f"{intro}{', '.join(plate.name for plate in plates)}.",
         *_slowed(table.sample_rate_hz, markers.sample_rate_hz),
         *table.remarks,
-        *not_taken([n for n in table.columns if n not in taken], "no force plate's"),
+        *not_taken([n for n in table.columns if n not in used], "no force plate's"),
     )
     return replace(
         markers,
         wrenches=_at_markers(wrenches, table, markers),
-        plate_origins_m=np.array([origin for _, origin in found]),
+        plate_origins_m=np.array([origin for _, origin in loads]),
         provenance=(*markers.provenance, *remarks),
     )
 
 
 def _plates(table: OpenSimTable) -> tuple[_Plate, ...]:
-    """The plates by the names of their columns."""
+    """Find the plates by the names of their columns."""
     plates = []
     for first in table.columns:
         if not (first.endswith("vx") and "force" in first.lower()):
@@ -251,8 +251,8 @@ def _plates(table: OpenSimTable) -> tuple[_Plate, ...]:
         stem = first.removesuffix("vx")
         torque = stem.replace("force", "torque").replace("Force", "Torque")
         moment = stem.replace("force", "moment").replace("Force", "Moment")
-        ways = [(torque, ""), (stem, "m"), (moment, "m"), (moment, ""), (torque, "m")]
-        start = next((a + b for a, b in ways if f"{a}{b}x" in table.columns), torque)
+        name_pairs = [(torque, ""), (stem, "m"), (moment, "m"), (moment, ""), (torque, "m")]
+        start = next((a + b for a, b in name_pairs if f"{a}{b}x" in table.columns), torque)
         parts = [_three(stem + "v"), _three(stem + "p"), _three(start)]
         plate = _Plate(stem.strip("_") or "plate", *parts)
         for name in plate.columns:
@@ -286,9 +286,9 @@ def _check_clock(table: OpenSimTable, markers: MarkerRecording) -> None:
 def _wrench(
     table: OpenSimTable, plate: _Plate, rotation: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Wrench (S, 6) on the body in the world's frame about an origin (3,), and that origin.
+    """Wrench (S, 6) on the body in the world's frame about an origin (3,), and this origin.
 
-    The origin is where the load acts on average, about which the moments are smallest.
+    The origin is the mean point of action of the load, about which the moments are smallest.
     """
     force, torque = (
         np.column_stack([table.column(name) for name in names]) @ rotation.T
@@ -315,38 +315,38 @@ def _wrench(
         problem = f"a force that acts {far:.4g} m away"
         raise InputError(problem, file=table.file, column=plate.point[0], expected="points in m")
     origin = np.average(point[loaded], axis=0, weights=load) if len(load) else np.zeros(3)
-    # without a load many programs have no point; the force is noise, wherever it acts
+    # without a load many programs give no point; the force is noise then
     point[lost] = origin
     return np.hstack([force, torque + np.cross(point - origin, force)]), origin
 
 
 def _at_markers(wrenches: FloatArray, table: OpenSimTable, markers: MarkerRecording) -> FloatArray:
-    """The wrenches (N, K, 6) at the markers' times."""
+    """The wrenches (N, K, 6) at the times of the markers."""
     time = markers.time_s
     ratio = _ratio(table.sample_rate_hz, markers.sample_rate_hz)
     up, down = ratio.numerator, ratio.denominator
-    # the plates' rate, made an exact ratio to the markers' so that nothing drifts
+    # the plates' rate as an exact ratio to the markers' rate, to avoid drift
     rate = markers.sample_rate_hz * down / up
-    before = min(int((time[0] - table.time_s[0]) * rate + 1e-6), _BESIDE * down)
+    before = min(int((time[0] - table.time_s[0]) * rate + 1e-6), _MARGIN * down)
     before -= before % down
-    after = int(np.ceil((len(time) - 1) * down / up)) + 1 + _BESIDE * down
-    # the first sample that counts is at the time of the markers' first
-    own = time[0] + np.arange(-before, after) / rate
-    own = own[own <= max(table.time_s[-1], time[-1]) + 1e-9]
+    after = int(np.ceil((len(time) - 1) * down / up)) + 1 + _MARGIN * down
+    # the first sample that is kept is at the markers' first time
+    plate_times = time[0] + np.arange(-before, after) / rate
+    plate_times = plate_times[plate_times <= max(table.time_s[-1], time[-1]) + 1e-9]
     flat = wrenches.reshape(len(wrenches), -1)
-    even = np.column_stack([np.interp(own, table.time_s, column) for column in flat.T])
+    resampled = np.column_stack([np.interp(plate_times, table.time_s, column) for column in flat.T])
     if ratio != 1:
-        even = _resampled(even, up, down)
+        resampled = _resampled(resampled, up, down)
     skip = before // down * up
-    return even[skip : skip + len(time)].reshape(len(time), *wrenches.shape[1:])
+    return resampled[skip : skip + len(time)].reshape(len(time), *wrenches.shape[1:])
 
 
 def _resampled(values: FloatArray, up: int, down: int) -> FloatArray:
     from scipy.signal import resample_poly
 
-    # beyond half the lower rate nothing is left; below it the filter is flat and has no phase
-    other = resample_poly(values, up, down, axis=0, padtype="antireflect")  # type: ignore[call-overload]
-    return np.asarray(other, dtype=np.float64)
+    # the filter removes all above half the lower rate; below, it is flat without phase
+    resampled = resample_poly(values, up, down, axis=0, padtype="antireflect")  # type: ignore[call-overload]
+    return np.asarray(resampled, dtype=np.float64)
 
 
 def _ratio(rate_hz: float, wanted_hz: float) -> Fraction:

@@ -1,1 +1,1 @@
-"""Files that hold columns without a meaning of their own, one file a kind; a mapping tells it."""
+"""Files whose columns get their meaning from a mapping; one file per kind."""

@@ -1,4 +1,4 @@
-"""Folders of BIDS (Motion-BIDS, EMG-BIDS): each system that recorded is a table of one clock."""
+"""BIDS folders (Motion-BIDS, EMG-BIDS): each recording system is a table with one clock."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def _read(path: Path, wanted: Wanted) -> RawFile:
     runs = runs_of(person_at(path))
     skipped: dict[str, None] = {}
     parts = [part for run in runs for part in _parts(run, wanted, skipped)]
-    told = dict.fromkeys(note for run in runs for note in run.notes)
-    why = "the mapping gives them no meaning"
-    return RawFile(tuple(parts), (*told, *not_taken(list(skipped), why)))
+    notes = dict.fromkeys(note for run in runs for note in run.notes)
+    reason = "the mapping gives them no meaning"
+    return RawFile(tuple(parts), (*notes, *not_taken(list(skipped), reason)))
 
 
 def _parts(run: Run, wanted: Wanted, skipped: dict[str, None]) -> list[RawRun]:
@@ -50,12 +50,12 @@ def _parts(run: Run, wanted: Wanted, skipped: dict[str, None]) -> list[RawRun]:
             problem = f"{name}: no sample at its time ({stretch.onset_s} s)"
             file = run.systems[0].file.path
             raise InputError(problem, file=file, expected="events inside of the record")
-        parts.append(RawRun(name, tuple(cut), {**run.facts, **_told(run, stretch)}))
+        parts.append(RawRun(name, tuple(cut), {**run.facts, **_event_facts(run, stretch)}))
     return parts
 
 
-def _told(run: Run, stretch: Stretch) -> dict[str, float | str]:
-    """What the event of a trial says; ``event/name`` where a channel has the name."""
+def _event_facts(run: Run, stretch: Stretch) -> dict[str, float | str]:
+    """The facts of a trial's event; ``event/name`` where a channel has the name."""
     channels = {channel.name for system in run.systems for channel in system.channels}
     return {f"event/{k}" if k in channels else k: v for k, v in stretch.facts.items()}
 
@@ -77,14 +77,14 @@ def _table(
 
 
 def _names(systems: tuple[System, ...]) -> list[list[str]]:
-    """Names that are different over all systems of a run: ``system/channel`` where they are not."""
+    """Unique names over all systems of a run: ``system/channel`` where a name is not unique."""
     count = Counter(channel.name for system in systems for channel in system.channels)
     names = [
         [c.name if count[c.name] == 1 else f"{system.name}/{c.name}" for c in system.channels]
         for system in systems
     ]
-    flat = Counter(name for own in names for name in own)
-    twice = [name for name, times in flat.items() if times > 1]
+    flat = Counter(name for system_names in names for name in system_names)
+    twice = [name for name, occurrences in flat.items() if occurrences > 1]
     if twice:
         file = systems[0].file.path.parent
         expected = "different labels (tracksys-, recording-)"

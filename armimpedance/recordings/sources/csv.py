@@ -1,4 +1,4 @@
-"""Tables of text: any delimiter, decimal mark and header, as labs and spreadsheets write them."""
+"""Text tables with any delimiter, decimal mark and header, from labs and spreadsheets."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ from armimpedance.recordings.mapped.text_sections import (
 )
 
 _ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm")
-#: A column of texts takes as much room as its longest cell in each row.
+#: The most bytes in a column of texts, each row as wide as the longest cell.
 _LARGEST_TEXTS: Final = 100_000_000
-#: More columns than this are samples that stand in a row.
+#: Tables with more columns hold the samples in a row.
 _MOST_COLUMNS: Final = 20_000
-#: How OpenSim's names of coordinates end that are lengths.
+#: The ending of OpenSim's coordinates that are lengths.
 _TRANSLATION: Final = re.compile(r"_t[xyz]$", re.I)
 #: Arrow reads a file in pieces of this size; no line is longer.
 _BLOCK_BYTES: Final = 4_000_000
@@ -69,7 +69,7 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
 
 
 class _HeaderAgainError(Exception):
-    """The header of a table stands in it again: `parts` are what `repeated_headers` gives."""
+    """A table repeats its header: `parts` are the result of `repeated_headers`."""
 
     def __init__(self, parts: list[tuple[int, str]]) -> None:
         super().__init__()
@@ -77,46 +77,49 @@ class _HeaderAgainError(Exception):
 
 
 def _read_one(file: Path, wanted: Wanted) -> RawFile:
-    """A text of one table; a remark below its rows is not taken."""
+    """Read a text with one table; a remark below its rows is not taken."""
     layout = text_layout(file)
     try:
         return _read_table(file, wanted, layout)
     except InputError as error:
-        above = None if error.row is None else without_last_words(file, layout, error.row)
-        if above is None:
+        without_end = None if error.row is None else without_last_words(file, layout, error.row)
+        if without_end is None:
             raise
     with TemporaryDirectory() as folder:
         part = Path(folder, file.name)
-        part.write_text(above, encoding=layout.encoding)
-        made = _read_table(part, wanted, layout)
-    told = (*made.not_taken, "Lines below the rows of a table hold no number and were left out.")
-    return RawFile((replace(made.runs[0], name=str(file)),), told)
+        part.write_text(without_end, encoding=layout.encoding)
+        result = _read_table(part, wanted, layout)
+    remarks = (
+        *result.not_taken,
+        "Lines below the rows of a table hold no number and were left out.",
+    )
+    return RawFile((replace(result.runs[0], name=str(file)),), remarks)
 
 
 def _read_table(file: Path, wanted: Wanted, layout: TextLayout) -> RawFile:
     names, clocks = _names(file, layout)
     chosen = [name for name in names if wanted(name) or name in clocks]
     skipped = [name for name in names if name not in chosen]
-    place = {name: i for i, name in enumerate(names)}
+    index = {name: i for i, name in enumerate(names)}
     if not chosen:
         return RawFile((RawRun(str(file), (RawTable({}),)),), _skipped(skipped))
     table = _table(file, layout, names, chosen)
     columns, too_long = {}, []
     for name in chosen:
-        unit = layout.units[place[name]] or _unit_of_angle(name, layout)
+        unit = layout.units[index[name]] or _unit_of_angle(name, layout)
         values = _values(table.column(name), layout.decimal)
         if values is None:
             too_long.append(name)
-        elif layout.names[place[name]] or not _is_empty(values):
-            # Rows that end in a delimiter make an empty column without a name.
+        elif layout.names[index[name]] or not _is_empty(values):
+            # Rows that end with a delimiter create an empty column without a name.
             columns[name] = RawColumn(values, unit)
     tables = tables_of_clocks(columns, clocks, layout.skip + 1, layout.rate_hz)
-    told = (*_skipped(skipped), *not_taken(too_long, "its texts are too long"))
-    return RawFile((RawRun(str(file), tables),), told)
+    remarks = (*_skipped(skipped), *not_taken(too_long, "its texts are too long"))
+    return RawFile((RawRun(str(file), tables),), remarks)
 
 
 def _unit_of_angle(name: str, layout: TextLayout) -> str | None:
-    """What the file says of all its angles; places and times are none."""
+    """The unit of all angles in the file; None for positions and times."""
     if layout.angle_unit is None or _TRANSLATION.search(name):
         return None
     return layout.angle_unit if read_name(name).role in ("angle", "unknown") else None
@@ -127,7 +130,7 @@ def _skipped(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _names(file: Path, layout: TextLayout) -> tuple[list[str], dict[str, list[str]]]:
-    """Different names for all columns; and each column of time that has channels of its own."""
+    """Unique names for all columns, and the channels of each time column."""
     if len(layout.names) > _MOST_COLUMNS:
         problem = f"{len(layout.names)} columns"
         raise InputError(problem, file=file, expected=f"at most {_MOST_COLUMNS}: one row a sample")
@@ -140,7 +143,7 @@ def _names(file: Path, layout: TextLayout) -> tuple[list[str], dict[str, list[st
 
 
 def _table(file: Path, layout: TextLayout, names: list[str], chosen: list[str]) -> pa.Table:
-    """The cells of the columns that are wanted, numbers where the first rows hold numbers."""
+    """The cells of the wanted columns, as numbers where the first rows hold numbers."""
     numbers = {n for n, text in zip(names, layout.texts, strict=True) if not text}
     try:
         return _parsed(file, layout, names, chosen, numbers)
@@ -150,7 +153,7 @@ def _table(file: Path, layout: TextLayout, names: list[str], chosen: list[str]) 
     except (pa.ArrowException, OSError, ValueError, UnicodeError) as error:
         raise _unreadable(file, error) from None
     try:
-        # A cell further down is no number: as texts, so that only its column is spoiled.
+        # A later cell is not a number: read as texts, so that only its column is affected.
         return _parsed(file, layout, names, chosen, set())
     except (pa.ArrowException, OSError, ValueError, UnicodeError) as error:
         raise _bad_line(file, layout, len(names)) or _unreadable(file, error) from None
@@ -184,7 +187,7 @@ def _parsed(
 
 
 def _values(column: pa.ChunkedArray, decimal: str) -> np.ndarray[Any, Any] | None:
-    """A column as numbers, or as texts where a cell is none; None: its texts are too long."""
+    """A column as numbers, or as texts if a cell is not a number; None if texts are too long."""
     if pa.types.is_floating(column.type):
         return np.asarray(column.to_numpy(), dtype=np.float64)
     texts = pc.utf8_trim_whitespace(column)
@@ -214,7 +217,7 @@ def _is_empty(values: np.ndarray[Any, Any]) -> bool:
 
 
 def _bad_line(file: Path, layout: TextLayout, width: int) -> InputError | None:
-    """The first line with another number of cells than the header, for the message."""
+    """An error for the first line with a wrong number of cells."""
     with file.open(encoding=layout.encoding, errors="replace", newline=None) as stream:
         for number, line in enumerate(stream, start=1):
             cells = cells_of(line.rstrip("\n"), layout.delimiter)
@@ -225,8 +228,10 @@ def _bad_line(file: Path, layout: TextLayout, width: int) -> InputError | None:
 
 
 def _unreadable(file: Path, error: Exception) -> InputError:
-    told = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-    return InputError(f"is no readable table: {told}", file=file, expected="rows of equal length")
+    message = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+    return InputError(
+        f"is no readable table: {message}", file=file, expected="rows of equal length"
+    )
 
 
 SOURCE = Source(

@@ -1,4 +1,4 @@
-"""MATLAB files: versions 4 to 7 by SciPy, 7.3 by h5py; structs, cells, arrays of any nesting."""
+"""MATLAB files: versions 4 to 7 with SciPy, 7.3 with h5py; nested structs, cells, arrays."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
     else:
         raw = _runs(read_mat5(file), file, wanted)
     if not any(table.columns for run in raw.runs for table in run.tables) and raw.not_taken:
-        said = told_not_taken(raw.not_taken)
-        objects = [t for t in said if "MATLAB class" in t or "a function" in t]
+        sentences = told_not_taken(raw.not_taken)
+        objects = [t for t in sentences if "MATLAB class" in t or "a function" in t]
         if objects:
             problem = f"holds no plain arrays: {objects[0].strip('.')}"
             raise InputError(problem, file=file, expected="structs, cells and arrays")

@@ -1,7 +1,7 @@
-"""MCAP files: logs of ROS 1, ROS 2 and JSON messages, one table a topic.
+"""MCAP files: logs of ROS 1, ROS 2 and JSON messages, one table per topic.
 
-The records are walked here and not by the package mcap: that one believes the sizes that a file
-states, and reads a record at a time. The order of the records is the file's; no index is needed.
+The records are read here and not by the package mcap, which trusts the sizes that a file states
+and reads one record at a time. The records are read in the file's order without an index.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ _END_OF_DATA, _FOOTER = 15, 2
 _KNOWN: Final = range(1, 16)
 _EXPECTED: Final = "a whole MCAP file"
 
-#: Language of the schema -> how ROS messages with it are encoded, and what its text is.
+#: Message encoding and schema encoding -> the language of the schema's text.
 _ROS: Final = {("cdr", "ros2msg"): "msg", ("cdr", "ros2idl"): "idl", ("ros1", "ros1msg"): "msg"}
 
 
 def recognises(path: Path) -> bool:
-    """Whether a file begins as MCAP files do."""
+    """True if a file begins like an MCAP file."""
     if not path.is_file():
         return False
     with path.open("rb") as stream:
@@ -48,13 +48,13 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, wanted: Wanted) -> RawFile:
-    """The topics of an MCAP file.
+    """Read the topics of an MCAP file.
 
     Parameters
     ----------
     path : Path
     wanted : callable
-        Whether a column, such as "/ft.wrench.force.x", is wanted.
+        True for a wanted column, such as "/ft.wrench.force.x".
 
     Returns
     -------
@@ -74,7 +74,7 @@ def read(path: Path, wanted: Wanted) -> RawFile:
 def add_mcap(log: Log, path: Path, unpack: Unpack | None = None) -> None:
     """Add the messages of a file to a log.
 
-    `unpack`: where each message is compressed.
+    `unpack`: decompresses each message; None where messages are not compressed.
     """
     _Reading(log, path, unpack).all()
 
@@ -87,7 +87,7 @@ class _Schema:
 
 
 class _Reading:
-    """One pass through a file: schemas and channels are known when their messages come."""
+    """One pass through a file; schemas and channels precede their messages."""
 
     def __init__(self, log: Log, path: Path, unpack: Unpack | None) -> None:
         self.log, self.path, self.unpack = log, path, unpack
@@ -97,53 +97,55 @@ class _Reading:
         self.attached: list[str] = []
 
     def all(self) -> None:
-        """Read from the beginning to the end, or to where the file is cut."""
+        """Read from the beginning to the end, or to the place where the file is cut."""
         with self.path.open("rb") as stream:
             if stream.read(len(MAGIC)) != MAGIC:
                 raise self.error("does not begin as an MCAP file does")
             ended = False
             while not ended:
-                place = stream.tell()
+                offset = stream.tell()
                 head = stream.read(9)
                 size = struct.unpack_from("<Q", head, 1)[0] if len(head) == 9 else 0
-                if len(head) < 9 or size > self.size - place - 9:
-                    self.cut(place)
+                if len(head) < 9 or size > self.size - offset - 9:
+                    self.cut(offset)
                     break
                 if head[0] not in _KNOWN and head[0] < 128:
-                    raise self.error(f"a record of unknown kind {head[0]} at byte {place}")
+                    raise self.error(f"a record of unknown kind {head[0]} at byte {offset}")
                 if head[0] in (_END_OF_DATA, _FOOTER):
                     ended = True
                 elif head[0] in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
                     if size > LARGEST_PART:
-                        raise self.error(f"a record of {size} bytes at byte {place}")
-                    self.understood(head[0], stream.read(size), place)
+                        raise self.error(f"a record of {size} bytes at byte {offset}")
+                    self.understood(head[0], stream.read(size), offset)
                 elif head[0] in (_ATTACHMENT, _METADATA):
                     self.attached.append(self.title(head[0], stream.read(min(size, 4096))))
-                    stream.seek(place + 9 + size)
+                    stream.seek(offset + 9 + size)
                 else:
                     stream.seek(size, 1)
         self.log.notes += not_taken(list(dict.fromkeys(self.attached))[:20], "no messages")
 
-    def cut(self, place: int) -> None:
-        """The recorder was stopped hard: what stands before is whole."""
+    def cut(self, offset: int) -> None:
+        """Handle a file cut by a crash of its recorder; earlier records are whole."""
         if not self.channels:
             raise self.error("ends before its first message")
-        rest = self.size - place
-        why = f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
-        self.log.notes += not_taken([f"the last {rest} bytes"], why)
+        rest = self.size - offset
+        reason = (
+            f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
+        )
+        self.log.notes += not_taken([f"the last {rest} bytes"], reason)
 
-    def understood(self, kind: int, record: bytes, place: int) -> None:
-        """One record; an error names where it stands."""
+    def understood(self, kind: int, record: bytes, offset: int) -> None:
+        """Process one record; errors state its position."""
         try:
             if kind == _CHUNK:
                 self.chunk(record)
             else:
                 self.record(kind, record)
         except (struct.error, UnicodeDecodeError):
-            raise self.error(f"a damaged record at byte {place}") from None
+            raise self.error(f"a damaged record at byte {offset}") from None
 
     def record(self, kind: int, record: bytes) -> None:
-        """A schema, a channel or a message; others tell nothing of columns."""
+        """Process a schema, a channel or a message; other records do not concern columns."""
         if kind == _MESSAGE:
             channel, _, log_ns = struct.unpack_from("<HIQ", record)
             if channel not in self.channels:
@@ -154,20 +156,20 @@ class _Reading:
             self.channel(record)
         elif kind == _SCHEMA:
             number = struct.unpack_from("<H", record)[0]
-            name, place = _text(record, 2)
-            language, place = _text(record, place)
-            (length,) = struct.unpack_from("<I", record, place)
-            self.schemas[number] = _Schema(name, language, record[place + 4 : place + 4 + length])
+            name, offset = _text(record, 2)
+            language, offset = _text(record, offset)
+            (length,) = struct.unpack_from("<I", record, offset)
+            self.schemas[number] = _Schema(name, language, record[offset + 4 : offset + 4 + length])
 
     def channel(self, record: bytes) -> None:
-        """A topic, and how its messages are decoded."""
-        number, of_schema = struct.unpack_from("<HH", record)
-        name, place = _text(record, 4)
-        encoding, place = _text(record, place)
-        schema = self.schemas.get(of_schema, _Schema("", "", b""))
-        why = f"messages in {encoding[:20]!r} are not read"
+        """Add a topic with its decoder."""
+        number, schema_number = struct.unpack_from("<HH", record)
+        name, offset = _text(record, 4)
+        encoding, offset = _text(record, offset)
+        schema = self.schemas.get(schema_number, _Schema("", "", b""))
+        reason = f"messages in {encoding[:20]!r} are not read"
         kind = schema.name or encoding
-        self.channels[number] = self.log.topic(name, kind, self._decoder(encoding, schema), why)
+        self.channels[number] = self.log.topic(name, kind, self._decoder(encoding, schema), reason)
 
     def _decoder(self, encoding: str, schema: _Schema) -> Callable[[], Decoder | None]:
         def decoder() -> Decoder | None:
@@ -179,17 +181,17 @@ class _Reading:
             if language is None:
                 return None
             text = schema.text.decode(errors="replace")
-            how: Encoding = "ros1" if encoding == "ros1" else "cdr"
-            return ros_decoder(schema.name, text, language, how, self.path)
+            message_encoding: Encoding = "ros1" if encoding == "ros1" else "cdr"
+            return ros_decoder(schema.name, text, language, message_encoding, self.path)
 
         return decoder
 
     def chunk(self, record: bytes) -> None:
-        """The records of a chunk, whose checksum is held against its content."""
+        """Process the records of a chunk after a check of its checksum."""
         claimed, checksum = struct.unpack_from("<QI", record, 16)
-        method, place = _text(record, 28)
-        (size,) = struct.unpack_from("<Q", record, place)
-        content = record[place + 8 : place + 8 + size]
+        method, offset = _text(record, 28)
+        (size,) = struct.unpack_from("<Q", record, offset)
+        content = record[offset + 8 : offset + 8 + size]
         if claimed > LARGEST_PART or len(content) < size:
             raise self.error(f"a chunk that claims {max(claimed, size)} bytes")
         content = decompressed(content, method, self.path, claimed)
@@ -199,38 +201,38 @@ class _Reading:
             self.record(kind, inner)
 
     def title(self, kind: int, record: bytes) -> str:
-        """What an attachment or a piece of metadata is called."""
+        """The name of an attachment or a piece of metadata."""
         try:
             name, _ = _text(record, 16 if kind == _ATTACHMENT else 0)
         except (struct.error, UnicodeDecodeError):
             name = "?"
-        what = "attachment" if kind == _ATTACHMENT else "metadata"
-        return f"{what} {name[:60]!r}"
+        kind_name = "attachment" if kind == _ATTACHMENT else "metadata"
+        return f"{kind_name} {name[:60]!r}"
 
     def error(self, problem: str) -> InputError:
         return InputError(problem, file=self.path, expected=_EXPECTED)
 
 
 def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """The records that lie one behind the other in the content of a chunk."""
-    place, end = 0, len(content)
+    """The consecutive records in the content of a chunk."""
+    offset, end = 0, len(content)
     head = struct.Struct("<BQ")
-    while place < end:
-        kind, size = head.unpack_from(content, place)
-        place += 9
-        if size > end - place:
+    while offset < end:
+        kind, size = head.unpack_from(content, offset)
+        offset += 9
+        if size > end - offset:
             raise struct.error
-        yield kind, content[place : place + size]
-        place += size
+        yield kind, content[offset : offset + size]
+        offset += size
 
 
-def _text(record: bytes, place: int) -> tuple[str, int]:
-    """A text with its length before it, and the place behind it."""
-    (length,) = struct.unpack_from("<I", record, place)
-    end = place + 4 + length
+def _text(record: bytes, offset: int) -> tuple[str, int]:
+    """A text preceded by its length, and the position after it."""
+    (length,) = struct.unpack_from("<I", record, offset)
+    end = offset + 4 + length
     if end > len(record):
         raise struct.error
-    return record[place + 4 : end].decode(), end
+    return record[offset + 4 : end].decode(), end
 
 
 SOURCE = Source("an MCAP log (.mcap)", recognises, read)

@@ -1,7 +1,7 @@
 """NWB files (Neurodata Without Borders): time series and trials, read with h5py.
 
-The package pynwb builds classes from what a file says that it holds, and follows links into other
-files. What is needed here is plain HDF5: a series is a group with data and a clock.
+The package pynwb builds classes from a file's own specification and follows links to other files.
+Plain HDF5 is sufficient here: a series is a group with data and a clock.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from armimpedance.recordings.nwb_series import Found, NwbSeries, Trial, cut, ser
 from armimpedance.recordings.reading import some_names
 
 _EXPECTED: Final = "an NWB file"
-#: What the file says of the subject; who it was is not read.
+#: The facts that are read about the subject; the identity is not read.
 _OF_SUBJECT: Final = ("age", "sex", "species", "weight")
 
 
 def recognises(path: Path) -> bool:
-    """Whether a file is HDF5 and called .nwb."""
+    """True if a file is HDF5 and named .nwb."""
     if not path.is_file() or path.suffix.lower() != ".nwb":
         return False
     with path.open("rb") as stream:
@@ -37,19 +37,19 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, wanted: Wanted) -> RawFile:
-    """The time series of an NWB file.
+    """Read the time series of an NWB file.
 
     Parameters
     ----------
     path : Path
     wanted : callable
-        Whether a column, such as "acquisition/force[0]", is wanted.
+        True for a wanted column, such as "acquisition/force[0]".
 
     Returns
     -------
     RawFile
-        One run a trial, its facts what the table of trials says; one run where there is no such
-        table. Series of the same times, to the last bit, are one table.
+        One run per trial with the facts in the table of trials; one run if there is no such
+        table. Series with exactly the same times are one table.
 
     Raises
     ------
@@ -57,24 +57,30 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     """
     with opened_hdf5(path, "nwb", _EXPECTED) as file:
         try:
-            found = series_of(file, wanted)
-            trials = trials_of(file, found.left)
+            content = series_of(file, wanted)
+            trials = trials_of(file, content.left)
             facts = _subject(file)
             others = [f"intervals/{name}" for name in _names(file, "intervals") if name != "trials"]
             others += [name for name in ("units",) if name in file]
         except Hdf5Error as error:
             raise InputError(str(error), file=path, expected=_EXPECTED) from None
-    runs = tuple(_trial_runs(path, found, trials, facts)) if trials else (_run(path, found, facts),)
-    found.left["they are no time series"] = others
+    runs = (
+        tuple(_trial_runs(path, content, trials, facts))
+        if trials
+        else (_run(path, content, facts),)
+    )
+    content.left["they are no time series"] = others
     if trials:
-        outside = _outside(found, trials)
-        found.left["outside of the trials"] = [f"{outside} samples"] if outside else []
-    told = tuple(s for why, names in found.left.items() for s in not_taken(some_names(names), why))
-    return RawFile(runs=runs, not_taken=told)
+        outside = _outside(content, trials)
+        content.left["outside of the trials"] = [f"{outside} samples"] if outside else []
+    sentences = tuple(
+        s for reason, names in content.left.items() for s in not_taken(some_names(names), reason)
+    )
+    return RawFile(runs=runs, not_taken=sentences)
 
 
-def _run(path: Path, found: Found, facts: dict[str, float | str]) -> RawRun:
-    return RawRun(str(path), tuple(map(_whole, found.series)), facts)
+def _run(path: Path, content: Found, facts: dict[str, float | str]) -> RawRun:
+    return RawRun(str(path), tuple(map(_whole, content.series)), facts)
 
 
 def _whole(series: NwbSeries) -> RawTable:
@@ -82,44 +88,44 @@ def _whole(series: NwbSeries) -> RawTable:
 
 
 def _trial_runs(
-    path: Path, found: Found, trials: list[Trial], facts: dict[str, float | str]
+    path: Path, content: Found, trials: list[Trial], facts: dict[str, float | str]
 ) -> list[RawRun]:
     return [
         RawRun(
             name=f"{path.name} trial {number}",
-            tables=tuple(cut(series, trial) for series in found.series),
+            tables=tuple(cut(series, trial) for series in content.series),
             facts={**facts, **trial.facts, "start_time": trial.start_s, "stop_time": trial.stop_s},
         )
         for number, trial in enumerate(trials, start=1)
     ]
 
 
-def _outside(found: Found, trials: list[Trial]) -> int:
-    """How many rows of the longest series are in no trial."""
-    if not found.series:
+def _outside(content: Found, trials: list[Trial]) -> int:
+    """The number of rows of the longest series that are in no trial."""
+    if not content.series:
         return 0
-    longest = max(found.series, key=lambda series: len(series.clock.time_s))
+    longest = max(content.series, key=lambda series: len(series.clock.time_s))
     inside = sum(cut(NwbSeries(longest.clock), trial).rows for trial in trials)
     return max(len(longest.clock.time_s) - inside, 0)
 
 
 def _subject(file: Any) -> dict[str, float | str]:
-    """What is known of the subject's body."""
+    """Facts about the subject's body."""
     group = member(file, "general/subject")
     if group is None or is_dataset(group):
         return {}
-    found: dict[str, float | str] = {}
+    facts: dict[str, float | str] = {}
     for name in _OF_SUBJECT:
-        thing = member(group, name)
-        if thing is not None and is_dataset(thing) and thing.shape == ():
-            text = plain_text(thing[()])
+        content = member(group, name)
+        if content is not None and is_dataset(content) and content.shape == ():
+            text = plain_text(content[()])
             if text and text.isprintable() and len(text) <= 64:
-                found[f"subject.{name}"] = text
-    return found
+                facts[f"subject.{name}"] = text
+    return facts
 
 
-def _names(file: Any, place: str) -> list[str]:
-    group = member(file, place)
+def _names(file: Any, group_path: str) -> list[str]:
+    group = member(file, group_path)
     return [] if group is None or is_dataset(group) else [str(name) for name in group]
 
 

@@ -1,4 +1,4 @@
-"""Parquet: columns of samples, or one row a trial with lists of samples in its cells."""
+"""Parquet files: columns of samples, or one row per trial with lists of samples in its cells."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
         else:
             unit = "s" if pa.types.is_temporal(table.column(name).type) else units.get(name)
             columns[name] = RawColumn(values, unit)
-    told = (*skipped, *not_taken(others, "neither numbers nor texts"))
-    return RawFile((RawRun(str(file), (RawTable(columns),)),), told)
+    remarks = (*skipped, *not_taken(others, "neither numbers nor texts"))
+    return RawFile((RawRun(str(file), (RawTable(columns),)),), remarks)
 
 
 def _rows(table: pa.Table, units: Mapping[str, str]) -> tuple[RawRun, ...]:
-    """One run a row: lists of samples are its columns, single values its facts."""
+    """One run per row: lists of samples are its columns, single values its facts."""
     runs = []
     for row in range(table.num_rows):
         facts: dict[str, float | str] = {}
@@ -93,12 +93,12 @@ def _seconds(column: Any) -> np.ndarray[Any, Any]:
     """Times of any unit in s."""
     kind = column.type
     per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
-    whole = column.cast(pa.int32() if kind.bit_width == 32 else pa.int64())
-    return np.asarray(whole.cast(pa.float64(), safe=False).to_numpy(False)) / per_second
+    integers = column.cast(pa.int32() if kind.bit_width == 32 else pa.int64())
+    return np.asarray(integers.cast(pa.float64(), safe=False).to_numpy(False)) / per_second
 
 
 def _values(column: Any) -> np.ndarray[Any, Any] | None:
-    """Numbers as float64, texts as texts, times in s; None: anything else."""
+    """Numbers as float64, texts as texts, times in s; None for anything else."""
     kind = column.type
     if pa.types.is_dictionary(kind):
         column = column.cast(kind.value_type)
@@ -118,7 +118,7 @@ def _values(column: Any) -> np.ndarray[Any, Any] | None:
 
 
 def _texts(column: Any) -> np.ndarray[Any, Any] | None:
-    """Texts; None: they are too long."""
+    """Texts; None if they are too long."""
     texts = [text or "" for text in column.to_pylist()]
     longest = max(map(len, texts), default=0)
     return np.array(texts, dtype=np.str_) if 4 * longest * len(texts) < 100_000_000 else None
@@ -129,12 +129,12 @@ def _units(schema: pa.Schema) -> dict[str, str]:
     units = {name: unit for name in schema.names if (unit := stated_unit(name)) is not None}
     attributes = (schema.metadata or {}).get(b"PANDAS_ATTRS", b"{}")
     try:
-        told = json.loads(attributes)
-        given = told.get("units", {}) if isinstance(told, dict) else {}
+        stored = json.loads(attributes)
+        stored_units = stored.get("units", {}) if isinstance(stored, dict) else {}
     except (ValueError, RecursionError):
-        given = {}
-    if isinstance(given, dict):
-        units |= {str(n): u for n, u in given.items() if isinstance(u, str)}
+        stored_units = {}
+    if isinstance(stored_units, dict):
+        units |= {str(n): u for n, u in stored_units.items() if isinstance(u, str)}
     for field in schema:
         for key in (b"unit", b"units"):
             text = (field.metadata or {}).get(key)
@@ -144,8 +144,8 @@ def _units(schema: pa.Schema) -> dict[str, str]:
 
 
 def _unreadable(file: Path, error: Exception) -> InputError:
-    told = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-    return InputError(f"not a readable Parquet file: {told}", file=file)
+    message = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+    return InputError(f"not a readable Parquet file: {message}", file=file)
 
 
 SOURCE = Source(

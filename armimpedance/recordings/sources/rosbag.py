@@ -1,4 +1,4 @@
-"""ROS bags: files of ROS 1 (.bag), folders and databases of ROS 2 (.db3, .mcap)."""
+"""ROS bags: ROS 1 files (.bag), ROS 2 folders and databases (.db3, .mcap)."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _PART: Final = re.compile(
     re.MULTILINE,
 )
 _MODE: Final = re.compile(r"""^\s*compression_mode:\s*["']?(?P<mode>\w+)""", re.MULTILINE)
-#: What a compressed file may grow to, in times of its size and in bytes.
+#: The largest size of a decompressed file, relative to its size and in bytes.
 _GROWTH, _SMALLEST_LIMIT = 40, 64_000_000
 _LARGEST_MESSAGE: Final = 64_000_000
 
 
 def recognises(path: Path) -> bool:
-    """Whether a file is a bag or a database, or a folder what ROS 2 makes."""
+    """True if a file is a bag or a database, or a folder is a ROS 2 bag."""
     if path.is_dir():
         return (path / METADATA).is_file() and "rosbag2_bagfile_information" in _text(path)
     if not path.is_file():
@@ -45,13 +45,13 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, wanted: Wanted) -> RawFile:
-    """The topics of a bag.
+    """Read the topics of a bag.
 
     Parameters
     ----------
     path : Path
     wanted : callable
-        Whether a column, such as "/ft.wrench.force.x", is wanted.
+        True for a wanted column, such as "/ft.wrench.force.x".
 
     Returns
     -------
@@ -80,13 +80,13 @@ def _text(folder: Path) -> str:
 
 def _add_folder(log: Log, folder: Path) -> None:
     text = _text(folder)
-    # The folder may have been moved: what counts is the name behind the last slash.
+    # The folder may have been moved, so only the name after the last slash is used.
     names = dict.fromkeys(re.split(r"[/\\]", m["name"])[-1] for m in _PART.finditer(text))
     if not names:
         expected = "files .db3 or .mcap in relative_file_paths"
         raise InputError("names no files", file=folder / METADATA, expected=expected)
-    found = _MODE.search(text)
-    packed = found is not None and found["mode"].upper() == "MESSAGE"
+    mode = _MODE.search(text)
+    is_compressed = mode is not None and mode["mode"].upper() == "MESSAGE"
     with ExitStack() as stack:
         for name in names:
             part = folder / name
@@ -95,22 +95,22 @@ def _add_folder(log: Log, folder: Path) -> None:
                 raise InputError(problem, file=folder / METADATA, expected="all files of the bag")
             if part.suffix == ".zstd":
                 part = _unpacked(part, stack)
-            _add_part(log, part, packed)
+            _add_part(log, part, is_compressed)
 
 
 def _add_part(log: Log, part: Path, packed: bool) -> None:
     def unpack(message: bytes) -> bytes:
         return decompressed(message, "zstd", part, _LARGEST_MESSAGE)
 
-    undo: Unpack | None = unpack if packed else None
+    used: Unpack | None = unpack if packed else None
     if part.suffix == ".mcap":
-        add_mcap(log, part, undo)
+        add_mcap(log, part, used)
     else:
-        add_ros2_database(log, part, undo)
+        add_ros2_database(log, part, used)
 
 
 def _unpacked(part: Path, stack: ExitStack) -> Path:
-    """A file that is compressed as a whole, unpacked beside nothing that stays."""
+    """Decompress a whole file into a temporary folder."""
     folder = Path(stack.enter_context(TemporaryDirectory()))
     limit = max(_GROWTH * part.stat().st_size, _SMALLEST_LIMIT)
     unpacked = folder / part.stem

@@ -1,4 +1,4 @@
-"""TDMS files of LabVIEW and its relatives, read with npTDMS: groups of channels."""
+"""TDMS files of LabVIEW and similar programs, read with npTDMS: groups of channels."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def recognises(path: Path) -> bool:
-    """Whether a file begins as TDMS files do."""
+    """True if a file begins like a TDMS file."""
     if not path.is_file():
         return False
     with path.open("rb") as stream:
@@ -41,69 +41,71 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, wanted: Wanted) -> RawFile:
-    """The channels of a TDMS file.
+    """Read the channels of a TDMS file.
 
     Parameters
     ----------
     path : Path
     wanted : callable
-        Whether a column is wanted: a channel's name, or "group/channel" where groups differ.
+        True for a wanted column: a channel's name, or "group/channel" where groups differ.
 
     Returns
     -------
     RawFile
-        Two or more groups with the same channels are runs (a group a trial); else all is one run.
-        Channels of a group with the same number of samples and the same times are a table.
+        Several groups with the same channels are runs (one group per trial); otherwise all groups
+        are one run. Channels of a group with the same number of samples and times are one table.
 
     Raises
     ------
     InputError
     """
     with _opened(path) as (file, warnings):
-        left: dict[str, list[str]] = {}
-        groups = [_Group(str(g.name), g, _channels(g, left)) for g in file.groups()]
+        left_out: dict[str, list[str]] = {}
+        groups = [_Group(str(g.name), g, _channels(g, left_out)) for g in file.groups()]
         groups = [group for group in groups if group.channels]
         _check_size(path, groups, wanted, _are_runs(groups))
         if _are_runs(groups):
             facts = _facts(file.properties)
-            runs = [_run(path, [group], wanted, left, facts) for group in groups]
+            runs = [_run(path, [group], wanted, left_out, facts) for group in groups]
         else:
-            runs = [_run(path, groups, wanted, left, _facts(file.properties))]
-    told = [s for why, names in left.items() for s in not_taken(some_names(names), why)]
-    told += [f"npTDMS says: {shown_name(warning)}." for warning in dict.fromkeys(warnings[:5])]
-    return RawFile(tuple(runs), tuple(told))
+            runs = [_run(path, groups, wanted, left_out, _facts(file.properties))]
+    sentences = [
+        s for reason, names in left_out.items() for s in not_taken(some_names(names), reason)
+    ]
+    sentences += [f"npTDMS says: {shown_name(warning)}." for warning in dict.fromkeys(warnings[:5])]
+    return RawFile(tuple(runs), tuple(sentences))
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[Any, list[str]]]:
-    """The file, and what npTDMS warns of; it would print that."""
+    """The open file and npTDMS's warnings, which are not printed."""
     nptdms = needed("nptdms", "tdms", path)
     console = needed("nptdms.log", "tdms", path).log_manager.console_handler
-    before, heard = console.level, _Hearing()
+    level, collector = console.level, _WarningCollector()
     logger = logging.getLogger("nptdms")
     console.setLevel(logging.CRITICAL + 1)
-    logger.addHandler(heard)
+    logger.addHandler(collector)
     try:
-        # An index file beside it may be another file's: it is not read.
+        # An index file beside it is not read, as it may belong to another file.
         with (
             np.errstate(all="ignore"),
             path.open("rb") as stream,
             nptdms.TdmsFile(stream, keep_open=True, read_metadata_only=True) as file,
         ):
-            yield file, heard.texts
+            yield file, collector.texts
     except InputError:
         raise
     except Exception as error:
-        # npTDMS ends in ValueError, struct.error, KeyError, TypeError, ... where a file is damaged.
+        # npTDMS raises ValueError, struct.error, KeyError, TypeError, ... for damaged files.
         problem = f"is damaged: {shown_name(' '.join(str(error).split()))[:80]}"
         raise InputError(problem, file=path, expected=_EXPECTED) from None
     finally:
-        logger.removeHandler(heard)
-        console.setLevel(before)
+        logger.removeHandler(collector)
+        console.setLevel(level)
 
 
-class _Hearing(logging.Handler):
-    """Keeps warnings as texts."""
+class _WarningCollector(logging.Handler):
+    """A logging handler that stores warnings as texts."""
 
     def __init__(self) -> None:
         super().__init__(logging.WARNING)
@@ -121,27 +123,27 @@ class _Group:
     channels: dict[str, Any]
 
 
-def _channels(group: Any, left: dict[str, list[str]]) -> dict[str, Any]:
-    """The channels of a group that hold something we can take."""
-    found = {}
+def _channels(group: Any, left_out: dict[str, list[str]]) -> dict[str, Any]:
+    """The channels of a group with numbers or texts."""
+    channels = {}
     for channel in group.channels():
         name = str(channel.name)
         full = f"{group.name}/{name}"
         if not can_be_shown(full):
-            left.setdefault("names that cannot be shown", []).append(full)
+            left_out.setdefault("names that cannot be shown", []).append(full)
         elif len(channel) == 0:
-            left.setdefault("no samples", []).append(full)
+            left_out.setdefault("no samples", []).append(full)
         elif channel.dtype.kind not in "iufbMOU":
-            left.setdefault("no numbers or texts", []).append(full)
+            left_out.setdefault("no numbers or texts", []).append(full)
         else:
-            found[name] = channel
-    return found
+            channels[name] = channel
+    return channels
 
 
 def _are_runs(groups: Sequence[_Group]) -> bool:
-    """Whether groups are trials: the same channels at the same rates in each.
+    """True if groups are trials: all have the same channels at the same rates.
 
-    Copies of other rates, as SignalExpress keeps them, are no trials.
+    Copies with other rates, as SignalExpress stores them, are not trials.
     """
     return len(groups) > 1 and len({frozenset(_rates(group)) for group in groups}) == 1
 
@@ -153,7 +155,7 @@ def _rates(group: _Group) -> Iterator[tuple[str, float | None]]:
 
 
 def _step(channel: Any) -> float | None:
-    """The time between samples in s; None where the file does not say, or counts no time."""
+    """The time between samples in s; None if the file states none or its unit is not time."""
     step = channel.properties.get("wf_increment")
     unit = str(channel.properties.get("wf_xunit_string", "")).strip().lower()
     if isinstance(step, float | int) and 1e-12 < step < 1e6 and unit in _SECONDS:
@@ -162,12 +164,12 @@ def _step(channel: Any) -> float | None:
 
 
 def _check_size(path: Path, groups: Sequence[_Group], wanted: Wanted, are_runs: bool) -> None:
-    """Whether the file is as large as its channels say: nothing in it is compressed."""
+    """Check that the file is as large as its channels claim, as nothing is compressed."""
     size, total = path.stat().st_size, 0
     for group in groups:
         for name, channel in group.channels.items():
             width = channel.data_type.size if channel.data_type is not None else None
-            # A text takes four bytes for its end.
+            # A text uses four bytes for its end.
             if len(channel) * (width or (1 if channel.scaler_data_types else 4)) > size:
                 problem = f"{group.name}/{name} claims {len(channel)} samples"
                 raise InputError(problem, file=path, expected=_EXPECTED)
@@ -186,10 +188,10 @@ def _run(
     path: Path,
     groups: Sequence[_Group],
     wanted: Wanted,
-    left: dict[str, list[str]],
+    left_out: dict[str, list[str]],
     facts: dict[str, float | str],
 ) -> RawRun:
-    """Groups as one run: one where groups are trials, else all."""
+    """One run made of these groups: one group if groups are trials, else all."""
     alone = len(groups) == 1
     starts = [_start(c) for group in groups for c in group.channels.values()]
     first = min((start for start in starts if start is not None), default=None)
@@ -198,22 +200,22 @@ def _run(
         for name, channel in group.channels.items():
             label = _label(group, name, alone)
             if not wanted(label):
-                left.setdefault("the mapping gives them no meaning", []).append(label)
+                left_out.setdefault("the mapping gives them no meaning", []).append(label)
                 continue
             column = _column(channel)
             if column is None:
-                left.setdefault("texts too long for columns", []).append(label)
+                left_out.setdefault("texts too long for columns", []).append(label)
                 continue
             tables.setdefault(_clock(group, channel, first), {})[label] = column
-    held = dict(facts)
+    all_facts = dict(facts)
     for group in groups:
-        held |= _facts(group.group.properties, "" if alone else f"{group.name}/")
+        all_facts |= _facts(group.group.properties, "" if alone else f"{group.name}/")
     if alone:
-        held["group"] = groups[0].name
+        all_facts["group"] = groups[0].name
     if first is not None:
-        held["start"] = str(first)
-    made = tuple(_table(columns, clock) for clock, columns in tables.items())
-    return RawRun(groups[0].name if alone and groups else str(path), made, held)
+        all_facts["start"] = str(first)
+    raw_tables = tuple(_table(columns, clock) for clock, columns in tables.items())
+    return RawRun(groups[0].name if alone and groups else str(path), raw_tables, all_facts)
 
 
 def _start(channel: Any) -> np.datetime64 | None:
@@ -224,24 +226,24 @@ def _start(channel: Any) -> np.datetime64 | None:
 
 
 def _clock(group: _Group, channel: Any, first: np.datetime64 | None) -> object:
-    """What tells a clock: group, samples, rate and start of a channel in s, where it says so."""
+    """The clock's key: group, samples, and a channel's rate and start in s, where stated."""
     step = _step(channel)
     if step is None:
         return (group.name, len(channel), None, None)
     start = _start(channel)
-    late = 0.0
+    delay = 0.0
     if start is not None and first is not None:
-        late = float((start - first) / np.timedelta64(1, "ns")) / 1e9
+        delay = float((start - first) / np.timedelta64(1, "ns")) / 1e9
     offset = channel.properties.get("wf_start_offset", 0.0)
-    late += float(offset) if isinstance(offset, float | int) and abs(offset) < 1e9 else 0.0
-    return (group.name, len(channel), _rate(step), late)
+    delay += float(offset) if isinstance(offset, float | int) and abs(offset) < 1e9 else 0.0
+    return (group.name, len(channel), _rate(step), delay)
 
 
 def _rate(step: float) -> float:
-    """The rate of a step in s: 1000 Hz for the double that is nearest to a millisecond."""
+    """The rate of a step in s: 1000 Hz for the double nearest to a millisecond."""
     rate = 1.0 / step
-    whole = round(rate)
-    return float(whole) if whole and abs(rate - whole) <= 1e-12 * rate else rate
+    integer = round(rate)
+    return float(integer) if integer and abs(rate - integer) <= 1e-12 * rate else rate
 
 
 def _table(columns: dict[str, RawColumn], clock: Any) -> RawTable:
@@ -253,7 +255,7 @@ def _table(columns: dict[str, RawColumn], clock: Any) -> RawTable:
 
 
 def _column(channel: Any) -> RawColumn | None:
-    """A channel, scaled by npTDMS; None of texts that are none for columns."""
+    """A channel, scaled by npTDMS; None if its texts are too long for columns."""
     unit = next((u for n in _UNITS if isinstance(u := channel.properties.get(n), str) and u), None)
     values: NDArray[Any] = channel[:]
     if values.dtype.kind == "M":
@@ -268,15 +270,15 @@ def _column(channel: Any) -> RawColumn | None:
 
 
 def _facts(properties: Any, prefix: str = "") -> dict[str, float | str]:
-    """Numbers and short texts that the file notes of itself or of a group."""
-    found: dict[str, float | str] = {}
+    """Numbers and short texts stored as properties of the file or a group."""
+    facts: dict[str, float | str] = {}
     for name, value in properties.items():
         full = prefix + str(name)
         plain = float(value) if isinstance(value, int | float | np.number) else str(value)
         long = isinstance(plain, str) and (len(plain) > _LONGEST_TEXT or not plain.isprintable())
         if not long and can_be_shown(full):
-            found[full] = plain
-    return found
+            facts[full] = plain
+    return facts
 
 
 SOURCE = Source("a TDMS file (.tdms)", recognises, read)

@@ -1,1 +1,1 @@
-"""Recordings as a folder of three tables: metadata, trials, samples."""
+"""Recording folders with three tables: metadata, trials, samples."""

@@ -1,4 +1,4 @@
-"""A recording as a folder: `recording.json`, `trials.csv`, `samples.parquet` or `.csv`."""
+"""A recording's folder: `recording.json`, `trials.csv`, `samples.parquet` or `.csv`."""
 
 from __future__ import annotations
 
@@ -37,19 +37,18 @@ TRIALS_FILE: Final = "trials.csv"
 
 
 def is_recording_folder(path: Path) -> bool:
-    """Whether `path` is a folder with a `recording.json`."""
+    """True if `path` is a folder with a `recording.json`."""
     return (path / METADATA_FILE).is_file()
 
 
 def read_folder(path: str | os.PathLike[str]) -> Recording:
     """Read a recording from a folder and check it.
 
-    A force that the file gives as the device's is turned here, once; the provenance says so, as
-    it names keys and columns that were not read. A folder with both sample files is refused:
-    they may differ.
+    A force exerted by the device is reversed in sign here; the provenance states this and the keys
+    and columns that were not read. A folder with both sample files is refused, as they may differ.
 
     `path`: the folder.
-    Raises InputError: which file, row and column is wrong, and what was expected.
+    Raises InputError: the recording is wrong; the error names file, row and column.
     """
     folder = Path(path)
     if not folder.is_dir():
@@ -71,12 +70,11 @@ def write_folder(
 ) -> None:
     """Write a recording to a folder that appears only when it is complete.
 
-    `read_folder` gives the same recording back, bit by bit.
+    `read_folder` returns exactly the same recording.
 
     `path`: a new or empty folder, or an earlier recording, which is replaced.
     `table`: the form of the samples.
-    Raises InputError: the folder cannot be written, or a column of the recording has no form on
-    disk.
+    Raises InputError: the folder cannot be written, or a column cannot be stored.
     """
     samples = _sample_arrays(recording)
     with staged_folder(path) as folder:
@@ -96,22 +94,22 @@ def table_file(folder: Path, stem: str = "samples") -> Path:
     Raises InputError: there is none, or both.
     """
     names = [f"{stem}.parquet", f"{stem}.csv"]
-    there = [folder / name for name in names if (folder / name).is_file()]
-    if len(there) == 2:
+    existing = [folder / name for name in names if (folder / name).is_file()]
+    if len(existing) == 2:
         raise InputError(
             f"holds {' and '.join(names)}, which may differ",
             file=folder,
             expected="one of them",
         )
-    if not there:
+    if not existing:
         raise InputError(f"no {stem}", file=folder, expected=" or ".join(names))
-    return there[0]
+    return existing[0]
 
 
 def runs_of_trials(
     table: TrialTable, samples: NumberTable, trials: IntArray, offsets: IntArray
 ) -> IntArray:
-    """The number of the run in the sample table that belongs to each row of the trial table.
+    """The index of the run in the sample table for each row of the trial table.
 
     Raises InputError: a trial has no samples, or samples have no trial.
     """
@@ -134,19 +132,19 @@ def runs_of_trials(
     return np.array([run_of[trial] for trial in listed], dtype=np.int64)
 
 
-def _in_order(own: IntArray, order: IntArray) -> tuple[IntArray, IntArray | None]:
-    """Offsets of the trials in `order` and the file's rows; None: the file's own order."""
-    lengths = np.diff(own)[order]
+def _in_order(file_offsets: IntArray, order: IntArray) -> tuple[IntArray, IntArray | None]:
+    """Offsets of the trials in `order` and the file's rows; None if the order is the file's."""
+    lengths = np.diff(file_offsets)[order]
     offsets = np.concatenate([[0], np.cumsum(lengths)])
     if np.array_equal(order, np.arange(len(order))):
         return offsets, None
-    return offsets, np.repeat(own[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
+    return offsets, np.repeat(file_offsets[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
 
 
 def recording_of_tables(
     metadata: Metadata, table: TrialTable, samples: Samples, order: IntArray
 ) -> Recording:
-    """The recording of three checked tables.
+    """Build a recording from its three checked tables.
 
     `order` (T,) int: as from `runs_of_trials`.
     """
@@ -201,7 +199,7 @@ def _remarks(metadata: Metadata, samples: Samples) -> list[str]:
 
 
 def _sample_arrays(recording: Recording) -> pa.Table:
-    """The sample table of a recording, its columns in the order of the contract."""
+    """The sample table of a recording, with columns in the order of the format."""
     kind, axes = recording.kind, recording.axes
     if kind == "hand" and axes < 2:
         raise InputError("a hand with one axis has no form on disk", expected="x and y")
@@ -219,10 +217,10 @@ def _sample_arrays(recording: Recording) -> pa.Table:
         columns |= _named(names, recording.joint_angles)
     if recording.emg is not None:
         columns |= _named(tuple(EMG_PREFIX + m for m in recording.muscles), recording.emg)
-    # A further column must not be taken for one that has a meaning when it is read back.
-    meant, written = tuple(columns), tuple(columns) + tuple(recording.extra)
+    # An extra column must not be mistaken for a known column when it is read back.
+    known, written = tuple(columns), tuple(columns) + tuple(recording.extra)
     read_back = sample_columns(written, kind, recording.muscles).named
-    clash = set(meant) & set(recording.extra) or set(read_back) ^ set(meant)
+    clash = set(known) & set(recording.extra) or set(read_back) ^ set(known)
     clash |= {name for name in recording.extra if name != name.strip()}
     if clash:
         expected = "a name without a meaning of its own"
@@ -235,8 +233,8 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, FloatArray]:
 
 
 def write_csv(samples: pa.Table, file: Path) -> None:
-    """Write a table so that every number reads back as the same."""
-    # Arrow prints the shortest text that reads back as the same number.
+    """Write a table so that every number is read back exactly."""
+    # Arrow prints the shortest text that is read back as the same number.
     with file.open("wb") as stream:
         stream.write((",".join(_quoted(name) for name in samples.column_names) + "\n").encode())
         pyarrow.csv.write_csv(samples, stream, pyarrow.csv.WriteOptions(include_header=False))

@@ -1,4 +1,4 @@
-"""`recording.json`: what holds for a whole recording."""
+"""`recording.json`: the metadata of a whole recording."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from armimpedance.core.records import Recording, Subject, wrong_lowpass
 FORMAT: Final = "armimpedance-recording"
 VERSION: Final = 1
 
-#: The longest that a person's measures can be; a larger one was given in mm or cm.
+#: The largest measures of a person; a larger one was given in mm or cm.
 LARGEST_LENGTH_M: Final = {
     "height_m": 3.0,
     "upper_arm_m": 1.0,
@@ -23,10 +23,10 @@ LARGEST_LENGTH_M: Final = {
     "length_sd_m": 0.1,
 }
 
-#: Gravity's part in the plane of a robot is at most this, m/s^2; a larger one has another unit.
+#: The largest gravity in the plane of a robot, m/s^2; a larger value has another unit.
 LARGEST_GRAVITY_M_S2: Final = 9.9
 
-#: The origin of a lab's frame lies in the same room.
+#: The largest coordinate, as the origin of a lab's frame lies in the same room.
 LARGEST_COORDINATE_M: Final = 10.0
 
 
@@ -34,7 +34,7 @@ LARGEST_COORDINATE_M: Final = 10.0
 class Metadata:
     """The content of `recording.json`, checked.
 
-    `muscles` is None where the file has no such key; `ignored` are the keys that nothing reads.
+    `muscles` is None if the file has no such key; `ignored` are the unknown keys.
     """
 
     kind: Kind
@@ -55,13 +55,13 @@ class Metadata:
     ignored: tuple[str, ...] = ()
 
 
-#: Kinds that other readers take, and the commands that take such a recording.
+#: Kinds for other readers, and the commands that accept such a recording.
 OTHER_KINDS: Final = {
     "markers": "a recording of markers: `armimpedance passive` or `body` take it",
     "motion": "a recording of joint motion: `armimpedance passive` or `body` take it",
 }
 
-#: Keys that are read; others are left out, and the recording says so.
+#: Keys that are read; others are left out and listed in the recording.
 _NOT_KEYS: Final = {"ignored", "gravity_m_s2"}
 KNOWN_KEYS: Final = {
     *("format", "version", "gravity"),
@@ -72,56 +72,57 @@ KNOWN_KEYS: Final = {
 def read_metadata(file: Path) -> Metadata:
     """Read and check `recording.json`.
 
-    Raises InputError: the file is missing, is not JSON, or a field is not what it must be.
+    Raises InputError: the file is missing or not JSON, or a field is invalid.
     """
-    given = recording_fields(file)
-    if given.values.get("kind") in tuple(OTHER_KINDS):
-        told = OTHER_KINDS[given.values["kind"]]
-        raise InputError(told, file=file, column="kind", expected='"hand" or "joint"')
-    return metadata_of(given)
+    content = recording_fields(file)
+    if content.values.get("kind") in tuple(OTHER_KINDS):
+        description = OTHER_KINDS[content.values["kind"]]
+        raise InputError(description, file=file, column="kind", expected='"hand" or "joint"')
+    return metadata_of(content)
 
 
-def metadata_of(given: Fields) -> Metadata:
-    """What holds for a recording of the hand or of joints, checked."""
-    kind = given.choice("kind", ("hand", "joint"), required=True)
-    rate = given.number("sample_rate_hz", required=True)
+def metadata_of(content: Fields) -> Metadata:
+    """The checked metadata of a recording of the hand or of joints."""
+    kind = content.choice("kind", ("hand", "joint"), required=True)
+    rate = content.number("sample_rate_hz", required=True)
     if rate is None or not 1e-6 <= rate <= 1e9:
-        raise given.wrong("sample_rate_hz", "0.000001 to 1e9")
-    handle_mass = given.number("handle_mass_kg") or 0.0
+        raise content.wrong("sample_rate_hz", "0.000001 to 1e9")
+    handle_mass = content.number("handle_mass_kg") or 0.0
     if handle_mass < 0:
-        raise given.wrong("handle_mass_kg", "0 or a positive number")
+        raise content.wrong("handle_mass_kg", "0 or a positive number")
     return Metadata(
         kind=cast(Kind, kind),
         sample_rate_hz=rate,
-        force_by=cast(Any, given.choice("force_by", ("limb", "device")) or "limb"),
+        force_by=cast(Any, content.choice("force_by", ("limb", "device")) or "limb"),
         perturbation=cast(
-            Any, given.choice("perturbation", ("returning", "stochastic", "moving")) or "returning"
+            Any,
+            content.choice("perturbation", ("returning", "stochastic", "moving")) or "returning",
         ),
-        torque=cast(Any, given.choice("torque", ("interaction", "commanded"))),
-        imposed=cast(Any, given.choice("imposed", IMPOSED)),
+        torque=cast(Any, content.choice("torque", ("interaction", "commanded"))),
+        imposed=cast(Any, content.choice("imposed", IMPOSED)),
         handle_mass_kg=handle_mass,
-        **_lowpass(given, rate),
-        shoulder_m=_shoulder(given),
-        gravity_m_s2=_gravity(given),
-        subject=subject_of(given),
-        muscles=_muscles(given),
-        emg_unit=cast(Any, given.choice("emg_unit", ("V", "normalised")) or "V"),
-        provenance=given.texts("provenance") or (),
-        ignored=tuple(key for key in given.values if key not in KNOWN_KEYS),
+        **_lowpass(content, rate),
+        shoulder_m=_shoulder(content),
+        gravity_m_s2=_gravity(content),
+        subject=subject_of(content),
+        muscles=_muscles(content),
+        emg_unit=cast(Any, content.choice("emg_unit", ("V", "normalised")) or "V"),
+        provenance=content.texts("provenance") or (),
+        ignored=tuple(key for key in content.values if key not in KNOWN_KEYS),
     )
 
 
 def recording_fields(file: Path) -> Fields:
-    """The fields of a `recording.json` of any kind, its format and version checked."""
-    given = Fields(file, read_json(file))
-    given.choice("format", (FORMAT,), required=True)
-    if given.number("version", required=True) != VERSION:
-        raise given.wrong("version", str(VERSION))
-    return given
+    """The fields of a `recording.json` of any kind, with checked format and version."""
+    content = Fields(file, read_json(file))
+    content.choice("format", (FORMAT,), required=True)
+    if content.number("version", required=True) != VERSION:
+        raise content.wrong("version", str(VERSION))
+    return content
 
 
 def metadata_text(recording: Recording) -> str:
-    """The text of `recording.json`; the force in a `Recording` is always by the limb."""
+    """The text of `recording.json`; the force in a `Recording` is always exerted by the limb."""
     content: dict[str, object] = {
         "format": FORMAT,
         "version": VERSION,
@@ -150,7 +151,7 @@ def metadata_text(recording: Recording) -> str:
 
 
 def _lowpass(fields: Fields, rate_hz: float) -> dict[str, Any]:
-    """The low-pass that the force went through, where it is stated."""
+    """The low-pass filter applied to the force, if stated."""
     hz, order = fields.number("force_lowpass_hz"), fields.number("force_lowpass_order")
     if hz is None:
         if order is not None:
@@ -164,10 +165,10 @@ def _lowpass(fields: Fields, rate_hz: float) -> dict[str, Any]:
 
 
 def _shoulder(fields: Fields) -> tuple[float, ...] | None:
-    place = _vector(fields, "shoulder_m", "m")
-    if place is not None and max(map(abs, place)) > LARGEST_COORDINATE_M:
+    position = _vector(fields, "shoulder_m", "m")
+    if position is not None and max(map(abs, position)) > LARGEST_COORDINATE_M:
         raise fields.wrong("shoulder_m", "metres: this looks like millimetres")
-    return place
+    return position
 
 
 def _gravity(fields: Fields) -> tuple[float, ...] | None:
@@ -187,7 +188,7 @@ def _vector(fields: Fields, key: str, unit: str) -> tuple[float, ...] | None:
 
 
 def subject_of(fields: Fields) -> Subject:
-    """The subject of a recording, checked."""
+    """The checked subject of a recording."""
     value = fields.values.get("subject")
     if value is None:
         return Subject()

@@ -1,4 +1,4 @@
-"""A table of numbers from CSV or Parquet: read fast, and on failure once more to name the cell."""
+"""Numeric tables from CSV or Parquet: read fast, and read again after an error to find the cell."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from armimpedance.core.delimited import check_header, number_of, numbered_rows, 
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import check_claim
 
-#: Rows of a Parquet file that are unpacked together: 32 MiB, which go back to the system at once.
-STRETCH: Final = 1 << 22
+#: Rows of a Parquet file that are decoded together: 32 MiB, which are freed at once.
+BLOCK_ROWS: Final = 1 << 22
 
 
 @dataclass(frozen=True)
 class NumberTable:
-    """Columns of equal length, all finite but for those with gaps (NaN).
+    """Columns of equal length, all finite except for gaps (NaN) where allowed.
 
-    `dropped` are further columns of the file that hold something else than finite numbers.
+    `dropped` are other columns of the file, which are not finite numbers throughout.
     """
 
     file: Path
@@ -35,10 +35,10 @@ class NumberTable:
     dropped: tuple[str, ...] = ()
 
     def row(self, index: int) -> int:
-        """Where the user finds data row `index` (from 0).
+        """The position of data row `index` (from 0) for messages.
 
-        For CSV the line as an editor shows it, counted from 1 with the header; for Parquet the
-        data row counted from 1.
+        For CSV the line in an editor, counted from 1 with the header; for Parquet the data row
+        counted from 1.
         """
         if self.file.suffix == ".parquet":
             return index + 1
@@ -51,9 +51,9 @@ class NumberTable:
 
 
 def column_names(file: Path) -> tuple[str, ...]:
-    """The names of a table's columns, without reading it.
+    """The names of a table's columns, without reading the table.
 
-    Raises InputError: the file is missing, empty or not of its kind, or a name appears twice.
+    Raises InputError: the file is missing, empty or not a table, or a name appears twice.
     """
     if not file.is_file():
         raise InputError("no such file", file=file)
@@ -70,24 +70,25 @@ def read_numbers(
     """Read a table whose `required` columns must hold finite numbers.
 
     `file`: `.csv` or `.parquet`.
-    `required`: these must be in the file and numbers throughout; further columns are kept if they
-    are.
-    `gaps`: those of the required columns in which an empty cell or NaN stands for a lost value.
-    Raises InputError: which cell of a required column is empty, text or not finite; or the file
-    cannot be read.
+    `required`: columns that must exist and be numeric; other columns are kept if they are numeric.
+    `gaps`: required columns in which an empty cell or NaN is a missing value.
+    Raises InputError: a cell of a required column is empty, text or not finite, or the file cannot
+    be read; the error names the cell.
     """
     names = column_names(file)
     missing = [name for name in required if name not in names]
     if missing:
-        there = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+        available = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
         raise InputError(
-            "no such column", file=file, column=missing[0], expected=f"it beside {there}"
+            "no such column", file=file, column=missing[0], expected=f"it beside {available}"
         )
     is_parquet = file.suffix == ".parquet"
-    read = _parquet_columns(file) if is_parquet else _csv_columns(file, names, required, gaps)
+    named_columns = (
+        _parquet_columns(file) if is_parquet else _csv_columns(file, names, required, gaps)
+    )
     columns: dict[str, FloatArray] = {}
     dropped = []
-    for name, values in read:
+    for name, values in named_columns:
         if values is not None and len(values) == 0:
             raise InputError("holds no samples", file=file, expected="one row per sample")
         if values is not None and _is_whole(values, name in gaps):
@@ -104,7 +105,7 @@ def read_numbers(
 def _csv_columns(
     file: Path, names: tuple[str, ...], required: Collection[str], gaps: Collection[str]
 ) -> Iterator[tuple[str, FloatArray | None]]:
-    """The columns one after the other, None where one is no number; what was taken is let go."""
+    """The columns one by one, None for a non-numeric one; each is freed after use."""
     table = _read_csv(file, names, required, gaps)
     for name in names:
         column = table.column(0)
@@ -119,7 +120,7 @@ def _csv_columns(
 
 
 def _parquet_columns(file: Path) -> Iterator[tuple[str, FloatArray | None]]:
-    """The columns one after the other, a stretch at a time: no second table is in memory."""
+    """The columns one by one, read in blocks so that no second table is in memory."""
     try:
         with pq.ParquetFile(file) as opened:
             check_claim(8 * opened.metadata.num_rows * len(opened.schema_arrow), file)
@@ -127,9 +128,9 @@ def _parquet_columns(file: Path) -> Iterator[tuple[str, FloatArray | None]]:
                 if not _is_number(field.type) and opened.metadata.num_rows:
                     yield field.name, None
                     continue
-                batches = opened.iter_batches(STRETCH, columns=[field.name])
+                batches = opened.iter_batches(BLOCK_ROWS, columns=[field.name])
                 values = _joined(batch.column(0) for batch in batches)
-                # Arrow keeps what it has read through for the next column; that may be all.
+                # Arrow keeps the bytes it has read for the next column; they may be the whole file.
                 pa.default_memory_pool().release_unused()
                 yield field.name, values
     except (pa.ArrowException, OSError, ValueError) as error:
@@ -143,22 +144,22 @@ def _is_number(kind: pa.DataType) -> bool:
 
 
 def _joined(chunks: Iterable[pa.Array]) -> FloatArray:
-    """The chunks of a column as one array of float64, with NaN for what is missing."""
+    """The chunks of a column as one array of float64, with NaN for missing values."""
     parts = [np.empty(0)]
     for chunk in chunks:
         if chunk.type != pa.float64():
             chunk = (
                 chunk.cast(pa.float64(), safe=False) if len(chunk) else pa.array([], pa.float64())
             )
-        # an array of Arrow would keep more than itself
+        # an Arrow array would keep more memory than its own
         parts.append(np.array(chunk.to_numpy(zero_copy_only=False)))
     return np.concatenate(parts)
 
 
-def _is_whole(values: FloatArray, may_be_lost: bool) -> bool:
-    """Whether all values are finite, or lost where they may be."""
+def _is_whole(values: FloatArray, may_be_missing: bool) -> bool:
+    """True if all values are finite, or missing where this is allowed."""
     return bool(
-        (np.isfinite(values) | np.isnan(values) if may_be_lost else np.isfinite(values)).all()
+        (np.isfinite(values) | np.isnan(values) if may_be_missing else np.isfinite(values)).all()
     )
 
 
@@ -174,11 +175,11 @@ def _unreadable_parquet(file: Path, error: Exception) -> InputError:
     return InputError(f"not a readable Parquet file: {first_line}", file=file)
 
 
-def _bad_parquet_cell(file: Path, name: str, may_be_lost: bool) -> InputError:
+def _bad_parquet_cell(file: Path, name: str, may_be_missing: bool) -> InputError:
     with pq.ParquetFile(file) as opened:
         column = opened.read(columns=[name]).column(0)
     for row, value in enumerate(column.to_pylist(), start=1):
-        problem = _cell_problem("" if value is None else str(value), may_be_lost)
+        problem = _cell_problem("" if value is None else str(value), may_be_missing)
         if problem:
             return InputError(problem, file=file, row=row, column=name, expected="a finite number")
     return InputError(f"holds {column.type}", file=file, column=name, expected="a number type")
@@ -187,8 +188,8 @@ def _bad_parquet_cell(file: Path, name: str, may_be_lost: bool) -> InputError:
 def _read_csv(
     file: Path, names: tuple[str, ...], required: Collection[str], gaps: Collection[str]
 ) -> pa.Table:
-    # Names are given by position: the file's own may carry blanks around them. What is not
-    # required is read as text first, so that a cell of it cannot stop the reading.
+    # Names are assigned by position, as the file's names may have blanks around them. Columns that
+    # are not required are read as text first, so that none of their cells can stop the reading.
     types = {name: pa.float64() if name in required else pa.string() for name in names}
     options = pa.csv.ConvertOptions(column_types=types)
     try:
@@ -210,7 +211,7 @@ def _bad_csv_cell(
     gaps: Collection[str],
     reason: str = "not readable",
 ) -> InputError:
-    """Find the first cell that is wrong, for the message."""
+    """Find the first wrong cell, for the message."""
     wanted = [(i, name) for i, name in enumerate(names) if name in required]
     with _csv_reader(file) as rows:
         next(rows)
@@ -227,10 +228,10 @@ def _bad_csv_cell(
     return InputError(reason.splitlines()[0], file=file, expected="a table of numbers")
 
 
-def _cell_problem(cell: str, may_be_lost: bool) -> str:
-    """What is wrong with a cell that must hold a finite number; nothing: an empty text."""
+def _cell_problem(cell: str, may_be_missing: bool) -> str:
+    """The problem with a cell that must hold a finite number; "" if there is none."""
     text = cell.strip()
-    if may_be_lost and text.lower() in ("", "nan"):
+    if may_be_missing and text.lower() in ("", "nan"):
         return ""
     if not text:
         return "empty cell"
@@ -251,6 +252,6 @@ def _csv_names(file: Path) -> tuple[str, ...]:
 
 @contextmanager
 def _csv_reader(file: Path) -> Iterator[Iterator[tuple[int, list[str]]]]:
-    """The lines of a CSV file that are not blank, each with its number in an editor."""
+    """The lines of a CSV file that are not blank, each with its line number."""
     with opened_text(file, errors="replace") as stream:
         yield numbered_rows(stream, file)

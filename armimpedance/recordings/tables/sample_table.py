@@ -1,4 +1,4 @@
-"""The sample table of a recording: its columns, whether they can be true, and its clock."""
+"""The sample table of a recording: its columns, checks of their values, and its clock."""
 
 from __future__ import annotations
 
@@ -21,44 +21,44 @@ from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M, Metadata
 from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
 
-# The clock of a sample table: time runs forward, in steps of 1 / rate.
+# The clock of a sample table: time increases in steps of 1 / rate.
 
-#: A step between two samples may differ from 1 / rate by this part of it (jitter of the clock)...
+#: The largest deviation of a step from 1 / rate, relative to it (jitter of the clock)...
 STEP_TOLERANCE: Final = 0.1
-#: ... and the time since the trial's start by half a sample and the inaccuracy of a quartz clock.
+#: ... and of the time since the trial's start: half a sample and the inaccuracy of a quartz clock.
 DRIFT_TOLERANCE_SAMPLES: Final = 0.5
 CLOCK_TOLERANCE: Final = 1e-4
-#: Samples that are looked at together: few enough that a long recording needs little more room.
+#: Samples that are checked together, few enough to need little memory in a long recording.
 TOGETHER: Final = 1 << 18
 
 
 def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
-    """Time must run forward in steps of 1 / rate.
+    """Check that time increases in steps of 1 / rate.
 
-    Times are printed with so many decimals: where the step is no multiple of the last decimal,
-    rounding may shift each time by one unit of it, and the tolerances grow by that much. Where
-    that unit is longer than a step, several samples may print the same time.
+    Times are printed with a number of decimals: if the step is not a multiple of the last decimal,
+    rounding may shift each time by one unit of it, and the tolerances grow by this amount. If this
+    unit is longer than a step, several samples may have the same printed time.
     """
     time, dt = table.columns["time_s"], 1.0 / rate_hz
     _check_finite(table, time)
     rounding = _rounding(time[:2000], dt)
-    # of each thing that may be wrong the first sample, in the order in which they are told
+    # the first sample that breaks each rule, in the order of reporting
     wrong: dict[int, tuple[int, str]] = {}
     for piece in _pieces(time, offsets, dt):
-        for rule, (where, problem) in enumerate(_rules(piece, dt, rounding)):
-            if rule not in wrong and where.any():
-                at = int(np.argmax(where))
-                told = problem.format(step=piece.step[at], elapsed=piece.elapsed[at])
-                wrong[rule] = (piece.first + at, told)
+        for rule, (broken, problem) in enumerate(_rules(piece, dt, rounding)):
+            if rule not in wrong and broken.any():
+                at = int(np.argmax(broken))
+                message = problem.format(step=piece.step[at], elapsed=piece.elapsed[at])
+                wrong[rule] = (piece.first + at, message)
     if wrong:
-        sample, told = wrong[min(wrong)]
+        sample, message = wrong[min(wrong)]
         expected = f"steps of {dt:.6g} s at {rate_hz:g} Hz"
         row = table.row(sample)
-        raise InputError(told, file=table.file, row=row, column="time_s", expected=expected)
+        raise InputError(message, file=table.file, row=row, column="time_s", expected=expected)
 
 
 def _check_finite(table: NumberTable, time: FloatArray) -> None:
-    """Differences of infinite times are no numbers, and would pass every rule."""
+    """Refuse infinite times, whose differences are NaN and would pass every rule."""
     if time.size == 0 or np.isfinite([time.min(), time.max()]).all():
         return
     sample = int(np.argmin(np.isfinite(time)))
@@ -68,7 +68,7 @@ def _check_finite(table: NumberTable, time: FloatArray) -> None:
 
 @dataclass(frozen=True)
 class _Piece:
-    """Samples from `first` on: steps to each, time and number of samples since its trial began."""
+    """Samples from `first` on, each with its step, and time and samples since its trial began."""
 
     first: int
     step: FloatArray
@@ -80,7 +80,7 @@ def _pieces(time: FloatArray, offsets: IntArray, dt: float) -> Iterator[_Piece]:
     for first in range(0, len(time), TOGETHER):
         last = min(first + TOGETHER, len(time))
         step = np.diff(time[first:last], prepend=time[first - 1] if first else time[0] - dt)
-        # the trials that have samples here, and how many of them
+        # the trials with samples in this piece, and their numbers of samples
         low = int(np.searchsorted(offsets, first, side="right")) - 1
         high = int(np.searchsorted(offsets, last, side="left"))
         starts: IntArray = offsets[low:high]
@@ -91,18 +91,18 @@ def _pieces(time: FloatArray, offsets: IntArray, dt: float) -> Iterator[_Piece]:
 
 
 def _rules(piece: _Piece, dt: float, rounding: float) -> Iterator[tuple[BoolArray, str]]:
-    """Where (S,) the clock is wrong, and what is said of it."""
+    """For each rule: the samples (S,) where the clock breaks it, and the message."""
     step, elapsed = piece.step, piece.elapsed
     yield (step < 0) | ((step == 0) & (rounding < dt)), "time does not run forward"
-    apart = np.abs(step - dt) > STEP_TOLERANCE * dt + rounding
-    yield apart, "a step of {step:.6g} s: a gap, or another rate"
+    gaps = np.abs(step - dt) > STEP_TOLERANCE * dt + rounding
+    yield gaps, "a step of {step:.6g} s: a gap, or another rate"
     slack = DRIFT_TOLERANCE_SAMPLES * dt + rounding + CLOCK_TOLERANCE * elapsed
     drifts = np.abs(elapsed - piece.index * dt) > slack
     yield drifts, "{elapsed:.6g} s after the trial's start, which disagrees with the rate"
 
 
 def _rounding(time: FloatArray, dt: float) -> float:
-    """By how much printing may have moved a time: the last decimal's unit, 0 if steps are exact."""
+    """The largest rounding of printed times: the last decimal's unit, 0 if steps are exact."""
     for decimals in range(10):
         with np.errstate(over="ignore", invalid="ignore"):
             scaled = time * 10.0**decimals
@@ -117,11 +117,11 @@ def _rounding(time: FloatArray, dt: float) -> float:
 ARM_ANGLE_COLUMNS: Final[tuple[str, ...]] = ("q_shoulder_rad", "q_elbow_rad")
 EMG_PREFIX: Final = "emg_"
 
-#: A hand's workspace is a disc of at most twice the arm's length, some 0.9 m in a tall person. A
-#: 5 mm disturbance given in mm spans 5 "m" even where the positions count from its start.
+#: A hand's workspace is a disc of at most twice the arm's length, about 0.9 m in a tall person. A
+#: 5 mm disturbance given in mm spans 5 "m" even if positions are relative to its start.
 LARGEST_SPAN_M: Final = 2.5
 
-#: From shoulder to hand, with the arm's length of 0.9 m and room for a seat that is off.
+#: From shoulder to hand: the arm's length of 0.9 m and a margin for an inexact seat.
 LARGEST_REACH_M: Final = 3.0
 
 
@@ -137,7 +137,7 @@ class SampleColumns:
 
     @property
     def named(self) -> tuple[str, ...]:
-        """All columns that have a meaning; the rest is `Recording.extra`."""
+        """All known columns; the rest is `Recording.extra`."""
         kinematics = (*self.position, *self.force, *self.joint_angles)
         return ("trial", "time_s", *kinematics, *self.emg)
 
@@ -158,9 +158,9 @@ class Samples:
     def stack(
         self, names: tuple[str, ...], order: IntArray | None = None, sign: float = 1.0
     ) -> FloatArray:
-        """These columns side by side, (N, len(names)), times `sign`; nobody can write to them.
+        """These columns side by side, (N, len(names)), times `sign`; read-only.
 
-        `order` (N,), where it is given, are the samples in the order that is wanted.
+        `order` (N,), if given, are the sample indices in the wanted order.
         """
         stacked = np.empty((len(self.table.columns["time_s"]), len(names)))
         for number, name in enumerate(names):
@@ -170,11 +170,10 @@ class Samples:
 
 
 def read_samples(file: Path, metadata: Metadata) -> Samples:
-    """Read the sample table and check all that can be checked without the trial table.
+    """Read the sample table and check it as far as possible without the trial table.
 
-    Raises InputError: a column is missing, a cell is no finite number, the samples of a trial are
-    not in one piece, time disagrees with the rate, or the values cannot have the unit of their
-    column.
+    Raises InputError: a column is missing, a cell is not a finite number, a trial's samples are not
+    contiguous, time disagrees with the rate, or values cannot have the unit of their column.
     """
     columns = sample_columns(column_names(file), metadata.kind, metadata.muscles)
     table = read_numbers(file, columns.named)
@@ -186,7 +185,7 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
 
 
 def check_axes(samples: Samples, metadata: Metadata, stated_in: Path) -> None:
-    """What is stated of each axis must be stated of all of them."""
+    """Check that metadata stated per axis has as many numbers as there are axes."""
     axes = len(samples.columns.position)
     for key, vector in (("shoulder_m", metadata.shoulder_m), ("gravity", metadata.gravity_m_s2)):
         if vector is not None and len(vector) != axes:
@@ -197,7 +196,7 @@ def check_axes(samples: Samples, metadata: Metadata, stated_in: Path) -> None:
 
 
 def check_samples(samples: Samples, metadata: Metadata) -> None:
-    """Time must agree with the rate, and values with the units of their columns."""
+    """Check time against the rate, and values against the units of their columns."""
     columns = samples.columns
     check_time(samples.table, samples.offsets, metadata.sample_rate_hz)
     if metadata.kind == "hand":
@@ -211,8 +210,8 @@ def check_samples(samples: Samples, metadata: Metadata) -> None:
 def arm_angle_columns(kind: Kind, joints: int) -> tuple[str, ...]:
     """Names of the columns of the arm's measured joint angles.
 
-    Two joints are shoulder and elbow. For arms with another number of joints a recording of the
-    hand has `q1_rad, q2_rad, …`, the names that a recording of joints needs for its positions.
+    Two joints are shoulder and elbow. With another number of joints a recording of the hand has
+    `q1_rad, q2_rad, …`, which in a recording of joints are the names of the positions.
     """
     if joints == len(ARM_ANGLE_COLUMNS):
         return ARM_ANGLE_COLUMNS
@@ -227,19 +226,21 @@ def arm_angle_columns(kind: Kind, joints: int) -> tuple[str, ...]:
 def sample_columns(
     names: Collection[str], kind: Kind, muscles: tuple[str, ...] | None
 ) -> SampleColumns:
-    """What the columns of a sample table hold, by their names.
+    """The columns of a sample table by meaning.
 
-    `names`: the columns of the table. Some that the result asks for may be missing among them.
+    `names`: the columns of the table; some columns in the result may be missing among them.
     `muscles`: the muscles that the recording lists; None: as in the table.
     """
     limit = len(AXES) if kind == "hand" else len(names)
-    there = [
+    present = [
         position in names or force in names
         for position, force in zip(
             position_columns(kind, limit), force_columns(kind, limit), strict=True
         )
     ]
-    axes = max(2 if kind == "hand" else 1, *(i for i, has in enumerate(there, start=1) if has), 0)
+    axes = max(
+        2 if kind == "hand" else 1, *(i for i, exists in enumerate(present, start=1) if exists), 0
+    )
     emg = [n for n in names if n.startswith(EMG_PREFIX) and n != EMG_PREFIX]
     recorded = tuple(n.removeprefix(EMG_PREFIX) for n in emg)
     if muscles is None:
@@ -265,9 +266,9 @@ def _joint_angle_columns(names: Collection[str], kind: Kind) -> tuple[str, ...]:
 
 
 def trial_runs(table: NumberTable) -> tuple[IntArray, IntArray]:
-    """Trial numbers and where their samples start; every trial in one piece.
+    """Trial numbers and the offsets of their samples; every trial must be contiguous.
 
-    Raises InputError: a number is not whole, or a trial goes on after another one.
+    Raises InputError: a number is not an integer, or a trial continues after another one.
     """
     trial = table.columns["trial"]
     broken = np.flatnonzero((trial != np.round(trial)) | (np.abs(trial) > 2**53))
@@ -295,7 +296,7 @@ def trial_runs(table: NumberTable) -> tuple[IntArray, IntArray]:
 
 
 def _check_metres(samples: Samples, metadata: Metadata) -> None:
-    """Refuse positions that no hand can reach: millimetres, mostly."""
+    """Refuse positions that no hand can reach; most are in millimetres."""
     columns, shoulder = samples.columns.position, metadata.shoulder_m
     limit = LARGEST_COORDINATE_M if shoulder is None else LARGEST_REACH_M
     for name, origin in zip(columns, shoulder or (0.0,) * len(columns), strict=True):

@@ -1,4 +1,4 @@
-"""`trials.csv`: one row per trial, with line numbers for the messages."""
+"""`trials.csv`: one row per trial, with line numbers for messages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.core.conventions import LARGEST_ANGLE_RAD
 from armimpedance.core.delimited import number_of, read_text_table
 from armimpedance.core.errors import InputError
 
-#: Columns that hold a number in every row, where they are there at all.
+#: Optional columns that hold a number in every row.
 NUMBER_COLUMNS: Final = (
     "direction_deg",
     "elevation_deg",
@@ -35,7 +35,7 @@ _WHOLE_NUMBER: Final = re.compile(r"[+-]?\d{1,18}")
 
 @dataclass(frozen=True)
 class TrialTable:
-    """The trial table and the line of the file on which each row stands."""
+    """The trial table and the line of each row in the file."""
 
     file: Path
     trials: pd.DataFrame
@@ -54,7 +54,7 @@ def read_trials(file: Path) -> TrialTable:
     `False` are booleans; the rest is text. `condition` is always text.
 
     Raises InputError: the file is missing or empty, a column is missing or appears twice, a cell is
-    empty or not what its column holds, or a trial appears twice.
+    empty or invalid, or a trial appears twice.
     """
     header, lines, rows = _read_cells(file)
     return trials_of_cells(file, header, lines, rows)
@@ -63,7 +63,7 @@ def read_trials(file: Path) -> TrialTable:
 def trials_of_cells(
     file: Path, header: Sequence[str], lines: tuple[int, ...], rows: Sequence[Sequence[str]]
 ) -> TrialTable:
-    """The checked table of these cells, one list a trial, each with the line of its message.
+    """The checked table of these cells, one list per trial, with line numbers for messages.
 
     Raises InputError: as `read_trials`.
     """
@@ -71,9 +71,9 @@ def trials_of_cells(
     table = TrialTable(file, pd.DataFrame(index=range(len(rows))), lines)
     for name in ("trial", "condition"):
         if name not in columns:
-            there = ", ".join(header)
+            available = ", ".join(header)
             raise InputError(
-                "no such column", file=file, column=name, expected=f"it beside {there}"
+                "no such column", file=file, column=name, expected=f"it beside {available}"
             )
     for row, cell in enumerate(columns["trial"]):
         if not _WHOLE_NUMBER.fullmatch(cell.strip()):
@@ -87,23 +87,23 @@ def trials_of_cells(
         name: pd.Series(cells, dtype="str") if name == "condition" else _typed(cells)
         for name, cells in columns.items()
     }
-    read = TrialTable(file, pd.DataFrame(typed), lines)
-    _check_rows(read)
-    return read
+    checked = TrialTable(file, pd.DataFrame(typed), lines)
+    _check_rows(checked)
+    return checked
 
 
 def trials_text(trials: pd.DataFrame) -> str:
-    """The text of `trials.csv`; `read_trials` gives back the same table."""
+    """The text of `trials.csv`; `read_trials` returns the same table."""
     stream = io.StringIO()
     trials.to_csv(stream, index=False, lineterminator="\n")
     return stream.getvalue()
 
 
 def check_onsets(table: TrialTable, first_s: np.ndarray, last_s: np.ndarray, dt: float) -> None:
-    """Onset and end must lie inside of the trial, the end after the onset.
+    """Check that onset and end lie within the trial, the end after the onset.
 
     `first_s`, `last_s` (T,): first and last time of each trial's samples.
-    `dt`: time between two samples; half of it is granted to rounding.
+    `dt`: time between two samples; half of it is allowed for rounding.
     """
     trials = table.trials
     for name in ("onset_s", "end_s"):
@@ -159,7 +159,7 @@ def _check_rows(table: TrialTable) -> None:
 
 
 def _typed(cells: list[str]) -> pd.Series:
-    """A column in the narrowest type that holds every cell: int, float, bool or text."""
+    """A column in the narrowest type for all cells: int, float, bool or text."""
     if all(_WHOLE_NUMBER.fullmatch(cell.strip()) for cell in cells):
         return pd.Series([int(cell) for cell in cells], dtype=np.int64)
     if set(cells) <= {"True", "False"}:
@@ -171,7 +171,7 @@ def _typed(cells: list[str]) -> pd.Series:
 
 
 def _read_cells(file: Path) -> tuple[list[str], tuple[int, ...], list[list[str]]]:
-    """Header, line numbers and cells of a CSV file; blank lines are passed over."""
+    """Header, line numbers and cells of a CSV file; blank lines are skipped."""
     table = read_text_table(file, expected="a header and one row per trial")
     if not table.rows:
         raise InputError("holds no trials", file=file, expected="one row per trial")

@@ -1,4 +1,4 @@
-"""From raw EMG to how active each muscle was before the disturbances."""
+"""Activation of each muscle before the disturbances, from raw EMG."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
 from armimpedance.numerics.signals.filters import causal_lowpass, lowpass
 
-# From raw EMG to muscle activation, as the source does it (section 3.2).
+# Activation as in the source (section 3.2).
 
 ENVELOPE_HZ = 1.0
 ENVELOPE_ORDER = 2
@@ -28,7 +28,7 @@ def envelope(
     causal: bool = False,
     axis: int = 0,
 ) -> FloatArray:
-    """Offset removed, rectified, Butterworth low-pass.
+    """Envelope of EMG: offset removed, rectified, Butterworth low-pass.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ def activation(envelope_V: FloatArray, mvc_V: FloatArray) -> FloatArray:
 
     `envelope_V` (..., m).
     `mvc_V` (m,): envelope in the maximum voluntary contraction.
-    Raises InputError: if an MVC value is not positive, or an activation is above 1.2: then the MVC
-    was not one. Values in 1..1.2 are clipped to 1, as trial-to-trial scatter of the MVC allows.
+    Raises InputError: an MVC value is not positive, or an activation is above 1.2, so that the MVC
+    was not maximal. Values in 1..1.2, due to scatter of the MVC between trials, are clipped to 1.
     """
     mvc_V = np.asarray(mvc_V, dtype=float)
     if not (np.isfinite(mvc_V).all() and (mvc_V > 1 / LARGEST).all()):
@@ -88,7 +88,7 @@ def activation(envelope_V: FloatArray, mvc_V: FloatArray) -> FloatArray:
     return np.clip(alpha, 0.0, 1.0)
 
 
-#: Less rest than this before the onset says little of a muscle's activity.
+#: Least rest before the onset from which activity is estimated, s.
 LEAST_REST_S = 0.1
 
 
@@ -99,7 +99,7 @@ class MeanActivation(FrozenRecord):
     `muscles` (m,) tuple of str.
     `mean` (m,): 0..1.
     `sd` (m,) or None: standard error from the scatter between trials; None for a single trial.
-    `notes`: how it was found.
+    `notes`: method of the estimate.
     """
 
     mean: Annotated[FloatArray, "m"]
@@ -109,7 +109,7 @@ class MeanActivation(FrozenRecord):
 
 
 def mvc_column(muscle: str) -> str:
-    """The column of trials.csv with a muscle's mean rectified EMG in its maximum contraction.
+    """Name of the trials.csv column with a muscle's mean rectified EMG in maximum contraction.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def mvc_column(muscle: str) -> str:
 
 
 def rest_column(muscle: str) -> str:
-    """The column of trials.csv with the mean rectified EMG of a silent muscle (optional).
+    """Name of the optional trials.csv column with the mean rectified EMG of a silent muscle.
 
     Parameters
     ----------
@@ -141,13 +141,13 @@ def rest_column(muscle: str) -> str:
 def mean_activation(
     recording: Recording, rows: IntArray, onset_s: FloatArray
 ) -> MeanActivation | None:
-    """Activation over the rest before each onset: what the source's 1 Hz envelope shows there.
+    """Activation over the rest before each onset, as the source's 1 Hz envelope measures it.
 
-    A low-pass of 1 Hz averages about a second, as long as a trial lasts: over the rest before the
-    onset it is the mean of the rectified EMG, which needs no record longer than that. The
-    disturbance and what it evokes are left out. Noise of electrode and amplifier adds to a muscle's
-    own EMG as independent noises do, ``level^2 = muscle^2 + rest^2``; where the level of the silent
-    muscle is known it is taken off.
+    A low-pass of 1 Hz averages about a second, as long as a trial lasts. Over the rest before the
+    onset it equals the mean of the rectified EMG, which needs no longer record. The disturbance and
+    its response are excluded. Noise of electrode and amplifier is independent of the muscle's own
+    EMG, ``level^2 = muscle^2 + rest^2``; it is subtracted if the level of the silent muscle is
+    known.
 
     Parameters
     ----------
@@ -157,12 +157,12 @@ def mean_activation(
     rows : (T,) int
         Rows of the trial table, from 0.
     onset_s : (trials of the recording,)
-        On each trial's own clock.
+        Onsets on each trial's own clock.
 
     Returns
     -------
     MeanActivation or None
-        None where there is no EMG, no MVC, or no trial that rests long enough.
+        None without EMG or MVC, or if no trial has a long enough rest.
 
     Raises
     ------
@@ -173,11 +173,11 @@ def mean_activation(
     if recording.emg is None or mvc is None:
         return None
     level = np.array([_before(recording, int(row), onset_s[row]) for row in rows])
-    held = np.isfinite(level).all(axis=1)
-    if not held.any():
+    rested = np.isfinite(level).all(axis=1)
+    if not rested.any():
         return None
     try:
-        alpha = activation(level[held], mvc[held])
+        alpha = activation(level[rested], mvc[rested])
     except InputError as error:
         raise InputError(f"EMG: {error.problem}", expected=error.expected) from error
     count = len(alpha)
@@ -185,7 +185,7 @@ def mean_activation(
     note = f"activation from the EMG before the onset of {count} trials"
     rest = _table(recording, rows, rest_column)
     if rest is not None:
-        mean, sd = without_rest(mean, sd, (rest[held] / mvc[held]).mean(axis=0))
+        mean, sd = without_rest(mean, sd, (rest[rested] / mvc[rested]).mean(axis=0))
         note += ", noise of the silent muscle taken off"
     return MeanActivation(mean, sd if count > 1 else None, recording.muscles, (note,))
 
@@ -195,7 +195,7 @@ def without_rest(
 ) -> tuple[FloatArray, FloatArray]:
     """The muscle's own part of a level, ``sqrt(level^2 - rest^2)``, and its standard error.
 
-    Noise of electrode and amplifier adds to a muscle's EMG as independent noises do.
+    Noise of electrode and amplifier is independent of the muscle's EMG.
 
     Parameters
     ----------
@@ -208,13 +208,15 @@ def without_rest(
     -------
     own, own_sd : (..., m)
     """
-    own = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
-    # d own = level / own d level, which has no end at own = 0: there own^2 is known to level sd
-    return own, level * sd / np.maximum(np.maximum(own, np.sqrt(level * sd)), np.finfo(float).tiny)
+    active = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
+    # d active = level / active d level is infinite at 0, where active^2 has an error of level sd
+    return active, level * sd / np.maximum(
+        np.maximum(active, np.sqrt(level * sd)), np.finfo(float).tiny
+    )
 
 
 def _mvc(recording: Recording, rows: IntArray) -> FloatArray | None:
-    """MVC of each trial and muscle (T, m), in the unit of the EMG; None where it is missing."""
+    """MVC of each trial and muscle (T, m), in the unit of the EMG; None if one is missing."""
     if recording.emg_unit == "normalised":
         return np.ones((len(rows), len(recording.muscles)))
     return _table(recording, rows, mvc_column)
@@ -223,7 +225,7 @@ def _mvc(recording: Recording, rows: IntArray) -> FloatArray | None:
 def _table(
     recording: Recording, rows: IntArray, column_of: Callable[[str], str]
 ) -> FloatArray | None:
-    """A number of each trial and muscle (T, m); None where one is missing."""
+    """Values in the table for each trial and muscle (T, m); None if one is missing."""
     columns = [column_of(muscle) for muscle in recording.muscles]
     if not columns or any(column not in recording.trials for column in columns):
         return None
@@ -232,7 +234,7 @@ def _table(
 
 
 def _before(recording: Recording, row: int, onset_s: float) -> FloatArray:
-    """Mean level (m,) before the onset; nan where the rest is too short."""
+    """Mean level (m,) before the onset; nan if the rest is too short."""
     first, last = recording.offsets[row], recording.offsets[row + 1]
     rest = int(np.searchsorted(recording.time_s[first:last], onset_s, side="right"))
     emg = np.asarray(recording.emg)[first : first + rest]
@@ -240,7 +242,6 @@ def _before(recording: Recording, row: int, onset_s: float) -> FloatArray:
         return np.full(emg.shape[1], np.nan)
     if recording.emg_unit == "normalised":
         return np.asarray(emg.mean(axis=0))
-    # the electrode's offset taken off, rectified; sums by matrix product: the fastest way to add
-    # long columns
+    # offset subtracted, rectified; a matrix product is the fastest mean of long columns
     average = np.full(rest, 1 / rest)
     return np.asarray(average @ np.abs(emg - average @ emg))

@@ -1,9 +1,9 @@
-"""EMG amplitude over time and of segments, in parts of the maximum contraction, with its noise.
+"""EMG amplitude over time and of segments, as a share of maximum contraction, with its error.
 
-Ruiz (2011), section 6.1: rectified, fifth-order Butterworth low-pass at 10 Hz; and RMS, whose root
-the source prints around the sum alone: it is ``sqrt(mean x^2)``. The maximum contraction is known
-by its mean rectified EMG (`signals.activation.mvc_column`); for Gaussian EMG
-``rms = mean |x| sqrt(pi / 2)``, so RMS is divided by that much more and both give one activation.
+Ruiz (2011), section 6.1: rectified, fifth-order Butterworth low-pass at 10 Hz; or RMS,
+``sqrt(mean x^2)`` (the source prints the root around the sum only). The maximum contraction is
+stated by its mean rectified EMG (`signals.activation.mvc_column`). For Gaussian EMG
+``rms = mean |x| sqrt(pi / 2)``; RMS is divided by this factor so that both give one activation.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class EmgAmplitude(FrozenRecord):
     """Amplitude of m muscles over time; N samples of T trials, one trial after another.
 
     `offsets` (T + 1,) int.
-    `amplitude` (N, m): activation, parts of the maximum contraction.
-    `sd` (N, m): standard error of each value, from the randomness of the carrier; the errors of
-    samples closer than the low-pass is wide are related.
+    `amplitude` (N, m): activation, as a share of the maximum contraction.
+    `sd` (N, m): standard error of each value, from the randomness of the carrier; errors of
+    neighbouring samples are correlated over the width of the low-pass.
     `relative_noise` (m,): standard error over amplitude, of the EMG as recorded (electrode's noise
     included).
     `lag_s`: delay of the amplitude, s; 0 for a zero-phase filter or once aligned.
@@ -90,9 +90,9 @@ class SegmentAmplitude(FrozenRecord):
     """One amplitude of each of m muscles for each of L segments.
 
     `row` (L,) int: row of the trial table, from 0.
-    `start_s`, `end_s` (L,): start and end of each segment, counted from the trial's first sample,
-    s.
-    `amplitude`, `sd` (L, m): parts of the maximum contraction, and the carrier's standard error.
+    `start_s`, `end_s` (L,): start and end of each segment, from the trial's first sample, s.
+    `amplitude`, `sd` (L, m): share of the maximum contraction, and its standard error from the
+    carrier.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -106,13 +106,13 @@ class SegmentAmplitude(FrozenRecord):
     warnings: tuple[str, ...] = ()
 
 
-#: Of the envelope that a carrier is divided by, for the noise of segments.
+#: Cut-off of the envelope by which EMG is divided to get the carrier, for the noise of segments.
 SLOW_HZ: Final = 2.0
-#: Said of EMG that is normalised already.
+#: Warning for EMG that was normalised before.
 NOISE_UNKNOWN: Final = "EMG normalised already: its noise is not known and counts as none"
 #: rms over mean |x| of Gaussian noise.
 RMS_OVER_RECTIFIED: Final = float(np.sqrt(np.pi / 2))
-#: Activation above this is a maximum that was none; noise of the carrier may pass 1.
+#: Above this activation the stated maximum was not maximal; the carrier's noise may exceed 1.
 HIGHEST: Final = 2.0
 
 
@@ -131,11 +131,11 @@ def emg_amplitude(
     align: bool = True,
     band_hz: tuple[float, float] | None = None,
 ) -> EmgAmplitude:
-    """Offset off, checked and cleaned, rectified, Butterworth low-pass, over the maximum.
+    """EMG amplitude: offset removed, checked, cleaned, rectified, low-passed, over the maximum.
 
-    Where the table says what the silent muscle reads (`rest_column`), it is taken off in squares.
-    EMG that is normalised already is taken as an amplitude: it is low-passed only, and its noise
-    is not known (0).
+    If the table states the level of the silent muscle (`rest_column`), its square is subtracted.
+    EMG that was normalised before is an amplitude already: it is only low-passed, and its noise is
+    not known (0).
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def emg_amplitude(
     cutoff_hz, order : float, int
         Cut-off (Hz) and order of the low-pass.
     causal : bool
-        Run the low-pass forward only, as a controller would; the amplitude is late by `lag_s`.
+        Run the low-pass forward only, as a controller would; the amplitude is delayed by `lag_s`.
         Default: zero phase.
     align : bool
         Move a causal amplitude forward by its lag (at 0 Hz).
@@ -153,7 +153,7 @@ def emg_amplitude(
     Returns
     -------
     EmgAmplitude
-        Amplitudes of all trials, samples and muscles as part of the maximum, with their sd.
+        Amplitudes of all trials, samples and muscles as a share of the maximum, with their sd.
 
     Raises
     ------
@@ -173,10 +173,10 @@ def emg_amplitude(
     overlap = lowpass_overlap(cutoff_hz, rate, order, len(rho), causal=causal)
     noise = relative_sd(rectified_correlation(rho), overlap)
     if causal and align:
-        smooth = [advanced(one, lag, rate) for one in smooth]
+        smooth = [advanced(part, lag, rate) for part in smooth]
     rows = np.repeat(np.arange(recording.n_trials), np.diff(offsets))
-    own, rest_note = _own(recording, np.vstack(smooth), noise, rows)
-    _refuse_above(own.amplitude, recording)
+    muscle_part, rest_note = _own(recording, np.vstack(smooth), noise, rows)
+    _refuse_above(muscle_part.amplitude, recording)
     phase = _phase_note(lag, align) if causal else "zero phase"
     note = f"rectified, Butterworth low-pass of order {order} at {cutoff_hz:g} Hz, {phase}"
     return EmgAmplitude(
@@ -184,8 +184,8 @@ def emg_amplitude(
         trials=tuple(str(t) for t in recording.trials["trial"]),
         muscles=recording.muscles,
         offsets=offsets,
-        amplitude=own.amplitude,
-        sd=own.sd,
+        amplitude=muscle_part.amplitude,
+        sd=muscle_part.sd,
         relative_noise=noise,
         cutoff_hz=cutoff_hz,
         order=order,
@@ -208,17 +208,17 @@ def segment_amplitude(
     Parameters
     ----------
     recording : Recording
-        Normalised EMG is averaged as it is; its noise is not known (0).
+        Normalised EMG is only averaged; its noise is not known (0).
     kind : {"rms", "rectified"}
         ``sqrt(mean x^2) / (MVC sqrt(pi / 2))`` or ``mean |x| / MVC``.
     segment_s : float, optional
-        Default: whole trials. What is left over at the end of a trial is dropped.
+        Default: whole trials. A remainder at the end of a trial is dropped.
     band_hz : (low, high), optional
 
     Returns
     -------
     SegmentAmplitude
-        Amplitudes of all segments and muscles as part of the maximum, with their sd.
+        Amplitudes of all segments and muscles as a share of the maximum, with their sd.
 
     Raises
     ------
@@ -235,22 +235,22 @@ def segment_amplitude(
         level = np.array(
             [recording.emg[a : a + n].mean(axis=0) for a, n in zip(first, length, strict=True)]
         )
-        own = _Own(level, np.zeros_like(level))
+        muscle_part = _Own(level, np.zeros_like(level))
     else:
         clean = clean_emg(recording, band_hz=band_hz)
         level = _levels(clean.emg, kind, first, length)
         noise = _segment_noise(recording, clean.emg, kind, length)
-        own, rest_note = _own(recording, level, noise, row)
+        muscle_part, rest_note = _own(recording, level, noise, row)
         notes, warnings = (*clean.notes, *rest_note), clean.warnings
-    _refuse_above(own.amplitude, recording)
+    _refuse_above(muscle_part.amplitude, recording)
     start = (first - recording.offsets[row]) / recording.sample_rate_hz
     return SegmentAmplitude(
         muscles=recording.muscles,
         row=row,
         start_s=start,
         end_s=start + length / recording.sample_rate_hz,
-        amplitude=own.amplitude,
-        sd=own.sd,
+        amplitude=muscle_part.amplitude,
+        sd=muscle_part.sd,
         kind=kind,
         notes=notes,
         warnings=warnings,
@@ -291,14 +291,16 @@ def _segment_noise(
     slow = np.vstack(_envelopes(recording, emg, cutoff_hz=SLOW_HZ))
     rho = carrier_correlation(emg, slow, recording.offsets, rate)
     correlation = squared_correlation(rho) if kind == "rms" else rectified_correlation(rho)
-    known = {n: relative_sd(correlation, mean_overlap(n, len(rho))) for n in set(length.tolist())}
-    return np.array([known[n] for n in length.tolist()])
+    by_length = {
+        n: relative_sd(correlation, mean_overlap(n, len(rho))) for n in set(length.tolist())
+    }
+    return np.array([by_length[n] for n in length.tolist()])
 
 
 def _normalised(
     recording: Recording, normalised: FloatArray, cutoff_hz: float, order: int
 ) -> EmgAmplitude:
-    """The amplitude of EMG that is one already, low-passed."""
+    """Low-pass EMG that is an amplitude already."""
     emg = np.array(normalised)
     for t in range(recording.n_trials):
         part = recording.samples_of(t)
@@ -322,19 +324,19 @@ def _normalised(
 
 def _envelopes(recording: Recording, emg: FloatArray, **options: Any) -> list[FloatArray]:
     """The envelope of each trial, (S, m) each."""
-    made = []
+    envelopes = []
     for t in range(recording.n_trials):
         try:
-            one = emg[recording.samples_of(t)]
-            made.append(envelope(one, recording.sample_rate_hz, **options))
+            part = emg[recording.samples_of(t)]
+            envelopes.append(envelope(part, recording.sample_rate_hz, **options))
         except InputError as error:
             number = recording.trials["trial"].iloc[t]
             raise InputError(f"trial {number}: {error.problem}", expected=error.expected) from error
-    return made
+    return envelopes
 
 
 def _table(recording: Recording, column_of: Callable[[str], str], rows: IntArray) -> FloatArray:
-    """A level of each muscle in these rows of the trial table, (., m)."""
+    """Level of each muscle in these rows of the trial table, (., m)."""
     columns = [column_of(muscle) for muscle in recording.muscles]
     return np.asarray(recording.trials[columns].to_numpy(dtype=np.float64)[rows])
 
@@ -342,7 +344,7 @@ def _table(recording: Recording, column_of: Callable[[str], str], rows: IntArray
 def _own(
     recording: Recording, level: FloatArray, noise: FloatArray, rows: IntArray
 ) -> tuple[_Own, tuple[str, ...]]:
-    """The muscles' own part of levels (., m) in V with relative errors, over the maximum."""
+    """Muscles' own share of levels (., m) in V, over the maximum, and notes on it."""
     mvc = _table(recording, mvc_column, rows)
     level = level / mvc
     lacking = [m for m in recording.muscles if rest_column(m) not in recording.trials]

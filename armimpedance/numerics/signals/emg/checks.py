@@ -1,7 +1,7 @@
-"""Can this raw EMG be used? Flat, saturated, folded, humming, moved electrodes: told by name.
+"""Checks of raw EMG: flat, saturated or humming channels, aliasing, moving electrodes.
 
-Mains hum and movement artefact below their limits are left alone; above, `signals.emg_cleaning`
-takes them out and says so; beyond, the recording is refused.
+Mains hum and movement artefact below a first limit are ignored; above it, `signals.emg_cleaning`
+removes them and reports it; above a second limit, the recording is refused.
 """
 
 from __future__ import annotations
@@ -19,33 +19,33 @@ from armimpedance.core.records import Recording
 from armimpedance.core.trials import trial_slices
 from armimpedance.numerics.signals.emg.activation import mvc_column, rest_column
 
-# What raw EMG is like: flat, saturated and humming channels, electrodes that move, its level.
+# Properties of raw EMG.
 
-#: Share of samples at an extreme that are still noise: it touches its extreme once or twice.
+#: Most samples at an extreme without saturation: noise reaches its extreme only once or twice.
 LEAST_AT_EXTREME: Final = 5
 MAINS_HZ: Final = (50.0, 60.0)
-#: Share of the power in lines of the mains: taken out above the first, refused above the second.
+#: Share of the power in lines of the mains: removed above the first, refused above the second.
 HUM: Final = (0.05, 0.8)
-#: Share of the power below 20 Hz above which it is the electrodes that move.
+#: Share of the power below 20 Hz above which electrodes are moving.
 ARTEFACT_HZ: Final = 20.0
 ARTEFACT: Final = 0.05
-#: A silent muscle shows little but hum and cables that swing, and that does not matter. Artefact
-#: counts where its rms is above this part of the maximum contraction's.
+#: Artefact is reported if its rms is above this share of the maximum contraction's: in a silent
+#: muscle a large share of hum and artefact does not matter.
 MOVED: Final = 0.003
-#: Segments of the spectrum, and half widths of a line and of the floor around it (Hz).
+#: Segments of the spectrum (s), and half-widths of a line and of the floor around it (Hz).
 _SEGMENT_S, _LINE_HZ, _FLOOR_HZ = 2.0, 1.5, 6.0
 
 
 @dataclass(frozen=True)
 class EmgQuality(FrozenRecord):
-    """What the raw EMG of T trials and m muscles is like.
+    """Quality of the raw EMG of T trials and m muscles.
 
     `still_s` (T, m): longest time at one value.
     `saturated` (T, m): share of samples piled up at an extreme.
-    `mains_hz`: 50 or 60, whichever shows more.
+    `mains_hz`: 50 or 60, whichever has more power.
     `hum` (T, m): share of power in the lines at multiples of it, over the floor beside them.
     `artefact` (T, m): share of power below 20 Hz.
-    `level` (T, m): rms of all in parts of the maximum contraction's; 1 where that is not known.
+    `level` (T, m): rms as a share of the maximum contraction's; 1 if that is not known.
     `snr_db` (T, m) or None: power of the muscle over power of the silent muscle's electrode; None
     without rest.
     """
@@ -62,34 +62,34 @@ class EmgQuality(FrozenRecord):
 
     @property
     def humming(self) -> BoolArray:
-        """(T, m): enough hum to take out."""
+        """True where there is enough hum to remove it, (T, m)."""
         return np.asarray(self.hum > HUM[0])
 
     @property
     def moving(self) -> BoolArray:
-        """(m,): electrodes that move in any trial."""
+        """True for electrodes that move in any trial, (m,)."""
         return np.asarray((self.above(self.artefact, MOVED) > ARTEFACT).any(axis=0))
 
     def above(self, share: FloatArray, part: float) -> FloatArray:
-        """Shares of power (T, m) where their rms is above a part of the maximum's, else 0."""
+        """Shares of power (T, m) where their rms exceeds `part` of the maximum's, else 0."""
         return np.where(np.sqrt(share) * self.level > part, share, 0.0)
 
 
 def emg_quality(recording: Recording) -> EmgQuality:
-    """Look at the raw EMG of a recording.
+    """Measure the quality of the raw EMG of a recording.
 
     Raises InputError: no EMG, or EMG that is normalised already.
     """
     rate, raw = recording.sample_rate_hz, _raw_emg(recording)
-    spectra = [_spectrum(one - one.mean(axis=0), rate) for one in raw]
+    spectra = [_spectrum(emg - emg.mean(axis=0), rate) for emg in raw]
     lines = np.array([[_line_share(f, p, hz) for f, p in spectra] for hz in MAINS_HZ])
     mains = int(lines.sum(axis=(1, 2)).argmax())
-    rms = np.array([one.std(axis=0) for one in raw])
+    rms = np.array([emg.std(axis=0) for emg in raw])
     return EmgQuality(
         trials=tuple(str(t) for t in recording.trials["trial"]),
         muscles=recording.muscles,
-        still_s=np.array([_longest_still(one) for one in raw]) / rate,
-        saturated=np.array([_saturated(one) for one in raw]),
+        still_s=np.array([_longest_still(emg) for emg in raw]) / rate,
+        saturated=np.array([_saturated(emg) for emg in raw]),
         mains_hz=MAINS_HZ[mains],
         hum=lines[mains],
         artefact=np.array([_below(f, p, ARTEFACT_HZ) for f, p in spectra]),
@@ -108,7 +108,7 @@ def _raw_emg(recording: Recording) -> list[FloatArray]:
 
 
 def _levels(recording: Recording, column_of: Callable[[str], str]) -> FloatArray | None:
-    """A level of each trial and muscle, (T, m); None where one is missing or not positive."""
+    """Level of each trial and muscle, (T, m); None if one is missing or not positive."""
     columns = [column_of(muscle) for muscle in recording.muscles]
     if any(column not in recording.trials for column in columns):
         return None
@@ -117,18 +117,18 @@ def _levels(recording: Recording, column_of: Callable[[str], str]) -> FloatArray
 
 
 def _over_maximum(rms: FloatArray, recording: Recording) -> FloatArray:
-    """rms (T, m) in parts of the maximum contraction's; 1 where that is not known."""
+    """Rms (T, m) as a share of the maximum contraction's; 1 if that is not known."""
     mvc = _levels(recording, mvc_column)
     return np.ones_like(rms) if mvc is None else rms / (mvc * np.sqrt(np.pi / 2))
 
 
 def _over_rest_db(rms: FloatArray, recording: Recording) -> FloatArray | None:
-    """dB of the muscle's own power over that of the silent electrode; -30 dB at the least."""
+    """Muscle's own power over that of the silent electrode, dB, -30 at the least; None without."""
     rest = _levels(recording, rest_column)
     if rest is None:
         return None
-    own = np.maximum((rms / (rest * np.sqrt(np.pi / 2))) ** 2 - 1, 1e-3)
-    return np.asarray(10 * np.log10(own))
+    power_ratio = np.maximum((rms / (rest * np.sqrt(np.pi / 2))) ** 2 - 1, 1e-3)
+    return np.asarray(10 * np.log10(power_ratio))
 
 
 def _spectrum(emg: FloatArray, rate_hz: float) -> tuple[FloatArray, FloatArray]:
@@ -147,13 +147,13 @@ def _below(frequency: FloatArray, power: FloatArray, edge_hz: float) -> FloatArr
 
 
 def _line_share(frequency: FloatArray, power: FloatArray, mains_hz: float) -> FloatArray:
-    """Share (m,) of power in lines at the multiples of the mains, over the floor beside them."""
+    """Share (m,) of power in lines at multiples of the mains, above the floor beside them."""
     lines = np.zeros(power.shape[1])
     for line in np.arange(mains_hz, frequency[-1] - _FLOOR_HZ, mains_hz):
         away = np.abs(frequency - line)
-        here, beside = away <= _LINE_HZ, (away > _LINE_HZ) & (away <= _FLOOR_HZ)
-        if here.any() and beside.any():
-            lines += power[here].sum(axis=0) - here.sum() * power[beside].mean(axis=0)
+        near, beside = away <= _LINE_HZ, (away > _LINE_HZ) & (away <= _FLOOR_HZ)
+        if near.any() and beside.any():
+            lines += power[near].sum(axis=0) - near.sum() * power[beside].mean(axis=0)
     total = power.sum(axis=0)
     share = np.divide(lines, total, out=np.zeros_like(total), where=total > 0)
     return np.clip(share, 0.0, 1.0)
@@ -182,12 +182,11 @@ def _saturated(emg: FloatArray) -> FloatArray:
 #: Surface EMG has most of its power below 250 Hz and some up to about 450 Hz.
 LEAST_RATE_HZ: Final = 500.0
 WHOLE_BAND_HZ: Final = 450.0
-#: A channel that repeats one value for longer than this has come off.
+#: An electrode whose channel repeats one value for longer than this has come off.
 LONGEST_STILL_S: Final = 0.25
-#: Share of samples at an extreme: warned of, refused.
+#: Share of samples at an extreme: limits for a warning and for a refusal.
 SATURATED: Final = (0.001, 0.01)
-#: Hum is warned of where its rms is above the first of these parts, a reason to refuse above the
-#: second.
+#: Rms of hum as a share of the maximum: limits for a warning and for a refusal.
 AUDIBLE, LOUD = 0.01, 0.05
 #: dB over the silent muscle that a muscle should reach in some trial.
 LOW_SNR_DB: Final = 6.0
@@ -204,7 +203,7 @@ def check_emg(recording: Recording) -> tuple[Finding, ...]:
     Returns
     -------
     tuple of Finding
-        What was found about maximum contractions, sample rate and signal.
+        Findings on maximum contractions, sample rate and signal.
 
     Raises
     ------
@@ -215,9 +214,9 @@ def check_emg(recording: Recording) -> tuple[Finding, ...]:
 
 
 def refuse_emg(recording: Recording) -> tuple[EmgQuality, tuple[str, ...]]:
-    """The quality of an EMG that can be used, and what is to be warned of.
+    """Return the quality of usable EMG, and warnings; refuse EMG that cannot be used.
 
-    Raises InputError: it cannot be used: which muscle, in which trial, why.
+    Raises InputError: it cannot be used; the message names trial, muscle and reason.
     """
     quality = emg_quality(recording)
     checks = (*_maximum(recording), _rate(recording), *_signal(quality))
@@ -278,7 +277,7 @@ def _signal(q: EmgQuality) -> tuple[Finding, ...]:
     moved = f"{{:.0f}} % of the power is below {ARTEFACT_HZ:g} Hz, where electrodes that move show"
     hum, loud = 100 * q.above(q.hum, AUDIBLE), 100 * q.above(q.hum, LOUD)
     artefact = 100 * q.above(q.artefact, MOVED)
-    made = [
+    findings = [
         _worst(q, "flat", q.still_s, (never, LONGEST_STILL_S), "stays at one value for {:.2f} s"),
         _worst(q, "saturated", 100 * q.saturated, _percent(SATURATED), "{:.1f} % at its extreme"),
         _worst(q, "mains", loud, (never, 100 * HUM[1]), mains),
@@ -286,12 +285,12 @@ def _signal(q: EmgQuality) -> tuple[Finding, ...]:
         _worst(q, "artefact", artefact, (100 * ARTEFACT, never), moved),
     ]
     if q.snr_db is not None:
-        made.append(_snr(q, q.snr_db))
-    return tuple(made)
+        findings.append(_snr(q, q.snr_db))
+    return tuple(findings)
 
 
 def _snr(q: EmgQuality, snr_db: FloatArray) -> Finding:
-    """A muscle that never rises over its electrode's noise; one that rests now and then may."""
+    """Check that every muscle rises above its electrode's noise in at least one trial."""
     best = snr_db.max(axis=0)
     m = int(best.argmin())
     text = f"{q.muscles[m]}: at most {best[m]:.0f} dB over the silent muscle"
@@ -305,7 +304,7 @@ def _percent(limits: tuple[float, float]) -> tuple[float, float]:
 def _worst(
     q: EmgQuality, name: str, values: FloatArray, limits: tuple[float, float], text: str
 ) -> Finding:
-    """Verdict on the largest of values (T, m): a warning above limits[0], no use above [1]."""
+    """Finding on the largest of values (T, m): a warning above limits[0], unusable above [1]."""
     t, m = np.unravel_index(int(values.argmax()), values.shape)
     worst = float(values[t, m])
     verdict: Verdict = "ok"

@@ -1,4 +1,4 @@
-"""Raw EMG without offset, hum and artefact, and how uncertain an amplitude of it is."""
+"""Removal of offset, hum and artefact from raw EMG, and standard errors of its amplitude."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from armimpedance.numerics.signals.filters import bandpass
 
 #: Order of the zero-phase high-pass against movement artefact.
 HIGHPASS_ORDER: Final = 4
-#: Mains are within this of their nominal frequency (Hz), and looked for on so many points.
+#: Largest deviation of the mains from their nominal frequency (Hz), and points of the search.
 _MAINS_ERROR_HZ, _SCAN = 0.3, 61
-#: Amplitude and phase of hum may differ from one stretch of this length to the next (s).
+#: Length of the sections in which amplitude and phase of hum are fitted separately (s).
 _STRETCH_S: Final = 5.0
-#: Share of hum left that is worth a warning.
+#: Share of power in the remaining hum above which there is a warning.
 _LEFT: Final = 0.05
 
 
@@ -33,7 +33,7 @@ class CleanEmg(FrozenRecord):
     """EMG of N samples and m muscles, ready to be rectified.
 
     `emg` (N, m): V, without offset.
-    `notes`: sentences on what was taken out.
+    `notes`: sentences on what was removed.
     """
 
     emg: Annotated[FloatArray, "n m"]
@@ -42,15 +42,15 @@ class CleanEmg(FrozenRecord):
 
 
 def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = None) -> CleanEmg:
-    """Check the EMG, take off each trial's offset, hum where there is some, moving electrodes.
+    """Check the EMG, remove each trial's offset, and hum and movement artefact if there are any.
 
-    Hum is fitted as sinusoids at the multiples of the mains and subtracted, stretch by stretch: a
-    notch as narrow as the record is long, without the transients that a filter has at its ends,
-    and 0.4 % of the EMG's power at most goes with it. Movement is taken out by a zero-phase
+    Hum is fitted as sinusoids at the multiples of the mains and subtracted, section by section.
+    This is a very narrow notch without the transients that a filter has at its ends, and removes at
+    most 0.4 % of the EMG's power. Artefact of moving electrodes is removed by a zero-phase
     high-pass at 20 Hz in all trials of that muscle, so that they stay comparable.
 
     `recording`: recording with raw EMG and its maximum contraction.
-    `band_hz` (low, high): a zero-phase band-pass on top.
+    `band_hz` (low, high): band of a further zero-phase band-pass.
     Raises InputError: EMG that cannot be used (`signals.emg_checks.refuse_emg`), or a band beyond
     half the rate.
     """
@@ -88,36 +88,36 @@ def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = Non
 
 
 def without_hum(emg: FloatArray, mains_hz: float, sample_rate_hz: float) -> FloatArray:
-    """One channel (S,) less the sinusoids at the multiples of the mains that fit it best.
+    """Subtract from a channel (S,) the best-fitting sinusoids at the multiples of the mains.
 
-    The mains' true frequency is looked for first, in the power of all multiples together.
+    The mains' true frequency is estimated first, from the power of all multiples together.
     """
     time = np.arange(len(emg)) / sample_rate_hz
     multiples = np.arange(1, int((sample_rate_hz / 2 - 1e-9) // mains_hz) + 1)
     mains = _mains_frequency(emg, time, mains_hz, multiples)
-    left = np.array(emg)
+    residual = np.array(emg)
     pieces = max(round(time[-1] / _STRETCH_S), 1)
     for index in np.array_split(np.arange(len(emg)), pieces):
         phase = 2 * np.pi * mains * np.outer(time[index], multiples)
         X = np.hstack([np.cos(phase), np.sin(phase)])
         # X (S, 2 h) c (2 h,) = emg (S,), least squares
-        left[index] -= X @ np.linalg.lstsq(X, emg[index], rcond=None)[0]
-    return left
+        residual[index] -= X @ np.linalg.lstsq(X, emg[index], rcond=None)[0]
+    return residual
 
 
 def _mains_frequency(
     emg: FloatArray, time: FloatArray, mains_hz: float, multiples: np.ndarray
 ) -> float:
-    """The frequency near the nominal one at whose multiples there is most power, Hz."""
-    # a longer record tells frequencies apart that are closer together than the scan's points
+    """Frequency near the nominal one whose multiples have most power, Hz."""
+    # a longer record would resolve frequencies between the points of the scan
     n = min(len(emg), int(len(emg) / time[-1] * _STRETCH_S) if time[-1] > 0 else 1)
     scan = mains_hz + np.linspace(-_MAINS_ERROR_HZ, _MAINS_ERROR_HZ, _SCAN)
     # power (F,) = sum over multiples h of |sum_t emg_t exp(-2 pi i h f t)|^2, by powers of one wave
     wave = np.exp(-2j * np.pi * np.outer(scan, time[:n]))
-    one, power = wave.copy(), np.zeros(_SCAN)
+    harmonic, power = wave.copy(), np.zeros(_SCAN)
     for _ in multiples:
-        power += np.abs(one @ emg[:n]) ** 2
-        one *= wave
+        power += np.abs(harmonic @ emg[:n]) ** 2
+        harmonic *= wave
     return float(scan[int(power.argmax())])
 
 
@@ -136,7 +136,7 @@ def _per_trial_highpass(recording: Recording, channel: FloatArray) -> FloatArray
 
 
 def _hum_left(recording: Recording, emg: FloatArray) -> tuple[str, ...]:
-    """Hum whose frequency or amplitude drifts is not gone."""
+    """Warn of remaining hum, whose frequency or amplitude drifts."""
     after = emg_quality(recording.with_step("cleaned", emg=emg))
     if not (after.hum > _LEFT).any():
         return ()
@@ -148,7 +148,7 @@ def _hum_left(recording: Recording, emg: FloatArray) -> tuple[str, ...]:
     )
 
 
-# How uncertain an EMG amplitude is: it is the average of a random carrier.
+# Standard error of an EMG amplitude, which is the average of a random carrier.
 #
 # Surface EMG is modelled as ``x(t) = s(t) n(t)``: a slow amplitude times stationary Gaussian noise
 # of unit variance and autocorrelation rho. For such noise (an elementary integral of the bivariate
@@ -157,17 +157,17 @@ def _hum_left(recording: Recording, emg: FloatArray) -> tuple[str, ...]:
 #     cov(|n(0)|, |n(k)|) / E|n|^2 = sqrt(1 - rho_k^2) + rho_k asin(rho_k) - 1,
 #
 # pi/2 - 1 at lag 0, and ``cov(n^2, n'^2) = 2 rho^2``. Averaging with weights h leaves ``var /
-# mean^2 = sum_k c_k (h * h)_k``. Of a flat band of W Hz smoothed over T seconds this is about ``1 /
-# (4 W T)``: the standard error is in proportion to the amplitude itself.
+# mean^2 = sum_k c_k (h * h)_k``. For a flat band of W Hz smoothed over T seconds this is about
+# ``1 / (4 W T)``: the standard error is proportional to the amplitude itself.
 
-#: Lags of the autocorrelation that are used: an EMG above 20 Hz has forgotten itself by then.
+#: Longest lag of the autocorrelation: an EMG above 20 Hz is uncorrelated beyond it.
 LONGEST_LAG_S: Final = 0.06
 
 
 def carrier_correlation(
     emg: FloatArray, level: FloatArray, offsets: IntArray, sample_rate_hz: float
 ) -> FloatArray:
-    """Autocorrelation of the carrier of each muscle, (L, m), from all trials together.
+    """Autocorrelation of each muscle's carrier, (L, m), from all trials together.
 
     `offsets` (T + 1,).
     `emg` (N, m): without offset.
@@ -180,10 +180,10 @@ def carrier_correlation(
     products = np.zeros((lags + 1, emg.shape[1]))
     count = np.zeros((lags + 1, 1))
     for samples in trial_slices(offsets):
-        one = carrier[samples]
-        both = fftconvolve(one, one[::-1], axes=0)[len(one) - 1 :][: lags + 1]
-        products[: len(both)] += both
-        count[: len(both), 0] += len(one) - np.arange(len(both))
+        part = carrier[samples]
+        correlation = fftconvolve(part, part[::-1], axes=0)[len(part) - 1 :][: lags + 1]
+        products[: len(correlation)] += correlation
+        count[: len(correlation), 0] += len(part) - np.arange(len(correlation))
     covariance = products / np.maximum(count, 1)
     scale = np.where(covariance[0] > 0, covariance[0], 1.0)
     rho = covariance / scale
@@ -191,19 +191,19 @@ def carrier_correlation(
 
 
 def rectified_correlation(rho: FloatArray) -> FloatArray:
-    """``cov(|n|, |n'|) / E|n|^2`` of unit Gaussian noise with correlation rho."""
+    """Compute ``cov(|n|, |n'|) / E|n|^2`` of unit Gaussian noise with correlation rho."""
     return np.asarray(np.sqrt(1 - rho**2) + rho * np.arcsin(rho) - 1)
 
 
 def squared_correlation(rho: FloatArray) -> FloatArray:
-    """``var(rms) / rms^2`` per unit of averaging: a quarter of ``cov(n^2, n'^2)``."""
+    """Compute ``var(rms) / rms^2`` per unit of averaging: a quarter of ``cov(n^2, n'^2)``."""
     return np.asarray(rho**2 / 2)
 
 
 def lowpass_overlap(
     cutoff_hz: float, sample_rate_hz: float, order: int, lags: int, *, causal: bool
 ) -> FloatArray:
-    """``(h * h)_k`` of a Butterworth low-pass at lags 0..lags-1.
+    """Autocorrelation ``(h * h)_k`` of a Butterworth low-pass's response at lags 0..lags-1.
 
     Its spectrum is ``|H|^2``, or ``|H|^4`` forward and backward.
     """
@@ -218,12 +218,12 @@ def lowpass_overlap(
 
 
 def mean_overlap(samples: int, lags: int) -> FloatArray:
-    """``(h * h)_k`` of the mean over some samples, at lags 0..lags-1."""
+    """Autocorrelation ``(h * h)_k`` of the mean over `samples`, at lags 0..lags-1."""
     k = np.arange(lags)
     return np.asarray(np.maximum(1 - k / samples, 0.0) / samples)
 
 
 def relative_sd(correlation: FloatArray, overlap: FloatArray) -> FloatArray:
-    """``sqrt(sum over all lags of c_k (h * h)_k)``, of each muscle (m,); c (L, m), h * h (L,)."""
+    """Relative error ``sqrt(sum over all lags of c_k (h * h)_k)`` (m,); c (L, m), h * h (L,)."""
     variance = overlap[0] * correlation[0] + 2 * overlap[1:] @ correlation[1:]
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))

@@ -1,4 +1,4 @@
-"""Was the muscle silent? A gate on the EMG of a passive test (Venture elbow, section IV-C)."""
+"""Check that muscles were silent in a passive test, by their EMG (Venture elbow, section IV-C)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from armimpedance.numerics.signals.emg.activation import envelope, mvc_column
 
 @dataclass(frozen=True)
 class EmgLevel(FrozenRecord):
-    """How active the muscles were; T trials, m muscles. As a text it is one sentence.
+    """Activity of the muscles; T trials, m muscles. Its text is one sentence.
 
     Attributes
     ----------
@@ -25,13 +25,13 @@ class EmgLevel(FrozenRecord):
     mean_percent : (T, m)
         Mean over the trial in % of the maximum.
     highest_percent : (T, m)
-        The same over the second in which it was highest.
+        The highest mean over a second, in % of the maximum.
     limit_percent : float
-        The gate.
+        Largest mean over a second that counts as silent, % of the maximum.
     envelope_hz : float
         Low-pass of the rectified EMG, the source's: second-order Butterworth forward and backward.
     window_s : float
-        Seconds of the mean that must stay below the gate.
+        Length of the mean that must stay below the limit, s.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -42,7 +42,7 @@ class EmgLevel(FrozenRecord):
     window_s: ClassVar[float] = 1.0
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain texts and numbers, as FIT.json holds them."""
+        """Return plain texts and numbers for FIT.json."""
         return {
             "muscles": list(self.muscles),
             "mean_percent": self.mean_percent.tolist(),
@@ -61,18 +61,18 @@ class EmgLevel(FrozenRecord):
 def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.0) -> EmgLevel:
     """Refuse a test in which a muscle was active over any one second.
 
-    The source reads about 2 % of the maximum as passive, noise of the electrodes included, and its
-    envelopes wave by about a half of that. A gate of 3 % lets such a test pass and refuses a muscle
-    that adds 2 % of its own to an electrode's 2 % (independent noises add as squares: 2.8 %) for
-    any longer than by chance.
+    In the source, passive muscles are at about 2 % of the maximum, noise of the electrodes
+    included, and the envelopes vary by about half of that. A limit of 3 % accepts such a test. It
+    refuses a muscle that adds 2 % to an electrode's noise of 2 % (squares add: 2.8 %) for longer
+    than by chance.
 
     Parameters
     ----------
     emg : EmgSignals
     trials : DataFrame (T rows)
-        Table with the column ``trial``, and with ``mvc_<muscle>_V`` where the EMG is in V.
+        Table with the column ``trial``, and with ``mvc_<muscle>_V`` if the EMG is in V.
     limit_percent : float
-        The gate in % of the maximum.
+        The limit in % of the maximum.
 
     Returns
     -------
@@ -81,8 +81,8 @@ def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.
     Raises
     ------
     InputError
-        A muscle above the gate: which, in which trial, when, how much. No maximum for EMG in V;
-        a trial too short for the envelope; as many trials as there are not.
+        A muscle is above the limit (the message names muscle, trial, time and level); EMG in V has
+        no maximum; a trial is too short for the envelope; or the numbers of trials differ.
     """
     check_number(limit_percent, f"gate at {limit_percent} %", above=0)
     if len(emg.offsets) != len(trials) + 1:
@@ -106,7 +106,7 @@ def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.
 
 
 def recorded_emg(recording: Recording) -> EmgSignals | None:
-    """The EMG of a recording of angle and torque; None where there is none.
+    """Return the EMG of a recording of angle and torque; None if there is none.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def _envelope(raw: FloatArray, rate_hz: float, trial: object) -> FloatArray:
 
 
 def _window_means(level: FloatArray, rate_hz: float) -> FloatArray:
-    """Means over `EmgLevel.window_s` from every sample on (., m); over all of a shorter trial."""
+    """Means over `EmgLevel.window_s` from every sample on (., m); of a shorter trial, its mean."""
     width = min(max(round(EmgLevel.window_s * rate_hz), 1), len(level))
     running = np.cumsum(np.vstack([np.zeros(level.shape[1]), level]), axis=0)
     return np.asarray((running[width:] - running[:-width]) / width)
