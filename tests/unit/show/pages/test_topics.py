@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import pushes
 
 import armimpedance as ai
 from armimpedance.__main__ import main
@@ -29,7 +30,7 @@ def of(recording, **options):
 
 @pytest.fixture(scope="module")
 def session():
-    return simulate("cocontraction", seed=5, sets=1, conditions=["cocontraction_10"])[0]
+    return pushes(1, ("cocontraction_10",))
 
 
 def test_a_joint_under_a_random_perturbation(parse):
