@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.app.cli.main import COMMANDS, make_parser
@@ -23,14 +24,15 @@ from armimpedance.app.study.participants import task_of
 from armimpedance.app.study.store import Fingerprints, Store
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file, staged_folder, written_within
+from armimpedance.recordings import write_recording
 from armimpedance.show.command.outputs import OutputPath
 
 DOCS = Path(__file__).resolve().parents[4] / "docs/reference/study.md"
 
 
 def simulated(folder: Path) -> None:
-    words = ["simulate", "cocontraction", "--sets", "1", "--table", "csv"]
-    assert main([*words, "--out", str(folder)]) == 0
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    write_recording(pushes(1, ("cocontraction_10",)), folder, table="csv")
 
 
 @pytest.fixture(scope="module")
