@@ -47,7 +47,7 @@ RESULTS = {
     "inspect": lambda: ai.inspect(session()),
     "elbow": lambda: ai.elbow(bench()),
     "over time": lambda: ai.elbow_over_time(bench(), method="windows"),
-    "law": lambda: ai.emg_law(simulate_elbow("cocontraction", repetitions=1, duration_s=3.0)[0]),
+    "law": lambda: ai.emg_law(simulate_elbow("cocontraction", repetitions=1, duration_s=2.0)[0]),
     "passive": lambda: ai.passive(swing(), quadratic=True, method="ls"),
     "body": lambda: ai.body(simulate_body(("all_joints",))[0], method="ls", noise_draws=0),
     "discriminate": _people,

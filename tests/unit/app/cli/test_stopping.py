@@ -128,7 +128,7 @@ def test_a_closed_standard_stream_costs_no_file_and_nothing_else_gets_into_one(t
 
 
 def test_an_error_is_not_printed_among_the_results_where_standard_error_is_closed(tmp_path):
-    call = [sys.executable, "-m", "armimpedance", "inspect", str(tmp_path / "nowhere")]
+    call = [sys.executable, "-m", "armimpedance", "map-columns", str(tmp_path / "nowhere")]
     done = subprocess.run(call, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2))
     assert done.returncode == 2
     assert done.stdout == b""
