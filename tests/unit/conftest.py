@@ -38,6 +38,16 @@ def build_estimate(k: int = 2, seed: int = 0, **changes: Any) -> ImpedanceEstima
     return ImpedanceEstimate(**(fields | changes))
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Pages of the hand without their pictures, which are most of the work: the words are asked."""
+    from armimpedance.hand.still.show import hand_page
+    from armimpedance.show.pages.page import Printed
+
+    monkeypatch.setattr(hand_page, "linked_ellipses", lambda *_: Printed("ellipses"))
+    monkeypatch.setattr(hand_page, "_drawn", lambda *_: [])
+
+
 @pytest.fixture(scope="session")
 def make_estimate() -> Callable[..., ImpedanceEstimate]:
     return build_estimate

@@ -11,22 +11,21 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import LEVELS, pushes
 
 import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.recordings import write_recording
-from manipulandum_sim.hand import simulate
 
 mpl.use("Agg")
-CONDITIONS = ["cocontraction_10", "cocontraction_30"]
+CONDITIONS = list(LEVELS)
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """A folder with two conditions."""
     folder = tmp_path_factory.mktemp("face") / "session"
-    recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=CONDITIONS)
-    write_recording(recording, folder)
+    write_recording(pushes(1), folder)
     return folder
 
 

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.app.study import (
@@ -27,7 +28,7 @@ from armimpedance.lab.benchmark import Key
 from armimpedance.recordings import write_recording
 from armimpedance.show.files import table_content, write_content
 from armimpedance.show.files.endings import ENDINGS
-from manipulandum_sim.hand import simulate
+from armimpedance.show.plots.style import new_axes, save
 
 resource = pytest.importorskip("resource", reason="this system limits no sizes of files")
 
@@ -71,7 +72,10 @@ def complaints(monkeypatch):
     """What the interpreter would print of objects that cannot be tidied up."""
     found: list[str] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda what: found.append(repr(what.exc_value)))
-    return found
+    # what all tests before have made is not looked through again: only this one's is collected
+    gc.freeze()
+    yield found
+    gc.unfreeze()
 
 
 def still_open(folder: Path) -> list[str]:
@@ -86,7 +90,7 @@ def still_open(folder: Path) -> list[str]:
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """A short session of pushes on the disk, and its results."""
-    recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    recording = pushes(1, ("cocontraction_10",))
     folder = tmp_path_factory.mktemp("full")
     write_recording(recording, folder / "session")
     assert main(["estimate", str(folder / "session"), "--out", str(folder / "hand.csv")]) == 0
@@ -142,6 +146,8 @@ CALLS = (
 )
 #: Take a second or more.
 SLOW = ("simulate", "new", "plan", "trials", "share session --as bids", "explore", "report")
+#: The same figure in other formats: a small one is saved in each below.
+SLOW += ("estimate session --figure {out}.svg", "estimate session --figure {out}.pdf")
 
 
 @pytest.mark.parametrize(
@@ -162,6 +168,19 @@ def test_a_command_says_it_in_one_line_and_nothing_else(
     [line] = told.err.splitlines()
     assert why in line
     assert str(tmp_path / "out") in line
+    assert complaints == []
+    assert still_open(tmp_path) == []
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_figure_of_any_format_is_not_there_by_half(tmp_path, complaints, ending):
+    with no_room() as why:
+        with pytest.raises(OSError, match=why) as told:
+            save(new_axes().figure, tmp_path / "out", [ending])
+        assert str(told.value.filename) == str(tmp_path / f"out.{ending}")
+        del told
+        gc.collect()
     assert complaints == []
     assert still_open(tmp_path) == []
     assert os.listdir(tmp_path) == []

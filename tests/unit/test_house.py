@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -47,23 +48,41 @@ def _modules(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
 
-@cache
-def _parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text())
+class _Facts(NamedTuple):
+    """What the tests ask of a file, which is read and walked once."""
+
+    imports: list[tuple[str, bool]]
+    """Imported module names, and whether at module level (outside TYPE_CHECKING)."""
+    named: list[tuple[str, str]]
+    """(module, name) of every absolute import of a name."""
+    classes: list[str]
+    """Names of the classes at module level."""
+    texts: list[str]
+    """Every text that is no docstring."""
+    lines: int
 
 
 @cache
-def _imports(path: Path) -> list[tuple[str, bool]]:
-    """Imported module names of a file, and whether at module level (outside TYPE_CHECKING)."""
-    tree = _parsed(path)
+def _facts(path: Path) -> _Facts:
+    source = path.read_text()
+    tree = ast.parse(source)
     top = {id(node) for node in tree.body}
-    found = []
+    classes = [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
+    facts = _Facts([], [], classes, [], len(source.splitlines()))
+    said = set()
+    # from the outside to the inside: whose docstring a text is was seen before the text
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found += [(alias.name, id(node) in top) for alias in node.names]
+            facts.imports.extend((alias.name, id(node) in top) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-            found.append((node.module, id(node) in top))
-    return found
+            facts.imports.append((node.module, id(node) in top))
+            facts.named.extend((node.module, alias.name) for alias in node.names)
+        elif isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            if ast.get_docstring(node, clean=False):
+                said.add(id(node.body[0].value))
+        elif isinstance(node, ast.Constant) and id(node) not in said:
+            facts.texts.extend([node.value] if isinstance(node.value, str) else [])
+    return facts
 
 
 def _room(module: str) -> str | None:
@@ -76,13 +95,15 @@ def _breaches(path: Path) -> Iterator[str]:
     relative = path.relative_to(ROOT / "armimpedance")
     room = relative.parts[0].removesuffix(".py")
     if room == "__init__":
-        foreign = {module.split(".")[0] for module, _ in _imports(path)} - sys.stdlib_module_names
+        foreign = {
+            module.split(".")[0] for module, _ in _facts(path).imports
+        } - sys.stdlib_module_names
         yield from (f"{relative} imports {module}" for module in foreign)
         return
     if room not in RANK:
         yield f"{room} has no place in the import order"
         return
-    for module, at_top in _imports(path):
+    for module, at_top in _facts(path).imports:
         target, heavy = _room(module), module.split(".")[0]
         upward = target is not None and target != room and RANK[target] <= RANK[room]
         eager = at_top and relative.as_posix() != DRAWS_ITSELF
@@ -107,53 +128,45 @@ def test_rooms_import_downwards_only_and_heavy_packages_where_they_are_used():
 def test_the_simulator_shares_no_dynamics_with_the_analysis():
     allowed = {"arrays", "records", "motion", "skeleton", "conventions", "errors", "outputs"}
     for path in _modules("manipulandum_sim"):
-        named = [module for module, _ in _imports(path) if module.startswith("armimpedance")]
+        named = [module for module, _ in _facts(path).imports if module.startswith("armimpedance")]
         rooms = {module.removeprefix("armimpedance.core.") for module in named}
         assert rooms <= allowed, f"{path.name} imports {rooms - allowed}"
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["--help"],
-        ["estimate", "--help"],
-        ["simulate", "--help"],
-        ["simulate", "elbow-varying", "--help"],
-        ["convert", "--help"],
-        ["inspect", "--help"],
-        ["compare", "--help"],
-        ["predict", "--help"],
-        ["report", "--help"],
-        ["exam", "--help"],
-        ["therapy", "robot", "--help"],
-        ["--version"],
-    ],
-    ids=" ".join,
-)
-def test_help_imports_nothing_heavy(arguments):
+#: Calls that show help, or the version.
+HELP = [
+    ["--help"],
+    ["estimate", "--help"],
+    ["simulate", "--help"],
+    ["simulate", "elbow-varying", "--help"],
+    ["convert", "--help"],
+    ["inspect", "--help"],
+    ["compare", "--help"],
+    ["predict", "--help"],
+    ["report", "--help"],
+    ["exam", "--help"],
+    ["therapy", "robot", "--help"],
+    ["--version"],
+]
+
+
+def test_help_imports_nothing_heavy():
+    # one process for all: what is loaded stays loaded, and the first call that loads is named
     code = (
         "import sys\n"
         "from armimpedance.__main__ import main\n"
-        "try:\n"
-        f"    main({arguments!r})\n"
-        "except SystemExit as end:\n"
-        "    assert not end.code\n"
         "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'pinocchio', 'cvxpy', 'pyarrow'}\n"
-        "loaded = heavy & set(sys.modules)\n"
-        "assert not loaded, loaded\n"
+        f"for arguments in {HELP!r}:\n"
+        "    try:\n"
+        "        main(arguments)\n"
+        "    except SystemExit as end:\n"
+        "        assert not end.code, arguments\n"
+        "    loaded = heavy & set(sys.modules)\n"
+        "    assert not loaded, (arguments, loaded)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.parametrize("module", ["estimation", "checks"])
-def test_importing_the_estimate_does_not_import_plotting_or_solvers(module):
-    code = (
-        f"import sys, armimpedance.hand.still.{module}\n"
-        "assert not {'matplotlib', 'cvxpy', 'pinocchio'} & set(sys.modules)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("usage: ") == len(HELP) - 1
 
 
 #: What lies outside of the rooms and may name what they show: through faces as well.
@@ -189,16 +202,10 @@ def _room_of(module: str) -> str | None:
     return next((way for way in ways if way in FACES), None)
 
 
-def _named(path: Path) -> list[tuple[str, str]]:
-    """(module, name) of every absolute import of a name."""
-    nodes = [n for n in ast.walk(_parsed(path)) if isinstance(n, ast.ImportFrom)]
-    return [(n.module, a.name) for n in nodes if n.module and n.level == 0 for a in n.names]
-
-
 def test_a_room_is_entered_by_its_face():
     places = ("armimpedance", "manipulandum_sim", *OUTSIDE)
     for path in (path for place in places for path in _modules(place)):
-        for module, name in _named(path):
+        for module, name in _facts(path).named:
             room = _room_of(module)
             # the forms of a topic are part of it
             if room and not f"{_dotted(path)}.".startswith(f"{room.removesuffix('.show')}."):
@@ -210,7 +217,7 @@ def test_what_a_topic_knows_does_not_depend_on_how_it_is_shown():
     for path in _modules("armimpedance"):
         here = _dotted(path)
         if here.split(".")[1:2] in (["hand"], ["joint"], ["muscles"]) and ".show" not in here:
-            named = [module for module, _ in _imports(path)]
+            named = [module for module, _ in _facts(path).imports]
             shown = [m for m in named if re.search(r"\.(hand|joint|muscles)\..*show", m)]
             assert not shown, f"{here} imports {shown}"
 
@@ -220,43 +227,39 @@ def test_what_all_topics_share_names_none_of_them():
     topics = re.compile(r"armimpedance\.(hand|joint|muscles|app|lab)\b")
     for package in ("core", "numerics", "recordings", "limb", "show"):
         for path in _modules(f"armimpedance/{package}"):
-            tree = _parsed(path)
-            said = {
-                id(node.body[0].value)
-                for node in ast.walk(tree)
-                if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
-                and ast.get_docstring(node)
-            }
-            for node in ast.walk(tree):
-                text = node.value if isinstance(node, ast.Constant) and id(node) not in said else ""
-                assert not (isinstance(text, str) and topics.search(text)), f"{path}: {text}"
+            for text in _facts(path).texts:
+                assert not topics.search(text), f"{path}: {text}"
 
 
 def test_a_class_has_its_name_alone():
     seen: dict[str, Path] = {}
     for path in _modules("armimpedance"):
-        for node in _parsed(path).body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                assert node.name not in seen, f"{node.name}: {path} and {seen[node.name]}"
-                seen[node.name] = path
+        for name in _facts(path).classes:
+            if not name.startswith("_"):
+                assert name not in seen, f"{name}: {path} and {seen[name]}"
+                seen[name] = path
 
 
 def test_few_modules_are_long():
-    lengths = {path: len(path.read_text().splitlines()) for path in _modules("armimpedance")}
+    lengths = {path: _facts(path).lines for path in _modules("armimpedance")}
     long = [path.name for path, lines in lengths.items() if lines > 400]
     assert len(long) <= 10, long
     assert max(lengths.values()) <= 500
 
 
-def test_every_name_on_a_face_is_there_and_no_module_hides_it():
+def test_the_estimate_loads_no_plots_or_solvers_and_every_name_on_a_face_is_there():
+    # in one fresh process: first what the estimate loads, then all rooms
     code = (
-        "import importlib\n"
+        "import importlib, sys\n"
+        "for module in ('checks', 'estimation'):\n"
+        "    importlib.import_module(f'armimpedance.hand.still.{module}')\n"
+        "    assert not {'matplotlib', 'cvxpy', 'pinocchio'} & set(sys.modules), module\n"
         f"for room, names in {FACES!r}.items():\n"
         "    face = importlib.import_module(room)\n"
         "    assert set(face.__all__) == names, room\n"
         "    for name in sorted(names):\n"
         "        assert type(getattr(face, name)).__name__ != 'module', (room, name)\n"
-        "    # once more, now that every module of the room is loaded\n"
+        "    # once more, now that every module of the room is loaded: none hides a name\n"
         "    for name in sorted(names):\n"
         "        assert type(getattr(face, name)).__name__ != 'module', (room, name)\n"
     )
@@ -289,7 +292,7 @@ def _graph() -> dict[str, set[str]]:
     graph: dict[str, set[str]] = {}
     for module, path in files.items():
         graph[module] = set()
-        for target, name in _named(path):
+        for target, name in _facts(path).named:
             for found in (homes.get((target, name)), f"{target}.{name}", target):
                 if found in files:
                     graph[module].add(found)

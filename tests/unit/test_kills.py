@@ -133,9 +133,10 @@ def test_a_kill_at_any_step_leaves_the_old_or_the_new_and_the_next_run_sweeps(
     assert {after for _, _, after, _ in found} >= {before}
 
 
-@pytest.mark.parametrize("error", ["EIO", "ENOSPC"])
+@pytest.mark.first_cases(4)
 @pytest.mark.parametrize("old", [False, True], ids=["over nothing", "over an old one"])
 @pytest.mark.parametrize("kind", ["file", "folder"])
+@pytest.mark.parametrize("error", ["ENOSPC", "EIO"])
 def test_an_error_of_the_disk_at_any_step_is_told_and_leaves_the_old_or_the_new(
     tmp_path, kind, old, error
 ):
@@ -169,7 +170,7 @@ WRITERS = {
 def test_two_writers_of_one_output_leave_one_of_the_two_whole(tmp_path, kind):
     code = (
         "import sys\nfrom armimpedance.core.outputs import staged_file, staged_folder\n"
-        "for _ in range(150):\n" + WRITERS[kind]
+        "for _ in range(80):\n" + WRITERS[kind]
     )
     out = tmp_path / "out"
     call = [sys.executable, "-c", code, str(out)]

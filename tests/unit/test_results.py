@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 from functools import cache
 from numbers import Real
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import pushes, swing
 
 import armimpedance as ai
 from armimpedance.core.described import Meaning, meaning_in, meanings
@@ -23,20 +19,10 @@ from armimpedance.numerics.regression import Derived, with_derived
 from armimpedance.show.files.words import RowAxes, meaning_of
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.elbow import simulate_bench, simulate_elbow
-from manipulandum_sim.hand import simulate
-from manipulandum_sim.passive import simulate_passive
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
-@cache
 def session():
-    conditions = ["cocontraction_10", "cocontraction_20"]
-    return simulate("cocontraction", seed=1, sets=1, conditions=conditions)[0]
-
-
-def _two_sets():
-    return simulate("cocontraction", seed=1, sets=2, conditions=["cocontraction_10"])[0]
+    return pushes(sets=1)
 
 
 @cache
@@ -56,15 +42,13 @@ RESULTS = {
     "estimate": lambda: ai.estimate(session()),
     "joint": lambda: ai.to_joint(ai.estimate(session()), recording=session()),
     "muscles": lambda: ai.to_muscle(ai.estimate(session()), arm="planar6"),
-    "reflex": lambda: ai.reflex(session()),
+    "reflex": lambda: ai.reflex(pushes(1, ("cocontraction_10",))),
     "compare": lambda: ai.compare(session()),
     "inspect": lambda: ai.inspect(session()),
     "elbow": lambda: ai.elbow(bench()),
     "over time": lambda: ai.elbow_over_time(bench(), method="windows"),
-    "law": lambda: ai.emg_law(simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)[0]),
-    "passive": lambda: ai.passive(
-        simulate_passive("release", trials=1, duration_s=4.0)[0], quadratic=True
-    ),
+    "law": lambda: ai.emg_law(simulate_elbow("cocontraction", repetitions=1, duration_s=2.0)[0]),
+    "passive": lambda: ai.passive(swing(), quadratic=True, method="ls"),
     "body": lambda: ai.body(simulate_body(("all_joints",))[0], method="ls", noise_draws=0),
     "discriminate": _people,
 }
@@ -146,7 +130,9 @@ def test_only_what_names_a_row_is_its_index():
     arrays = ai.estimate(session(), by=("condition", "set")).to_xarray()
     assert list(arrays["row"].values) == list(arrays["condition"].values)
     # one condition in two sets: the set names a row, its provenance does not
-    again = ai.estimate(_two_sets(), by=("condition", "set")).to_xarray()
+    again = ai.estimate(
+        pushes(conditions=("cocontraction_10",)), by=("condition", "set")
+    ).to_xarray()
     assert list(again["row"].values) == list(again["set"].values)
     assert again["K"].attrs["long_name"] == "stiffness"
     assert again["ci_low_K"].attrs["long_name"] == "lower 95 % limit: stiffness"
@@ -174,57 +160,3 @@ def test_columns_of_therapy_are_described():
         texts = ("trial", "condition", "movement", "axis", "notes", "counts", "valid")
         unitless = [name for name, one in meanings(columns).items() if not one.unit]
         assert all(name in texts or name.endswith("_valid") for name in unitless)
-
-
-#: What one line in the file of a topic's equations adds to its result.
-ADDED = """{"lag": Derived(Meaning("time constant", "s"), lambda p: p["h"] / p["k"])}"""
-EVERY_FORM = """
-import json, sys
-from pathlib import Path
-import openpyxl, pandas as pd, scipy.io
-sys.path.insert(0, sys.argv[1])
-import armimpedance as ai
-from armimpedance.core.shown import html_table
-from armimpedance.joint.relaxed.show.text import passive_text
-from armimpedance.show.pages import parameter_table
-from column_pages import column_pages
-from manipulandum_sim.passive import simulate_passive
-
-fits = ai.passive(simulate_passive("release", trials=1, duration_s=4.0)[0])
-lag, k, h = (fits.summary.parameters[i] for i in (-1, 0, 1))
-assert lag.name == "lag" and abs(lag.value - h.value / k.value) < 1e-12 and 0 < lag.sd < 1
-for ending in ("csv", "json", "xlsx", "mat"):
-    fits.write(f"r.{ending}")
-fits.write("long.csv", long=True)
-[row] = pd.read_csv("long.csv").query("quantity == 'lag'").to_dict("records")
-assert (row["name"], row["unit"]) == ("time constant", "s") and row["lower"] < row["upper"]
-assert "lag" in list(pd.read_csv("r.csv")["parameter"])
-assert json.loads(Path("r.json").read_text())["parameters"][-1]["name"] == "lag"
-assert any("lag" in map(str, row) for row in openpyxl.load_workbook("r.xlsx")["results"].values)
-assert "lag" in repr(scipy.io.loadmat("r.mat", simplify_cells=True)["results"]["parameters"])
-for text in (passive_text(fits), repr(fits), fits._repr_html_(), repr(fits.to_frame())):
-    assert "lag" in text
-page = parameter_table(fits.summary.parameters)
-assert any("lag" in row[0] for row in page.rows)
-assert html_table([page.columns, *page.rows]) in fits._repr_html_()
-assert "time constant" in column_pages()["reference/columns"]
-assert "lag" in fits.to_xarray()["parameter"]
-"""
-
-
-@pytest.mark.skipif(not (ROOT / "docs/_site").exists(), reason="the source is not beside")
-def test_a_number_that_one_line_adds_is_in_every_form(tmp_path):
-    shutil.copytree(ROOT / "armimpedance", tmp_path / "armimpedance")
-    path = tmp_path / "armimpedance/joint/relaxed/equations.py"
-    text = path.read_text()
-    before = "PASSIVE_DERIVED: Final[Mapping[str, Derived]] = {}"
-    assert text.count(before) == 1
-    path.write_text(text.replace(before, before.replace("{}", ADDED)))
-    done = subprocess.run(
-        [sys.executable, "-c", EVERY_FORM, str(ROOT / "docs/_site")],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT}"},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr

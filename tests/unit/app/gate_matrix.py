@@ -64,7 +64,7 @@ def _copied(recording: Recording) -> Recording:
     """Every trial stands twice, under another number."""
     rows = [*range(recording.n_trials), *range(recording.n_trials)]
     at = np.concatenate([np.arange(*recording.offsets[[row, row + 1]]) for row in rows])
-    angles = recording.joint_angles
+    angles, emg = recording.joint_angles, recording.emg
     return replace(
         recording,
         trials=recording.trials.iloc[rows].assign(trial=np.arange(1, len(rows) + 1)),
@@ -73,6 +73,7 @@ def _copied(recording: Recording) -> Recording:
         position=recording.position[at],
         force=recording.force[at],
         joint_angles=None if angles is None else angles[at],
+        emg=None if emg is None else emg[at],
     )
 
 
@@ -82,15 +83,16 @@ def _away(recording: Recording) -> Recording:
     return replace(recording, position=recording.position + way[:, None] * [1.0, 0.0])
 
 
-def others() -> dict[str, Recording]:
-    """Commands of other experiments, each with a recording that it takes."""
-    return {
-        "random {0} --out {1}.csv": simulate_random(seed=1, trials=2, duration_s=6.0)[0],
-        "movement {0} --out {1}.csv": simulate_movement(
-            seed=1, repeats=2, unperturbed=15, phases=(0.5,)
-        )[0],
-        "elbow {0} --out {1}.json": simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)[0],
-    }
+#: Commands of other experiments, each with what makes a recording that it takes.
+OTHERS: Final = {
+    "random {0} --out {1}.csv": lambda: simulate_random(seed=1, trials=2, duration_s=6.0)[0],
+    "movement {0} --out {1}.csv": lambda: simulate_movement(
+        seed=1, repeats=2, unperturbed=15, phases=(0.5,)
+    )[0],
+    "elbow {0} --out {1}.json": lambda: simulate_bench(
+        0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0
+    )[0],
+}
 
 
 #: What may be wrong with any of these. Of one axis none can be exchanged.
@@ -104,16 +106,16 @@ WRONG: Final = {
 
 def table_of_others(folder: Path) -> str:
     """The same of other experiments: what ends their commands, and `inspect`, with status 2."""
-    made = others()
+    made = {command: make() for command, make in OTHERS.items()}
     heads = [f"`{name_of(command)}`" for command in made]
     lines = [f"| what is wrong | {' | '.join(heads)} |", "| --- |" + " --- |" * len(heads)]
     for name, damage in WRONG.items():
-        cells = [_ends(folder / name, command, damage(one)) for command, one in made.items()]
+        cells = [ends(folder / name, command, damage(one)) for command, one in made.items()]
         lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
 
-def _ends(folder: Path, command: str, recording: Recording | None) -> str:
+def ends(folder: Path, command: str, recording: Recording | None) -> str:
     if recording is None:
         return "-"
     place, complained = folder / command.split()[0], StringIO()
@@ -145,14 +147,14 @@ def name_of(command: str) -> str:
     return command.partition(" --out")[0].partition(" --shape")[0].replace(" {0}", "")
 
 
-def table(folder: Path) -> str:
-    """The matrix in Markdown."""
+def table(folder: Path, whole: Recording) -> str:
+    """The matrix in Markdown, from a sound recording."""
     heads = [f"`{name_of(command)}`" for command in COMMANDS]
     lines = [
         "| check | what is wrong | " + " | ".join(heads) + " |",
         "| --- | --- |" + " --- |" * len(heads),
     ]
-    for check, (wrong, recording) in failing(sound()).items():
+    for check, (wrong, recording) in failing(whole).items():
         place = folder / check.replace(" ", "_")
         write_recording(recording, place)
         cells = [outcome(command, check, place, folder) for command in COMMANDS]
@@ -162,4 +164,4 @@ def table(folder: Path) -> str:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as made:
-        sys.stdout.write(table(Path(made)) + "\n" + table_of_others(Path(made)))
+        sys.stdout.write(table(Path(made), sound()) + "\n" + table_of_others(Path(made)))

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sessions import LEVELS, pushes
 
 import armimpedance as ai
 from armimpedance.app.inspection import inspect
@@ -14,7 +15,6 @@ from armimpedance.hand.comparison.show import compare
 from armimpedance.hand.planning.show import plan
 from armimpedance.hand.still.show import checked_response, estimate, estimate_all, reflex
 from manipulandum_sim.elbow import simulate_elbow
-from manipulandum_sim.hand import simulate
 
 VERBS = {
     "estimate": estimate,
@@ -29,8 +29,7 @@ VERBS = {
 
 @pytest.fixture(scope="module")
 def hand():
-    conditions = ["cocontraction_10", "cocontraction_30"]
-    return simulate("cocontraction", seed=1, sets=2, conditions=conditions, emg=False)[0]
+    return pushes()
 
 
 def late(recording, samples):
@@ -71,7 +70,8 @@ def test_a_broken_assumption_marks_every_row_of_every_verb(hand):
 
 
 def test_the_reflex_verb_leaves_the_reflex_to_itself(hand):
-    shifted = reflex(late(hand, 3))
+    one = (hand.trials["condition"] == LEVELS[0]) & (hand.trials["set"] == 1)
+    shifted = reflex(late(hand.select(one.to_numpy()), 3))
     assert not any(warning.startswith("reflex") for warning in shifted.warnings)
     assert "delay" in shifted.to_frame()["warnings"].iloc[0]
 
@@ -84,7 +84,7 @@ def test_what_moves_no_limb_gives_no_number():
 
 
 def test_a_device_that_imposes_the_torque_is_named():
-    recording = simulate_elbow("posture", seed=1, repetitions=1)[0]
+    recording = simulate_elbow("posture", seed=1, repetitions=1, duration_s=4.5)[0]
     assert any(
         warning.startswith("imposed: ")
         for warning in estimate(recording, band_hz=(5, 45))[0].warnings

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import pushes, swing
 
 from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
@@ -15,18 +16,16 @@ from armimpedance.recordings import write_recording
 from armimpedance.show.verbs.results import read, read_recording
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.elbow import simulate_elbow
-from manipulandum_sim.hand import simulate
-from manipulandum_sim.passive import simulate_passive
 
 
 @pytest.fixture(scope="module")
 def hand():
-    return simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])[0]
+    return pushes(1, ("cocontraction_10",))
 
 
 @pytest.fixture(scope="module")
 def markers():
-    return simulate_passive("release", trials=1, duration_s=3.0)[0]
+    return swing()
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +111,7 @@ def test_what_is_missing_is_listed():
 
 @pytest.mark.parametrize("test", ["calibration", "spring"])
 def test_a_joint_that_nothing_disturbs_is_usable_for_its_emg(test):
-    recording, _ = simulate_elbow(test, repetitions=1, duration_s=4.0)
+    recording, _ = simulate_elbow(test, repetitions=1, duration_s=2.0)
     inspected = inspect(recording)
     (fit,) = [check for check in inspected.checks if check.name == "fit"]
     assert fit.verdict == "warning"

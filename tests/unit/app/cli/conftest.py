@@ -35,6 +35,14 @@ def refusal(capsys, tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope="session")
+def sound_bench(tmp_path_factory):
+    """Sound files of a therapy robot and of a session in it, which are read only."""
+    from therapy_bench import bench_in
+
+    return bench_in(tmp_path_factory.mktemp("therapy"))
+
+
+@pytest.fixture(scope="session")
 def release():
     """Two swings of a relaxed forearm of 4 s each, filmed, and their truth."""
     return simulate_passive("release", trials=2, duration_s=4.0)

@@ -41,6 +41,15 @@ def people(limb, tmp_path_factory):
     return [str(folder / name) for name in names]
 
 
+@pytest.fixture(scope="module")
+def estimated(people, tmp_path_factory):
+    """Results of two of them, together and of the first alone."""
+    folder = tmp_path_factory.mktemp("estimated")
+    main(["estimate", *people[:2], "--out", str(folder / "both.csv")])
+    main(["estimate", people[0], "--out", str(folder / "one.csv")])
+    return folder
+
+
 def refused(capsys, *arguments):
     code = None
     try:
@@ -81,17 +90,17 @@ def test_same_seed_same_bits_and_against_turns_the_pair(people, tmp_path, capsys
     assert a["stiffness", "size"] == pytest.approx(1 / b["stiffness", "size"])
 
 
-def test_results_without_trials_say_so(people, tmp_path, capsys):
-    results, out = tmp_path / "hand.csv", tmp_path / "d.csv"
-    main(["estimate", people[0], "--out", str(results)])
-    assert main(["compare", str(results), "--out", str(out)]) == 0
+def test_results_without_trials_say_so(estimated, tmp_path, capsys):
+    out = tmp_path / "d.csv"
+    assert main(["compare", str(estimated / "one.csv"), "--out", str(out)]) == 0
     assert "no trials at hand" in capsys.readouterr().out
     table = pd.read_csv(out).set_index(["matrix", "quantity"])
     assert set(table["basis"]) == {"covariance"}
     assert table.loc[("stiffness", "t2")]["p"] < 0.001
 
 
-@pytest.mark.parametrize("column", ["recording", "subject"])
+@pytest.mark.first_cases(1)
+@pytest.mark.parametrize("column", ["subject", "recording"])
 def test_subjects_from_recordings(people, tmp_path, capsys, column):
     out = tmp_path / "d.csv"
     assert main(["compare", *people, "--subjects", column, "--out", str(out)]) == 0
@@ -146,30 +155,23 @@ def test_refusals_are_one_line_and_write_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_several_recordings_must_be_told_apart(people, capsys, tmp_path):
+def test_several_recordings_must_be_told_apart(people, estimated, capsys, tmp_path):
     assert "--subjects recording" in refused(capsys, "compare", *people)
     assert "no such file" in refused(capsys, "compare", tmp_path / "nowhere")
-    results = tmp_path / "r.csv"
-    main(["estimate", people[0], "--out", str(results)])
-    capsys.readouterr()
+    results = estimated / "one.csv"
     assert "only recordings" in refused(capsys, "compare", people[0], results)
 
 
-def test_results_without_errors_are_refused(people, capsys, tmp_path):
+def test_results_without_errors_are_refused(estimated, capsys, tmp_path):
     results = tmp_path / "r.csv"
-    main(["estimate", people[0], "--out", str(results)])
-    capsys.readouterr()
-    table = pd.read_csv(results, keep_default_na=False)
+    table = pd.read_csv(estimated / "one.csv", keep_default_na=False)
     bare = [c for c in table if c == "covariance" or c.startswith("sd_")]
     table.drop(columns=bare).to_csv(results, index=False)
     assert "results without covariance" in refused(capsys, "compare", results)
 
 
-def test_several_rows_of_one_group_are_refused(people, capsys, tmp_path):
-    results = tmp_path / "r.csv"
-    main(["estimate", *people[:2], "--out", str(results)])
-    capsys.readouterr()
-    assert "several results for relaxed" in refused(capsys, "compare", results)
+def test_several_rows_of_one_group_are_refused(estimated, capsys):
+    assert "several results for relaxed" in refused(capsys, "compare", estimated / "both.csv")
 
 
 def test_trials_without_directions_are_exchanged_freely(people, limb, tmp_path, capsys):

@@ -18,7 +18,7 @@ from manipulandum_sim.elbow import simulate_elbow
 def twice(tmp_path_factory):
     """A session of the elbow in which every trial stands under two numbers."""
     folder = tmp_path_factory.mktemp("lab") / "session"
-    once = simulate_elbow("posture", seed=2, repetitions=2, duration_s=6.0)[0]
+    once = simulate_elbow("posture", seed=2, repetitions=2, duration_s=3.0)[0]
     more = once.trials.assign(trial=once.trials["trial"] + 10)
     both = replace(
         once,

@@ -37,7 +37,7 @@ def damaged(bench, tmp_path):
     """Write the bench's recording with some of its fields changed."""
 
     def write(**changes):
-        write_folder(replace(bench, **changes), tmp_path / "damaged", table="csv")
+        write_folder(replace(bench, **changes), tmp_path / "damaged")
         return tmp_path / "damaged"
 
     return write
@@ -47,7 +47,7 @@ def damaged(bench, tmp_path):
 def levels(tmp_path_factory):
     """Trials at levels of co-contraction, with raw EMG, on disk."""
     folder = tmp_path_factory.mktemp("levels") / "levels"
-    recording, _ = simulate_elbow("cocontraction", repetitions=1, noise="sensor", duration_s=6.0)
+    recording, _ = simulate_elbow("cocontraction", repetitions=1, noise="sensor", duration_s=4.0)
     write_folder(recording, folder)
     return recording, folder
 
@@ -76,16 +76,14 @@ def test_fit_json_holds_the_contract_and_the_truth(bench_folder, method, tmp_pat
     assert max(map(len, text.splitlines())) <= 100
 
 
-@pytest.mark.parametrize("force_by", ["limb", "device"])
-def test_a_torque_by_the_device_is_turned_by_the_reader(bench, force_by, tmp_path):
+def test_a_torque_by_the_device_is_turned_by_the_reader(bench, tmp_path):
     folder = tmp_path / "foreign"
     write_folder(bench, folder, table="csv")
     about = json.loads((folder / "recording.json").read_text())
-    (folder / "recording.json").write_text(json.dumps(about | {"force_by": force_by}))
-    if force_by == "device":
-        table = pd.read_csv(folder / "samples.csv")
-        table["tau1_Nm"] *= -1
-        table.to_csv(folder / "samples.csv", index=False)
+    (folder / "recording.json").write_text(json.dumps(about | {"force_by": "device"}))
+    table = pd.read_csv(folder / "samples.csv")
+    table["tau1_Nm"] *= -1
+    table.to_csv(folder / "samples.csv", index=False)
     fit = fit_of(folder, tmp_path / "fit.json")
     assert fit["parameters"][2]["value"] == pytest.approx(JOINT[2], rel=0.1)
 
@@ -158,7 +156,7 @@ def test_a_figure_is_drawn_where_it_was_asked_for(bench_folder, levels, tmp_path
 
 
 def test_the_law_over_emg_is_written_with_its_points(levels, tmp_path, capsys):
-    calibration, _ = simulate_elbow("calibration", repetitions=1, duration_s=3.0)
+    calibration, _ = simulate_elbow("calibration", repetitions=1, duration_s=2.0)
     write_folder(calibration, tmp_path / "calibration")
     law = fit_of(
         levels[1], tmp_path / "law.json", "--emg-law", "--imcj", str(tmp_path / "calibration")
@@ -257,32 +255,36 @@ def a_noisy_angle(recording):
     return {"position": recording.position + 2 * recording.position.std() * noise}
 
 
-@pytest.mark.parametrize(
-    ("damage", "match"),
-    [
-        (a_clipped_angle, "angle"),
-        (a_clipped_torque, "torque"),
-        (a_still_joint, "angle"),
-        (the_wrong_sign, "sign"),
-        (a_noisy_angle, "dB"),
-    ],
-)
-@pytest.mark.parametrize("method", METHODS)
+DAMAGES = [
+    (a_clipped_angle, "angle"),
+    (a_clipped_torque, "torque"),
+    (a_still_joint, "angle"),
+    (a_noisy_angle, "dB"),
+    (the_wrong_sign, "sign"),
+]
+
+
+def each_with_each(damages, methods):
+    """Every damage with another method first, then the other pairs."""
+    return [
+        pytest.param(*damage, methods[(i + turn) % len(methods)])
+        for turn in range(len(methods))
+        for i, damage in enumerate(damages)
+    ]
+
+
+@pytest.mark.first_cases(len(DAMAGES))
+@pytest.mark.parametrize(("damage", "match", "method"), each_with_each(DAMAGES, METHODS))
 def test_a_damaged_recording_is_one_line(bench, damaged, refusal, damage, match, method):
     folder = damaged(**damage(bench))
     assert match in refusal("elbow", folder, "--method", method, "--out", "fit.json")
 
 
+@pytest.mark.first_cases(len(DAMAGES[:4]))
 @pytest.mark.parametrize(
-    ("damage", "match"),
-    [
-        (a_clipped_angle, "angle"),
-        (a_clipped_torque, "torque"),
-        (a_still_joint, "angle"),
-        (a_noisy_angle, "dB"),
-    ],
+    ("damage", "match", "method"),
+    each_with_each(DAMAGES[:4], ("windows", "quadratic", "smoother", "spline")),
 )
-@pytest.mark.parametrize("method", ["windows", "quadratic", "smoother", "spline"])
 def test_a_damaged_recording_has_no_course(bench, damaged, refusal, damage, match, method):
     folder = damaged(**damage(bench))
     assert match in refusal("elbow", folder, "--time-varying", method, "--out", "course.csv")
@@ -351,7 +353,7 @@ def test_muscles_that_are_not_there_are_refused(levels, refusal):
 
 
 def test_a_law_of_one_level_is_refused(levels, tmp_path, refusal):
-    posture, _ = simulate_elbow("posture", repetitions=4, noise="sensor", duration_s=4.0)
+    posture, _ = simulate_elbow("posture", repetitions=4, noise="sensor", duration_s=2.0)
     write_folder(posture, tmp_path / "one")
     said = refusal("elbow", tmp_path / "one", "--emg-law", "--out", "law.json")
     assert "amplitude" in said

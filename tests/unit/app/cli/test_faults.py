@@ -9,6 +9,7 @@ import sys
 import warnings
 
 import pytest
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.core.errors import LONGEST_MESSAGE, EstimationError, InputError
@@ -16,13 +17,12 @@ from armimpedance.hand.still import in_order
 from armimpedance.recordings import write_recording
 from armimpedance.show.command.failures import library_warnings, told
 from armimpedance.show.command.screen import safe_screen
-from manipulandum_sim.hand import simulate
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     """A short session of pushes on the disk."""
-    recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    recording = pushes(1, ("cocontraction_10",))
     folder = tmp_path_factory.mktemp("faults") / "session"
     write_recording(recording, folder)
     return folder

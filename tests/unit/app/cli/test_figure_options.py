@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.recordings import write_recording
-from manipulandum_sim.hand import simulate
 
 
 def call(*words) -> int:
@@ -17,9 +17,7 @@ def call(*words) -> int:
 def folder(tmp_path_factory) -> Path:
     """A session of two conditions, its results, and its joints' results."""
     path = tmp_path_factory.mktemp("figures")
-    levels = ["cocontraction_10", "cocontraction_30"]
-    recording, _ = simulate("cocontraction", seed=4, sets=1, conditions=levels)
-    write_recording(recording, path / "session")
+    write_recording(pushes(1), path / "session")
     return path
 
 

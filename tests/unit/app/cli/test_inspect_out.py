@@ -7,17 +7,17 @@ import json
 from dataclasses import replace
 
 import pytest
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.app.inspection import inspect
 from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.show.verbs.results import read
-from manipulandum_sim.hand import simulate
 
 
 @pytest.fixture(scope="module")
 def recording():
-    return simulate("cocontraction", seed=1, sets=2, conditions=["cocontraction_10"])[0]
+    return pushes(2, ("cocontraction_10",))
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from sessions import pushes
 
 from armimpedance.app.cli.main import run as main
 from armimpedance.hand.show.results_csv import write_results
 from armimpedance.hand.still.estimation import estimate
 from armimpedance.recordings.tables.folder import write_folder
-from manipulandum_sim.hand.simulate import simulate_condition
 
 
 def profile_of(file):
@@ -19,9 +19,9 @@ def profile_of(file):
 
 @pytest.fixture(scope="module")
 def pilot(tmp_path_factory):
-    """A recording of three sets, and its estimate."""
+    """A recording of two sets, and its estimate."""
     folder = tmp_path_factory.mktemp("pilot")
-    recording, _ = simulate_condition(seed=2, sets=3, emg=False)
+    recording = pushes(2, ("cocontraction_10",))
     write_folder(recording, folder / "session")
     write_results(estimate(recording), folder / "hand.csv")
     return folder
@@ -75,7 +75,7 @@ def test_pilot_brings_arm_noise_and_its_own_disturbance(pilot, capsys):
 def test_results_bring_the_arm(pilot, capsys):
     call = ["plan", "--results", str(pilot / "hand.csv"), "--shape", "designed"]
     assert main([*call, "--noise", "sensor"]) == 0
-    assert "repeat_000" in capsys.readouterr().out
+    assert "cocontraction_10" in capsys.readouterr().out
 
 
 def test_design_for_the_users_limits(tmp_path, capsys):
@@ -137,5 +137,7 @@ def test_bad_calls_are_one_line(arguments, says, capsys, tmp_path, monkeypatch):
 
 
 def test_an_unknown_condition_is_refused(pilot, capsys):
-    assert "repeat_000" in refused(capsys, "--pilot", pilot / "session", "--condition", "x")
-    assert "repeat_000" in refused(capsys, "--results", pilot / "hand.csv", "--condition", "x")
+    assert "cocontraction_10" in refused(capsys, "--pilot", pilot / "session", "--condition", "x")
+    assert "cocontraction_10" in refused(
+        capsys, "--results", pilot / "hand.csv", "--condition", "x"
+    )

@@ -26,7 +26,7 @@ def answering(recording, gain, delay=0.06):
 @pytest.fixture(scope="module")
 def session(limb, tmp_path_factory):
     folder = tmp_path_factory.mktemp("reflex") / "session"
-    recording = limb.record(sets=8, duration=0.15, force_noise=0.2, drift=0.002)
+    recording = limb.record(sets=4, duration=0.15, force_noise=0.14, drift=0.002)
     write_folder(answering(recording, 0.25), folder, table="parquet")
     return folder
 

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy.io import loadmat
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.recordings.tables.folder import write_folder
-from manipulandum_sim.hand import simulate
 
 LONG = {"quantity", "name", "i", "j", "value", "lower", "upper", "sd", "unit"}
 
@@ -20,9 +20,7 @@ LONG = {"quantity", "name", "i", "j", "value", "lower", "upper", "sd", "unit"}
 def home(tmp_path_factory):
     """A session of two conditions and its results."""
     folder = tmp_path_factory.mktemp("results")
-    names = ["cocontraction_10", "cocontraction_30"]
-    recording, _ = simulate("cocontraction", seed=1, sets=2, conditions=names)
-    write_folder(recording, folder / "session")
+    write_folder(pushes(1), folder / "session")
     ran(folder, "estimate", "session", "hand.csv")
     return folder
 

@@ -11,7 +11,7 @@ from armimpedance.__main__ import main
 from armimpedance.recordings.tables.folder import read_folder
 from manipulandum_sim.elbow.truth import ElbowTruth
 
-SHORT = ("--sets", "1", "--duration-s", "1.5")
+SHORT = ("--sets", "1", "--duration-s", "1")
 
 
 @pytest.mark.parametrize(

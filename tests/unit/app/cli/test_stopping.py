@@ -56,7 +56,8 @@ def at_work(
     return process
 
 
-@pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
+@pytest.mark.first_cases(4)
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
 @pytest.mark.parametrize("work", ["time.sleep(60)", "import_that_breaks()"])
 def test_a_signal_to_end_is_one_line_and_leaves_nothing_half_written(tmp_path, name, status, work):
     # A library that is interrupted while it is loaded may raise an error of its own.
@@ -127,7 +128,7 @@ def test_a_closed_standard_stream_costs_no_file_and_nothing_else_gets_into_one(t
 
 
 def test_an_error_is_not_printed_among_the_results_where_standard_error_is_closed(tmp_path):
-    call = [sys.executable, "-m", "armimpedance", "inspect", str(tmp_path / "nowhere")]
+    call = [sys.executable, "-m", "armimpedance", "map-columns", str(tmp_path / "nowhere")]
     done = subprocess.run(call, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2))
     assert done.returncode == 2
     assert done.stdout == b""
@@ -164,25 +165,26 @@ def test_a_worker_that_was_killed_is_no_fault_of_the_input():
 
 #: A command whose workers take for ever.
 WITH_WORKERS = """
-import sys, time
-from armimpedance.hand.still import in_order
-from armimpedance.app.study import Processes
+import time
 if __name__ == "__main__":
-    {work}
+    # here, and not above: the workers need not load it too
+    from {place} import {name}
+    list({work})
 """
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc for children")
 @pytest.mark.parametrize(
-    "work",
+    ("place", "name", "work"),
     [
-        "list(in_order(time.sleep, [(600,)] * 2, workers=2))",
-        "list(Processes(2)(time.sleep, [600] * 2))",
+        ("armimpedance.hand.still", "in_order", "in_order(time.sleep, [(600,)] * 2, workers=2)"),
+        ("armimpedance.app.study", "Processes", "Processes(2)(time.sleep, [600] * 2)"),
     ],
+    ids=["in_order", "Processes"],
 )
-def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path, work):
+def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path, place, name, work):
     script = tmp_path / "work.py"
-    script.write_text(WITH_WORKERS.format(work=work))
+    script.write_text(WITH_WORKERS.format(place=place, name=name, work=work))
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     environment = {**os.environ, "TMPDIR": str(temporary)}

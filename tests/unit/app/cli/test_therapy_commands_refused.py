@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from therapy_bench import DRAWINGS, PERSON, PIPE, bench_in, lifted, recorded
+from therapy_bench import DRAWINGS, PERSON, PIPE, lifted, recorded
 
 from armimpedance.__main__ import main
 from armimpedance.core.records import Subject
@@ -18,8 +18,8 @@ from armimpedance.recordings.tables.folder import write_folder
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory):
-    return bench_in(tmp_path_factory.mktemp("therapy"))
+def bench(sound_bench):
+    return sound_bench
 
 
 def test_sound_files_are_taken_and_predict_other_movements(bench, tmp_path, capsys):
@@ -142,6 +142,17 @@ def cases(table):
     return pytest.mark.parametrize("case", table.values(), ids=list(table))
 
 
+def of_each(commands, table):
+    """Every case with another command first, then with the other commands."""
+    pairs = [
+        pytest.param(commands[(i + turn) % len(commands)], case, id=f"{name}-{turn}")
+        for turn in range(len(commands))
+        for i, (name, case) in enumerate(table.items())
+    ]
+    every = pytest.mark.parametrize(("command", "case"), pairs)
+    return lambda test: pytest.mark.first_cases(len(table))(every(test))
+
+
 def refused(refusal, bench, command, case, folder):
     """The line about a recording that was damaged, which must name it."""
     damage, words = case
@@ -152,8 +163,7 @@ def refused(refusal, bench, command, case, folder):
         assert word in said, said
 
 
-@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
-@cases(OF_ANY)
+@of_each(("robot", "arm", "contribution"), OF_ANY)
 def test_a_recording_that_this_robot_cannot_have_made(refusal, bench, command, case, tmp_path):
     refused(refusal, bench, command, case, tmp_path / "damaged")
 
@@ -232,8 +242,7 @@ ROBOTS = {
 }
 
 
-@pytest.mark.parametrize("command", ["arm", "contribution"])
-@cases(ROBOTS)
+@of_each(("contribution", "arm"), ROBOTS)
 def test_another_robots_file(refusal, bench, command, case, tmp_path):
     change, at_fault, words = case
     path = edited(bench, tmp_path, "robot", change)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from therapy_bench import DRAWINGS, PIPE, bench_in, lifted, recorded
+from therapy_bench import DRAWINGS, PIPE, lifted, recorded
 
 from armimpedance.__main__ import main
 from armimpedance.core.arrays import to_plain
@@ -27,8 +27,8 @@ HOSTILE = "<script>alert(1)</script>"
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory):
-    return bench_in(tmp_path_factory.mktemp("therapy"))
+def bench(sound_bench):
+    return sound_bench
 
 
 @pytest.fixture(scope="module")

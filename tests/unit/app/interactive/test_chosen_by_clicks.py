@@ -1,33 +1,40 @@
 """A choice made by clicks is the one that its script makes, and asks what the file does not say."""
 
 import runpy
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import LEVELS, pushes
 
 import armimpedance as ai
 from armimpedance.app.interactive.choice import ChosenAnalysis, groupings, questions_of
 from armimpedance.core.errors import InputError
-from manipulandum_sim.hand import simulate
 
-NAMES = ["cocontraction_00", "cocontraction_10", "cocontraction_30"]
+NAMES = [LEVELS[0], "later", LEVELS[1]]
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     path = tmp_path_factory.mktemp("session") / "it's a session"
-    recording, _ = simulate("cocontraction", seed=3, sets=2, conditions=NAMES)
-    ai.write_recording(recording, path)
+    recording = pushes()
+    later = recording.trials["set"] == 2
+    condition = recording.trials["condition"].mask(
+        later & (recording.trials["trial"] > 8), NAMES[1]
+    )
+    trials = recording.trials.assign(condition=condition)
+    ai.write_recording(replace(recording, trials=trials), path)
     return path
 
 
 @pytest.mark.first_cases(1)
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     ("reading", "conditions", "left_out", "mass", "trials"),
     [
-        ({}, (NAMES[0], NAMES[2]), (2, 3), 0.3, 30),
-        ({}, (), (), None, 48),
+        ({}, (NAMES[0], NAMES[2]), (2, 3), 0.3, 14),
+        ({}, (), (), None, 32),
         ({"where": "set == 1 or trial == 20"}, (NAMES[0],), (1,), None, None),
     ],
     ids=["some", "all", "with where"],

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from sessions import pushes
 
 from armimpedance.__main__ import main
 from armimpedance.app.cli.main import COMMANDS, make_parser
@@ -23,14 +24,15 @@ from armimpedance.app.study.participants import task_of
 from armimpedance.app.study.store import Fingerprints, Store
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file, staged_folder, written_within
+from armimpedance.recordings import write_recording
 from armimpedance.show.command.outputs import OutputPath
 
 DOCS = Path(__file__).resolve().parents[4] / "docs/reference/study.md"
 
 
 def simulated(folder: Path) -> None:
-    words = ["simulate", "cocontraction", "--sets", "1", "--table", "csv"]
-    assert main([*words, "--out", str(folder)]) == 0
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    write_recording(pushes(1, ("cocontraction_10",)), folder, table="csv")
 
 
 @pytest.fixture(scope="module")
@@ -243,16 +245,20 @@ def test_what_the_check_does_not_see_the_writer_refuses(place, tmp_path, step):
     assert held(place) == before
 
 
-def test_a_persons_name_that_is_an_option_writes_nothing_elsewhere(place, tmp_path, capsys):
+def test_a_persons_name_that_is_an_option_writes_nothing_elsewhere(tmp_path):
     data = tmp_path / "data"
     simulated(data / "sub---out")
     # Checked, this is a list of recordings; with the person's name it is an output beside the data.
     write_design(data, "estimate {recording} {participant} {study}/x.csv --method exact")
-    before = held(tmp_path)
-    words = ["study", str(data), str(tmp_path / "out"), "participant", "--workers", "1"]
-    assert main(words) == 3
-    assert "x.csv" in capsys.readouterr().out
-    assert held(tmp_path) == before
+    design = read_design(None, data)
+    check_steps(design, parse)
+    before = held(data)
+    prints = Fingerprints()
+    task = task_of(StudySession("--out", "", data / "sub---out"), design)
+    outcome = carry_out(task, Store(tmp_path / "store", prints), prints, command)
+    assert outcome.state == "failed"
+    assert "x.csv: lies outside" in str(outcome)
+    assert held(data) == before
 
 
 @pytest.mark.parametrize("name", ["sub-..", "sub-1/ses-.."])

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import pushes
 
 import armimpedance as ai
 from armimpedance.__main__ import main
@@ -20,7 +21,6 @@ from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.recordings import ReadOptions, open_recording, write_recording
 from armimpedance.recordings.bids.tsv import parsed
 from armimpedance.show.files.sharing.form import FORMS, Shared, Statement
-from manipulandum_sim.hand import simulate
 
 ARRAYS = ("time_s", "position", "force", "joint_angles", "emg", "offsets")
 #: Conditions as a lab may call them: numbers, formulas, marks of other formats.
@@ -29,11 +29,8 @@ CONDITIONS = ("007", "1e3", "=1+1", "a|b <c>", 'quo"te', "true", "Kraft 5 N, Üb
 
 @pytest.fixture(scope="module")
 def hand() -> Recording:
-    """Eight trials of a simulated hand, of different lengths."""
-    recording, _ = simulate(
-        "cocontraction", seed=1, sets=1, conditions=["cocontraction_10"], noise="sensor"
-    )
-    return recording
+    """Eight trials of a simulated hand."""
+    return pushes(1, ("cocontraction_10",))
 
 
 def _as_bids(recording, folder: Path, **said) -> Path:

@@ -11,27 +11,30 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from sessions import LEVELS, pushes
 
 import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
 from armimpedance.show.pages.rendering import VEGA, html_of
-from manipulandum_sim.hand import simulate
 
 HOSTILE = '<script>alert("1")</script> & $x_1$ </script> =1+1'
-CONDITIONS = ["cocontraction_10", "cocontraction_20"]
+#: Names of the file and of a condition are no words of the page's own language.
+NAME = Path(HOSTILE[:9])
+CONDITIONS = [HOSTILE, "b"]
 
 
 @pytest.fixture(scope="module")
 def session():
-    recording, _ = simulate("cocontraction", seed=5, sets=2, conditions=CONDITIONS)
-    return recording
+    recording = pushes()
+    named = dict(zip(LEVELS, CONDITIONS, strict=True))
+    return _with(recording, recording.trials.replace({"condition": named}))
 
 
 @pytest.fixture(scope="module")
 def page(session):
-    return report_page(Asked((Path("session"),), opened=session))
+    return report_page(Asked((NAME,), opened=session))
 
 
 @pytest.fixture(scope="module")
@@ -83,11 +86,7 @@ def test_the_courses_of_the_trials_are_the_recordings_to_half_a_step(session, pa
     assert np.abs(difference - np.median(difference)).max() < 0.05
 
 
-def test_names_of_a_file_stay_text(session, parse):
-    named = session.trials.assign(
-        condition=np.where(session.trials["condition"] == CONDITIONS[0], HOSTILE, "b")
-    )
-    parsed = parse(html_of(report_page(Asked((Path(HOSTILE[:9]),), opened=_with(session, named)))))
+def test_names_of_a_file_stay_text(parsed):
     assert len([tag for tag, _ in parsed.elements if tag == "script"]) == 4
     assert HOSTILE in parsed.words
     assert HOSTILE in parsed.data("results")["condition"]
@@ -110,7 +109,7 @@ def _with(recording, trials):
     ids=lambda value: "-".join(map(str, value.values())) if isinstance(value, dict) else "",
 )
 def test_the_methods_paragraph_says_what_ran(session, options, words):
-    page = report_page(Asked((Path("session"),), opened=session, **options))
+    page = report_page(Asked((NAME,), opened=session, **options))
     for word in (*words, ai.__version__, "disturbances", "reflex"):
         assert word in page.methods.paragraph
     said = dict(page.made)
@@ -125,7 +124,7 @@ def test_every_check_stands_on_the_page_with_what_it_would_have_seen(session, pa
 
 @pytest.mark.study
 def test_the_same_session_gives_the_same_bytes(session, page):
-    again = report_page(Asked((Path("session"),), opened=session))
+    again = report_page(Asked((NAME,), opened=session))
     assert html_of(again) == html_of(page)
 
 
@@ -140,12 +139,14 @@ def test_a_session_that_cannot_be_used_gets_a_page_that_says_so(session, tmp_pat
     assert "K_11" not in text
 
 
-def test_overruled_checks_stand_among_the_warnings(session):
+@pytest.mark.usefixtures("undrawn")
+def test_overruled_checks_are_warnings_and_methods_stand_side_by_side_where_asked(session):
     turned = replace(session, force=-session.force)
-    asked = Asked((Path("turned"),), opened=turned, despite=("force sign", "units"))
+    asked = Asked((NAME,), opened=turned, method="all", despite=("force sign", "units"))
     page = report_page(asked)
     assert page.verdict.state != "ok"
     assert "force sign" in page.verdict.wrong
+    assert "Methods side by side" in [section.title for section in page.reviewer]
 
 
 def test_a_table_of_results_is_reported_without_its_trials(session, tmp_path):
@@ -155,11 +156,6 @@ def test_a_table_of_results_is_reported_without_its_trials(session, tmp_path):
     text = out.read_text()
     assert len(text) < 1.6e6
     assert re.search("SHA-256 of hand.csv", text)
-
-
-def test_methods_side_by_side_where_they_are_asked(session):
-    page = report_page(Asked((Path("session"),), opened=session, method="all"))
-    assert "Methods side by side" in [section.title for section in page.reviewer]
 
 
 def test_the_points_of_a_picture_stand_beside_it(parsed):
@@ -196,7 +192,7 @@ def test_the_groups_of_a_session_are_compared_on_its_page(session, page):
 @pytest.mark.study
 def test_one_group_is_compared_with_nothing(session):
     one = session.select((session.trials["condition"] == CONDITIONS[0]).to_numpy())
-    page = report_page(Asked((Path("session"),), opened=one))
+    page = report_page(Asked((NAME,), opened=one))
     assert "What differs" not in [section.title for section in page.reader]
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
+from sessions import pushes
 
 import armimpedance as ai
 from armimpedance.__main__ import main
@@ -29,9 +31,16 @@ def of(recording, **options):
 
 @pytest.fixture(scope="module")
 def session():
-    return simulate("cocontraction", seed=5, sets=1, conditions=["cocontraction_10"])[0]
+    return pushes(1, ("cocontraction_10",))
 
 
+@pytest.fixture
+def unrendered(monkeypatch):
+    """Drawings are made and not written as SVG, which is most of a page's time."""
+    monkeypatch.setattr(Figure, "savefig", lambda _, text, **__: text.write("<svg></svg>"))
+
+
+@pytest.mark.usefixtures("unrendered")
 def test_a_joint_under_a_random_perturbation(parse):
     recording, _ = simulate_bench(0.07, 0.6, 20.0, trials=2, duration_s=6.0, snr_db=30.0, seed=3)
     page, fit = of(recording), ai.elbow(recording)
@@ -70,6 +79,7 @@ def test_reflex_and_comparison_of_a_session():
     assert "1 of 1 pair differ" in compared.verdict.trust
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_fit_file_is_reported_with_its_checks(tmp_path, capsys):
     recording, _ = simulate_bench(0.07, 0.6, 20.0, trials=2, duration_s=6.0, snr_db=30.0, seed=3)
     fit = ai.elbow(recording)
@@ -114,6 +124,7 @@ def test_every_topic_has_words_for_the_help():
     assert all(topic.what for topic in TOPICS.values())
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_course_over_time(parse):
     recording, _ = simulate_bench(0.07, 0.6, 20.0, duration_s=6.0, snr_db=30.0, seed=3)
     page = of(recording, topic="elbow_over_time", method="windows")

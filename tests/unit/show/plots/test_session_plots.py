@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from matplotlib.text import Text
+from sessions import pushes
 
 import armimpedance as ai
 from armimpedance.core.errors import InputError
@@ -24,7 +25,6 @@ from armimpedance.muscles.models import JointPrediction, JointRows
 from armimpedance.muscles.show import plot_model_fit, plot_predictions
 from armimpedance.show.plots import drawn_for, print_style, save_with_caption
 from armimpedance.show.plots.style import LEAST_POINTS, ONE_COLUMN_IN, TWO_COLUMNS_IN
-from manipulandum_sim.hand import simulate
 
 HOSTILE = r"$\frac{1}{0}$ <b>_x^2 $"
 
@@ -32,8 +32,7 @@ HOSTILE = r"$\frac{1}{0}$ <b>_x^2 $"
 @pytest.fixture(scope="module")
 def session():
     """Two conditions; one has a name that is no mathematics."""
-    conditions = ["cocontraction_10", "cocontraction_30"]
-    recording, _ = simulate("cocontraction", seed=3, sets=3, conditions=conditions)
+    recording = pushes(3)
     table = recording.trials.replace({"condition": {"cocontraction_30": HOSTILE}})
     return replace(recording, trials=table)
 
@@ -106,8 +105,8 @@ def test_letters_are_as_large_as_print_asks_and_do_not_collide(figures):
         assert width == pytest.approx(ONE_COLUMN_IN) or width == pytest.approx(TWO_COLUMNS_IN)
 
 
-def test_a_hostile_name_stays_text(figures):
-    texts = texts_of(figures["estimates"]) + texts_of(figures["rows"])
+def test_a_hostile_name_stays_text(estimates):
+    texts = texts_of(plot_estimates(estimates)) + texts_of(plot_estimates(estimates * 4))
     names = [text for text in texts if text.get_text() == HOSTILE]
     assert len(names) > 2
     assert not any(text.get_parse_math() for text in names)
