@@ -28,8 +28,8 @@ def bench(tmp_path_factory):
 def levels():
     """Seven levels of contraction with EMG, and isometric trials of the same muscles."""
     given = {"repetitions": 1, "noise": "sensor"}
-    recording, _ = simulate_elbow("cocontraction", duration_s=5.0, **given)
-    return recording, simulate_elbow("calibration", repetitions=1, duration_s=3.0)[0]
+    recording, _ = simulate_elbow("cocontraction", duration_s=3.0, **given)
+    return recording, simulate_elbow("calibration", repetitions=1, duration_s=2.0)[0]
 
 
 @pytest.mark.study

@@ -101,8 +101,9 @@ def test_a_mass_that_is_not_told_widens_and_is_said(clean):
 
 def test_the_recording_may_say_how_well_the_mass_is_known(clean):
     who = Subject("A", mass_kg=70.0, mass_sd_kg=3.5)
-    told = passive(replace(clean, subject=who))[0].parameters["k"]
-    assert told.sd_robust == passive(clean, mass_sd_percent=5.0)[0].parameters["k"].sd_robust
+    one = clean.select([0])
+    told = passive(replace(one, subject=who))[0].parameters["k"]
+    assert told.sd_robust == passive(one, mass_sd_percent=5.0)[0].parameters["k"].sd_robust
 
 
 @pytest.mark.study
