@@ -49,7 +49,7 @@ class Oracle:
 
 def integrate(oracle, times, state, **options):
     return solve_ivp(
-        oracle, (times[0], times[-1]), state, "DOP853", rtol=1e-12, atol=1e-13, **options
+        oracle, (times[0], times[-1]), state, "DOP853", rtol=1e-10, atol=1e-12, **options
     )
 
 

@@ -18,8 +18,8 @@ ELBOW = "right_elbow_flexion"
 
 @pytest.fixture(scope="module")
 def release():
-    """Two releases of 120 frames: markers with 0.5 mm of noise, the motion found, the truth."""
-    markers, truth = simulate_passive("release", seed=3, trials=2, duration_s=4.0)
+    """Two releases of 90 frames: markers with 0.5 mm of noise, the motion found, the truth."""
+    markers, truth = simulate_passive("release", seed=3, trials=2, duration_s=3.0)
     return markers, joint_motion(markers).motion, truth
 
 
@@ -33,7 +33,7 @@ def test_the_elbow_is_recovered_from_markers(release, method):
     _, motion, truth = release
     rest, expected = elbow_of(truth)
     samples = from_motion(motion, [ELBOW])
-    (fit,) = identify_passive(samples, rest_angle=rest, method=method)
+    (fit,) = identify_passive(samples, rest_angle=rest, method=method, cross_validate=False)
     for name, value in expected.items():
         found = fit.parameters[name]
         low, high = found.ci95
@@ -66,7 +66,7 @@ def test_exact_motion_gives_the_truth(release):
         hinges=None,
     )
     for method in ("ls", "parallel"):
-        (fit,) = identify_passive(given, rest_angle=rest, method=method)
+        (fit,) = identify_passive(given, rest_angle=rest, method=method, cross_validate=False)
         for name, value in expected.items():
             assert fit.parameters[name].value == pytest.approx(value, rel=1e-6), (method, name)
 

@@ -30,11 +30,11 @@ def _total(found, value, truth):
 
 @pytest.fixture(scope="module")
 def two_pathways():
-    one = Reflex(_swing(3.0, 0.18), delay_s=0.045)
+    one = Reflex(_swing(3.0, 0.12), delay_s=0.045)
     recording, truth = simulate_cascade(
-        0.02, _swing(0.8, 0.21), _swing(60.0, 0.3), one, duration_s=10.0, seed=5
+        0.02, _swing(0.8, 0.14), _swing(60.0, 0.2), one, duration_s=10.0, seed=5
     )
-    phase = (recording.time_s * 0.3) % 1
+    phase = (recording.time_s * 0.2) % 1
     still = np.ones(len(phase))
     return replace(
         recording,
