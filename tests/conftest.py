@@ -19,6 +19,7 @@ import pandas as pd
 import pytest
 from hypothesis import settings
 from therapy_sessions import (  # noqa: F401 - fixtures of several folders
+    therapy_able,
     therapy_alone,
     therapy_calibration,
     therapy_mockup,
@@ -35,6 +36,7 @@ settings.load_profile("armimpedance")
 _TOGETHER = {
     "tests/recovery/test_therapy_recovery.py": "therapy sessions",
     "tests/unit/app/cli/test_therapy_commands.py": "therapy sessions",
+    "tests/unit/manipulandum_sim/test_therapy_plant_sessions.py": "therapy sessions",
     "tests/unit/manipulandum_sim/test_therapy_session_runs.py": "therapy sessions",
     "tests/unit/hand/reaching/test_course.py": "pushed reaches",
     "tests/unit/hand/reaching/test_movement.py": "pushed reaches",

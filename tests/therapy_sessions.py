@@ -1,7 +1,8 @@
 """Sessions in the simulated therapy robot that several test modules look at, each run once.
 
 A run costs as much as its longest trial has steps, however many trials go through the plant side by
-side; so people share one, and movements are three times as fast as the source's.
+side; so people share one, and movements are three times as fast as the source's. Studies look at
+five people; all other tests look at one.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ SPEED_DEG_S = 60.0
 RESTLESS = "S4"
 #: Fewer speeds and angles than a user gets.
 CALIBRATION = {"speeds_deg_s": (10.0, 20.0, 40.0), "held_angles": 5}
+#: A sweep goes on steadily for 1.5 s at most, where a user's takes 4 s.
+STEADY_S = 1.5
 SESSION = {"conditions": ("passive", "half_active"), "speed_deg_s": SPEED_DEG_S}
 
 
@@ -52,6 +55,15 @@ def therapy_people():
 
 
 @pytest.fixture(scope="session")
+def therapy_able():
+    """An able-bodied person, two movements in the conditions that are not resisted."""
+    from manipulandum_sim.therapy import simulate_therapy
+
+    conditions = ("passive", "half_active", "active")
+    return simulate_therapy(subject="S1", seed=SEED, conditions=conditions, speed_deg_s=SPEED_DEG_S)
+
+
+@pytest.fixture(scope="session")
 def therapy_alone():
     """One of these people alone: recording and truth."""
     from manipulandum_sim.therapy import simulate_therapy
@@ -62,9 +74,11 @@ def therapy_alone():
 @pytest.fixture(scope="session")
 def therapy_calibration():
     """The empty robot's sweeps and holds: recording and truth."""
-    from manipulandum_sim.therapy import simulate_calibration
+    from manipulandum_sim.therapy import calibration
 
-    return simulate_calibration(seed=SEED, **CALIBRATION)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(calibration, "_LONGEST", ((90.0, STEADY_S),))
+        return calibration.simulate_calibration(seed=SEED, **CALIBRATION)
 
 
 @pytest.fixture(scope="session")

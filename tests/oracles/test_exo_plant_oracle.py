@@ -17,7 +17,7 @@ from manipulandum_sim.elbow.device import (
 )
 from manipulandum_sim.elbow.plant import Drive, run
 
-SAMPLES = 500
+SAMPLES = 250
 I_LIMB, GRAVITY, Q0 = 0.07, 2.6, 1.2
 
 

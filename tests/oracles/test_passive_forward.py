@@ -49,7 +49,7 @@ class Oracle:
 
 def integrate(oracle, times, state, **options):
     return solve_ivp(
-        oracle, (times[0], times[-1]), state, "DOP853", rtol=1e-12, atol=1e-13, **options
+        oracle, (times[0], times[-1]), state, "DOP853", rtol=1e-10, atol=1e-12, **options
     )
 
 
@@ -64,9 +64,9 @@ def without_friction(subject):
 @pytest.mark.parametrize("name", ["1", "whole-arm"])
 def test_the_shaken_arm_moves_as_pinocchio_s(name):
     subject = without_friction(PASSIVE_SUBJECTS[name]).with_joint(ELBOW, K=0.4)
-    recording, truth = simulate_passive("p5", subject=subject, duration_s=2.0, seed=3)
+    recording, truth = simulate_passive("p5", subject=subject, duration_s=1.0, seed=3)
     key = [np.random.SeedSequence(3, spawn_key=(1,))]
-    drive = shaken(subject.skeleton, subject.height_m, key, (-2.0, 2.0), Push())
+    drive = shaken(subject.skeleton, subject.height_m, key, (-2.0, 1.0), Push())
     oracle = Oracle(subject, drive)
     times = recording.time_s
     expected = integrate(oracle, times, first_state(truth), t_eval=times).y.T

@@ -32,13 +32,11 @@ def robot(therapy_calibration):
 
 
 @pytest.fixture(scope="module")
-def session(robot, therapy_people):
+def session(robot, therapy_able):
     """The recording, the arm's calibration, movements and contributions, the truth."""
-    recording, truth = therapy_people.sessions["S1"]
-    own = recording.trials["condition"].isin(ASKED) & (recording.trials["movement"] != "lowering")
-    identified, part = robot[0].robot, recording.select(own.to_numpy())
-    calibration = identify_arm(part, identified, segments_of(part.subject))
-    movements = movement_torques(part, identified, calibration.arm)
+    (recording, truth), identified = therapy_able, robot[0].robot
+    calibration = identify_arm(recording, identified, segments_of(recording.subject))
+    movements = movement_torques(recording, identified, calibration.arm)
     found = [contribution_of(m, identified, calibration.arm) for m in movements]
     return recording, calibration, movements, found, truth
 
@@ -71,6 +69,7 @@ def test_the_spring_comes_back_over_the_whole_range(robot):
     assert np.sqrt((off**2).mean()) < 0.5
 
 
+@pytest.mark.study
 def test_pipes_weigh_what_they_weigh(robot, therapy_mockup):
     recording, _ = therapy_mockup
     check = check_mockup(recording, robot[0].robot, pipes())

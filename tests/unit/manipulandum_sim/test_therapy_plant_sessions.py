@@ -6,6 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
+from therapy_sessions import CALIBRATION
 
 from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.folder import read_folder, write_folder
@@ -14,12 +15,12 @@ from manipulandum_sim.therapy.device import therapy_device
 from manipulandum_sim.therapy.truth import TherapyTruth
 
 DEVICE = therapy_device()
-SPEEDS = (60.0,)
+SPEEDS = CALIBRATION["speeds_deg_s"]
 
 
 @pytest.fixture(scope="module")
-def session():
-    return simulate_calibration(speeds_deg_s=SPEEDS, held_angles=3, seed=4)
+def session(therapy_calibration):
+    return therapy_calibration
 
 
 def between(recording, row):
@@ -61,7 +62,7 @@ def test_friction_is_odd_over_the_pair_of_sweeps(session):
 def test_holds_stick_with_the_friction_they_came_with(session):
     recording, truth = session
     holds = recording.trials[recording.trials["condition"] == "hold"]
-    assert len(holds) == 6
+    assert len(holds) == 2 * CALIBRATION["held_angles"]
     law = DEVICE.friction
     for row, table in holds.iterrows():
         rows = between(recording, row)
@@ -93,9 +94,10 @@ def test_the_recording_holds_the_opposite_of_the_motors_torques(session):
 
 
 @pytest.mark.study
-def test_the_same_seed_gives_the_same_bits_and_noise_goes_by_number_alone(session):
-    long, _ = session
-    short, truth = simulate_calibration(speeds_deg_s=SPEEDS, held_angles=0, seed=4)
+def test_the_same_seed_gives_the_same_bits_and_noise_goes_by_number_alone():
+    speeds = (60.0,)
+    long, _ = simulate_calibration(speeds_deg_s=speeds, held_angles=3, seed=4)
+    short, truth = simulate_calibration(speeds_deg_s=speeds, held_angles=0, seed=4)
     samples = len(short.time_s)
     assert long.n_trials == short.n_trials + 6
     assert long.force[:samples].tobytes() == short.force.tobytes()

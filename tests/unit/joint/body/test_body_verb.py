@@ -15,7 +15,7 @@ from manipulandum_sim.body import simulate_body
 
 @pytest.fixture(scope="module")
 def recording():
-    return simulate_body(("walk", "all_joints"))[0]
+    return simulate_body(("walk", "all_joints"), sample_rate_hz=50.0)[0]
 
 
 @pytest.fixture(scope="module")

@@ -30,11 +30,11 @@ def _total(found, value, truth):
 
 @pytest.fixture(scope="module")
 def two_pathways():
-    one = Reflex(_swing(3.0, 0.06), delay_s=0.045)
+    one = Reflex(_swing(3.0, 0.12), delay_s=0.045)
     recording, truth = simulate_cascade(
-        0.02, _swing(0.8, 0.07), _swing(60.0, 0.1), one, duration_s=30.0, seed=5
+        0.02, _swing(0.8, 0.14), _swing(60.0, 0.2), one, duration_s=10.0, seed=5
     )
-    phase = (recording.time_s * 0.1) % 1
+    phase = (recording.time_s * 0.2) % 1
     still = np.ones(len(phase))
     return replace(
         recording,
@@ -59,10 +59,10 @@ def test_intrinsic_and_reflex_courses_come_back_apart(two_pathways):
 
 
 def test_courses_over_a_phase_are_those_of_the_phase():
-    recording, _ = simulate_cascade(0.02, 0.8, _swing(60.0, 0.1), duration_s=30.0, seed=6)
-    recording = replace(recording, extra={"phase": (recording.time_s * 0.1) % 1})
+    recording, _ = simulate_cascade(0.02, 0.8, _swing(60.0, 0.3), duration_s=10.0, seed=6)
+    recording = replace(recording, extra={"phase": (recording.time_s * 0.3) % 1})
     found = elbow_over_time(recording, method="cascade-smooth", over="phase")
-    truth = 60 * (1 + 0.35 * np.sin(2 * np.pi * found.time_s + 0.1))
+    truth = 60 * (1 + 0.35 * np.sin(2 * np.pi * found.time_s + 0.3))
     assert found.over == "phase"
     assert np.abs(found.K - truth).max() < 2.0
 
@@ -121,7 +121,7 @@ def test_methods_over_realizations_ask_for_them(two_pathways):
 @pytest.mark.parametrize("snr_db", [10.0, 30.0])
 def test_jumps_beat_realizations_and_segments_on_a_square_wave(snr_db):
     recording, truth = simulate_cascade(
-        0.02, 0.8, _square, duration_s=4.0, trials=10, snr_db=(snr_db, None), seed=3
+        0.02, 0.8, _square, duration_s=2.0, trials=10, snr_db=(snr_db, None), seed=3
     )
     samples = from_recording(recording)
     errors = {
@@ -134,10 +134,10 @@ def test_jumps_beat_realizations_and_segments_on_a_square_wave(snr_db):
 
 def test_a_fast_slope_is_not_made_a_jump():
     def slope(t):
-        return np.interp(t, (1.97, 2.03), (40.0, 120.0))
+        return np.interp(t, (0.97, 1.03), (40.0, 120.0))
 
     recording, truth = simulate_cascade(
-        0.02, 0.8, slope, duration_s=4.0, trials=10, snr_db=(20.0, None), seed=4
+        0.02, 0.8, slope, duration_s=2.0, trials=10, snr_db=(20.0, None), seed=4
     )
     found = identify_cascade(
         from_recording(recording),
@@ -146,7 +146,7 @@ def test_a_fast_slope_is_not_made_a_jump():
         reflex="none",
         every_s=0.006,
     )
-    at = np.round(found.time_s * 1000).astype(int)
+    at = np.minimum(np.round(found.time_s * 1000).astype(int), len(truth.K) - 1)
     # a single jump would be wrong by up to 40 N m/rad
     assert np.abs(found.K - truth.K[at]).max() < 20
 

@@ -59,7 +59,7 @@ def test_a_late_answer_is_found_at_its_delay(delay_s):
         return joint(s) + (0.4 * s + 6.0) * np.exp(-s * delay_s)
 
     rng = np.random.default_rng(1)
-    torque, angle = periodic(reflex, trials=2)
+    torque, angle = periodic(reflex, seconds=8.0, trials=2)
     record = samples_of(noisy(torque, 50, rng), noisy(angle, 50, rng))
     fit = identify_elbow(replace(record, imposed="torque"))
     late = fit.details["reflex"]

@@ -70,11 +70,11 @@ def test_hats_sum_to_one_and_knots_keep_their_distance():
 
 
 def test_white_noise_leaves_the_weights_alone():
-    """By chance they change once in a thousand records: of 24, one at most."""
+    """By chance they change once in a thousand records: of 12, one at most."""
     changed = 0
     rng = np.random.default_rng(31)
     for joint in ((0.07, 0.6, 20.0), (0.07, 3.5, 9.0)):
-        _, truth = simulate_bench(*joint, trials=4, seed=31)
+        _, truth = simulate_bench(*joint, trials=2, seed=31)
         for u, y in zip(truth.torque, truth.angle, strict=True):
             for snr_db in (5.0, 20.0, 40.0):
                 white = 10 ** (-snr_db / 20) * rng.standard_normal((2, len(u)))
@@ -104,11 +104,16 @@ def _octave(bins, values, low_hz):
     return values[inside].mean()
 
 
+@pytest.fixture(scope="module")
+def slow_torques():
+    """Twelve records beside slow voluntary torque, prepared and weighed."""
+    return [weighed(record(seed, voluntary=0.5)[0]) for seed in range(12)]
+
+
 @pytest.mark.parametrize("method", ["iv", "derivative"])
-def test_where_voluntary_torque_is_slow_the_faster_motion_tells_more(method):
+def test_where_voluntary_torque_is_slow_the_faster_motion_tells_more(slow_torques, method):
     by_floors, by_rest, z = [], [], []
-    for seed in range(12):
-        prepared, floors, band = weighed(record(seed, voluntary=0.5)[0])
+    for prepared, floors, band in slow_torques:
         by_floors.append(METHODS[method].identify(prepared, floors).parameters.values / JOINT - 1)
         fit = METHODS[method].identify(prepared, band).parameters
         by_rest.append(fit.values / JOINT - 1)

@@ -22,7 +22,7 @@ LEVELS = np.array(
 )
 MVC_V = np.array([4e-4, 6e-4])
 SAMPLES = 4000
-RECORDS = 30
+RECORDS = 15
 
 
 def bent(a: np.ndarray) -> np.ndarray:
@@ -66,21 +66,21 @@ def electrodes(seed: int, gain=(0.0, 0.0), together: float = 0.0) -> Recording:
 @pytest.mark.parametrize("gain", [(0.1, 0.2), (-0.15, 0.05)])
 def test_gains_are_found_within_their_errors_and_taken_out(gain):
     scores = []
-    for seed in range(4):
+    for seed in range(3):
         recording = electrodes(seed, gain)
         heard = Crosstalk.of(recording)
         assert heard.seen
         scores.append((heard.gain - gain) / np.sqrt(np.diag(heard.covariance)))
-    # mean square of eight normal scores: 1 +- .5
+    # mean square of six normal scores: 1 +- .6
     assert np.mean(np.square(scores)) < 3
-    clean = electrodes(3)
+    clean = electrodes(2)
     error = heard.own(recording).emg - clean.emg
     assert np.sqrt((error**2).mean()) < 0.02 * clean.emg.std()
 
 
 @pytest.mark.parametrize("together", [0.0, 0.1])
 def test_muscles_that_are_driven_together_are_no_crosstalk(together):
-    found = [Crosstalk.of(electrodes(seed, together=together)) for seed in range(10, 14)]
+    found = [Crosstalk.of(electrodes(seed, together=together)) for seed in (10, 11)]
     assert not any(one.seen for one in found)
     finding = found[0].finding(("biceps", "triceps"))
     assert finding.verdict == "ok"
@@ -127,7 +127,8 @@ def points(seed: int, law=lambda a: a) -> dict[str, np.ndarray]:
 def test_a_straight_law_is_left_as_it_is():
     laws = [fit_law("K", **points(s), muscles=("F", "E")) for s in range(RECORDS)]
     limits = np.array([one.parameters.interval() for one in laws])
-    assert ((limits[..., 0] < TRUE) & (limits[..., 1] > TRUE)).mean() > 0.88
+    # .95 of 45, less 3 standard errors
+    assert ((limits[..., 0] < TRUE) & (limits[..., 1] > TRUE)).mean() > 0.85
     assert not any(one.checks[0].verdict == "warning" for one in laws)
 
 

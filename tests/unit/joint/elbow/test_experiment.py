@@ -116,7 +116,7 @@ def test_a_line_s_own_noise_is_not_in_what_is_explained_of_it():
     [("iv", True), ("output-error", False), ("iv", False), ("derivative", True)],
 )
 def test_the_subject_s_torque_is_noise_where_the_angle_is_imposed(own, method, command):
-    records = [servo(seed, own_Nm=own, command=command, duration_s=20.0) for seed in range(8)]
+    records = [servo(seed, own_Nm=own, command=command, duration_s=20.0) for seed in range(5)]
     fits = [estimated(samples, method)[0] for samples in records]
     assert_unbiased(fits)
     # The torque as instrument is off by S_v / S_tau, 3 N m beside some 2 N m: more than twice.
@@ -154,7 +154,7 @@ def test_arx_is_held_against_instruments_of_the_experiment():
 
 @pytest.mark.parametrize("own", [0.5, 3.0])
 def test_an_untold_record_holds_the_truth_or_says_that_it_cannot_tell(own):
-    for seed in range(4):
+    for seed in range(2):
         samples = servo(seed, own_Nm=own, told=False, command=False, duration_s=20.0)
         fit, imposed = estimated(samples)
         low, high = fit.interval().T
@@ -167,7 +167,7 @@ def test_an_untold_record_holds_the_truth_or_says_that_it_cannot_tell(own):
 
 def test_a_device_that_gives_way_is_found_beside_own_torque():
     joint = np.array([0.07, 0.6, 20.0])
-    for seed in range(3):
+    for seed in range(2):
         samples = servo(
             seed, joint, device=HEAVY, own_Nm=0.3, angle_rms=0.05, told=False, command=False,
             duration_s=20.0,
@@ -184,7 +184,7 @@ def test_a_device_that_gives_way_is_found_beside_own_torque():
 
 def test_the_command_serves_whatever_the_device():
     joint = np.array([0.07, 0.6, 20.0])
-    records = [servo(s, joint, device=HEAVY, own_Nm=0.3, angle_rms=0.05) for s in range(8)]
+    records = [servo(s, joint, device=HEAVY, own_Nm=0.3, angle_rms=0.05) for s in range(5)]
     assert all(source_of(samples) == "command" for samples in records)
     assert_unbiased([estimated(samples)[0] for samples in records], joint)
 

@@ -18,7 +18,7 @@ from manipulandum_sim.elbow.simulate import simulate_elbow
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
     """A recording of two trials, and its folder."""
-    recording, _ = simulate_bench(0.07, 1.2, 20.0, trials=2, duration_s=6.0, snr_db=35.0, seed=5)
+    recording, _ = simulate_bench(0.07, 1.2, 20.0, trials=2, duration_s=4.0, snr_db=35.0, seed=5)
     folder = tmp_path_factory.mktemp("joint") / "bench"
     write_folder(recording, folder)
     return recording, folder
@@ -26,10 +26,12 @@ def bench(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def levels():
-    """Seven levels of contraction with EMG, and isometric trials of the same muscles."""
+    """Five levels of contraction with EMG, and isometric trials of the same muscles."""
     given = {"repetitions": 1, "noise": "sensor"}
-    recording, _ = simulate_elbow("cocontraction", duration_s=5.0, **given)
-    return recording, simulate_elbow("calibration", repetitions=1, duration_s=3.0)[0]
+    recording, _ = simulate_elbow("cocontraction", duration_s=3.0, **given)
+    return recording.select([0, 1, 2, 4, 6]), simulate_elbow(
+        "calibration", repetitions=1, duration_s=2.0
+    )[0]
 
 
 @pytest.mark.study

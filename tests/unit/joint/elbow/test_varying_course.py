@@ -164,8 +164,9 @@ def test_the_smoother_equals_dense_least_squares():
 def test_a_constant_joint_is_found_constant():
     recording, _ = simulate_bench(INERTIA, B0, K0, snr_db=30.0, duration_s=8.0)
     samples = from_recording(recording)
+    # windows need all of it to exclude what may hide; the others see a constant in less
     for method in ("smoother", "spline"):
-        found = _found(method, samples)
+        found = _found(method, _beginning(samples, 4000))
         assert np.ptp(found.K) < 0.1 * K0
         assert found.K.mean() == pytest.approx(K0, rel=0.02)
     assert not _found("windows", samples).warnings
@@ -316,6 +317,6 @@ def test_bad_calls_are_told_in_one_line(options, match):
 
 
 def test_a_sign_that_is_wrong_is_told():
-    samples = _beginning(_bench()[0], 4000)
+    samples = _beginning(_bench()[0], 3000)
     found = _found("windows", replace(samples, torque=-samples.torque))
     assert any("sign" in w for w in found.warnings)

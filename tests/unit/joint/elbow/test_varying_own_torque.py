@@ -138,16 +138,17 @@ def test_no_torque_is_found_where_there_is_none():
             0.6,
             lambda t, f=frequency: 20 * (1 + 0.3 * np.sin(2 * np.pi * f * t)),
             snr_db=40.0,
+            duration_s=8.0,
         )
         assert begin(varying_data(from_recording(recording))).data.own.order == 0
     assert begin(varying_data(_rig(repetitions=1, noise="sensor")[0])).data.own.rms < 0.02
 
 
 def test_the_torque_that_is_there_is_found():
-    samples, truth = _rig()
-    found = identify_varying(samples, method="quadratic")
-    # slow, some 35 correlation times of 0.8 s: rms known to 1 / sqrt(70) = 12 %; 3 of them
-    assert found.details["own_torque_rms"] == pytest.approx(truth.motion.restless.std(), rel=0.36)
+    samples, truth = _rig(repetitions=1)
+    found = identify_varying(samples, method="smoother")
+    # slow, some 12 correlation times of 0.8 s: rms known to 1 / sqrt(24) = 20 %; 3 of them
+    assert found.details["own_torque_rms"] == pytest.approx(truth.motion.restless.std(), rel=0.6)
     told = [w for w in found.warnings if "limits K" in w]
     assert len(told) == 1
 

@@ -11,6 +11,7 @@ import pytest
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording, Subject
 from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.linear import from_joint_recording
 from armimpedance.joint.relaxed.samples import as_still_as_shown, from_motion
 from armimpedance.joint.relaxed.show.verb import passive
 
@@ -101,8 +102,11 @@ def test_a_mass_that_is_not_told_widens_and_is_said(clean):
 
 def test_the_recording_may_say_how_well_the_mass_is_known(clean):
     who = Subject("A", mass_kg=70.0, mass_sd_kg=3.5)
-    told = passive(replace(clean, subject=who))[0].parameters["k"]
-    assert told.sd_robust == passive(clean, mass_sd_percent=5.0)[0].parameters["k"].sd_robust
+    # by the least dear of the methods
+    one, cheap = clean.select([0]), {"rest_angle": 1.0, "method": "parallel"}
+    told = passive(replace(one, subject=who), **cheap)[0].parameters["k"]
+    asked = passive(one, mass_sd_percent=5.0, **cheap)[0].parameters["k"]
+    assert told.sd_robust == asked.sd_robust
 
 
 @pytest.mark.study
@@ -147,7 +151,7 @@ def test_what_is_held_is_still_and_what_moves_is_only_smoothed():
 
 def turned_by_a_motor(gain):
     """Six swings of a relaxed elbow by a motor that measures its torque, times a gain each."""
-    rng, n, rate = np.random.default_rng(5), 1000, 100.0
+    rng, n, rate = np.random.default_rng(5), 500, 100.0
     t = np.arange(n) / rate
     angle, torque = [], []
     for row in range(6):
@@ -170,7 +174,9 @@ def turned_by_a_motor(gain):
 
 def test_a_gain_of_the_torque_that_changes_is_named_with_its_trial():
     def said(gain):
-        (one,) = (c for c in passive(turned_by_a_motor(gain)).summary.checks if c.name == "trials")
+        samples = from_joint_recording(turned_by_a_motor(gain))
+        (fit,) = identify_passive(samples, rest_angle="free", cross_validate=False)
+        (one,) = (check for check in fit.checks if check.name == "trials")
         return one
 
     assert said(lambda _: 1.0).verdict == "ok"

@@ -31,14 +31,16 @@ def clean(forearm):
     return forearm.swings(trials=3, samples=120)
 
 
+def with_noise(forearm, seed):
+    """Samples of 700 frames with half a millimetre of marker noise."""
+    motion, _ = forearm.swings(seed=seed, angle_noise=2.5e-3, place_noise=3e-4, substeps=8)
+    return from_motion(motion, [forearm.elbow])
+
+
 @pytest.fixture(scope="module")
 def noisy(forearm):
-    """Samples of six recordings of 700 frames with half a millimetre of marker noise."""
-    made = []
-    for seed in range(6):
-        motion, _ = forearm.swings(seed=seed, angle_noise=2.5e-3, place_noise=3e-4, substeps=8)
-        made.append(from_motion(motion, [forearm.elbow]))
-    return made
+    """Six such recordings."""
+    return [with_noise(forearm, seed) for seed in range(6)]
 
 
 def exact_samples(forearm, exact, **more):
@@ -198,9 +200,10 @@ def test_a_fit_predicts_another_recording(forearm, noisy):
     assert other.rms[0] < fit.rms_Nm
 
 
-def test_the_sources_standard_errors_are_the_textbook_ones(forearm, noisy):
-    (fit,) = identify_passive(noisy[0], rest_angle=1.0, method="ls", cross_validate=False)
-    W, Y = METHODS["ls"].equations(noisy[0], fit.terms).stacked()
+def test_the_sources_standard_errors_are_the_textbook_ones(forearm):
+    samples = with_noise(forearm, 0)
+    (fit,) = identify_passive(samples, rest_angle=1.0, method="ls", cross_validate=False)
+    W, Y = METHODS["ls"].equations(samples, fit.terms).stacked()
     residual = Y[:, 0] - W @ values(fit)
     sigma2 = residual @ residual / (len(Y) - 3)
     expected = np.sqrt(np.diag(sigma2 * np.linalg.inv(W.T @ W)))

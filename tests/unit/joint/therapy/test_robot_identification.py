@@ -164,7 +164,7 @@ def setting_out(seed=0, late=0, gain=1.0, robot=None):
     """Sweeps that set out and come to rest, the torque so many samples late, and the holds."""
     session = Session(robot or truth(), noise=0.1, seed=seed, static=0.0)
     for axis in range(3):
-        for speed in (5.0, 20.0, 40.0):
+        for speed in (10.0, 20.0, 40.0):
             for sign in (1.0, -1.0):
                 start = np.array([0.6, 0.2, 0.8])
                 start[axis] = session.robot.limits_rad[axis].mean() - sign * 0.4
