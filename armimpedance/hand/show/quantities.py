@@ -291,8 +291,8 @@ def ellipsoid_cells(symbol: str, found: Ellipsoid | None) -> Cells:
     """Cells ``K_axis_1`` to ``K_axis_3``: half-axes with limits and directions; empty without one.
 
     ``K_size`` is the volume, ``K_axis_1_x`` and so on the direction (its largest component is
-    positive), ``K_axis_1_turn_deg`` the angle by which it may turn towards either other axis at 95
-    %; 90 if any direction is possible.
+    positive), ``K_axis_1_turn_deg`` the angle by which it may turn towards either other axis
+    (95 %); 90 if any direction is possible.
     """
     cells: Cells = {}
     names = [f"{symbol}_axis_{i}" for i in (1, 2, 3)]

@@ -110,7 +110,7 @@ def _serve(args: argparse.Namespace) -> int:
 
 
 def _keywords(args: argparse.Namespace) -> dict[str, Any]:
-    """Keywords of the verb."""
+    """Keyword arguments of `next_trials` from the command line."""
     from armimpedance.hand.planning import Servo
 
     servo = None if args.servo is None else Servo(args.servo)

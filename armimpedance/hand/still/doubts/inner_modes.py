@@ -1,4 +1,4 @@
-"""Modes inside a limb: the impedance of a hand while a joint that it does not show gives way.
+"""Inner modes: impedance of a hand with a joint whose angle the hand's position does not fix.
 
 With one inner coordinate s, its natural frequency w and damping ratio z, the hand's impedance is
 

@@ -91,8 +91,7 @@ def exchanges(
 
 @dataclass(frozen=True, eq=False)
 class _Apart:
-    """One condition: its trials in the set (A (p, p), b (p,) summed), and theta of the other
-    trials.
+    """Trials of one condition in the set, A (p, p) and b (p,) summed, and theta of the others.
 
     `covariance` (p, p): of theta. `scale`: ratio of the scatter of trials to their noise.
     """
