@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from playwright.sync_api import Page, sync_playwright
-from set_up import chromium_file
+from set_up import AXE_FILE, chromium_file
 
 from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
@@ -32,10 +32,19 @@ class Seen:
         return [url for url in self.requests if not url.startswith(("file:", "data:", "blob:"))]
 
 
+def violations(page):
+    """What axe finds wrong with a page as it is now; what it finds right is not written down."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate(AXE_FILE.read_text())
+    return page.evaluate("axe.run({ resultTypes: ['violations'] }).then((done) => done.violations)")
+
+
 @pytest.fixture(scope="session")
 def chromium():
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium_file(), args=["--no-sandbox"])
+        # where there is no graphics card, its emulation draws several times slower than none
+        options = ["--no-sandbox", "--disable-gpu"]
+        browser = playwright.chromium.launch(executable_path=chromium_file(), args=options)
         yield browser
         browser.close()
 
