@@ -37,7 +37,7 @@ def simulated():
 @pytest.fixture(scope="module")
 def exam(simulated, tmp_path_factory):
     """A Kinarm exam, as the robot's computer keeps it."""
-    folder = tmp_path_factory.mktemp("lab") / "kinarm"
+    folder = tmp_path_factory.mktemp("kinarm")
     write_form("kinarm", *simulated, folder)
     return folder / "exam.kinarm"
 
