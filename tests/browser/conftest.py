@@ -42,9 +42,7 @@ def violations(page):
 @pytest.fixture(scope="session")
 def chromium():
     with sync_playwright() as playwright:
-        # where there is no graphics card, its emulation draws several times slower than none
-        options = ["--no-sandbox", "--disable-gpu"]
-        browser = playwright.chromium.launch(executable_path=chromium_file(), args=options)
+        browser = playwright.chromium.launch(executable_path=chromium_file(), args=["--no-sandbox"])
         yield browser
         browser.close()
 

@@ -20,12 +20,6 @@ from manipulandum_sim.hand import simulate
 
 PATIENCE_MS = 120_000
 NAMES = ["cocontraction_00", "cocontraction_30"]
-#: What turns while the page waits draws the whole page anew, sixty times a second.
-STILL = """addEventListener("DOMContentLoaded", () => {
-  const style = document.createElement("style");
-  style.textContent = "* { animation: none !important; transition: none !important; }";
-  document.head.append(style);
-})"""
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +89,6 @@ def visited(chromium):
     def visit(address, **options):
         context = chromium.new_context(viewport={"width": 1100, "height": 3000}, **options)
         contexts.append(context)
-        context.add_init_script(STILL)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
         asked, dialogs = [], []
