@@ -83,8 +83,8 @@ site: setup $(DOCS_VENV)/.ready
 
 # Beside what the project needs: a theme, a reader of Markdown, and what runs notebooks.
 $(DOCS_VENV)/.ready: docs/site_requirements.lock $(VENV)/.ready
-	$(PYTHON) -m venv $(DOCS_VENV)
-	$(DOCS_VENV)/bin/python -m pip $(INSTALL) --no-deps --require-hashes -r docs/site_requirements.lock
+	$(PYTHON) -m venv --without-pip $(DOCS_VENV)
+	$(BIN)/python -m pip --python $(DOCS_VENV)/bin/python $(INSTALL) --no-deps --require-hashes -r docs/site_requirements.lock
 	$(DOCS_VENV)/bin/python docs/set_up_site.py $(VENV)
 	@touch $@
 
@@ -105,9 +105,9 @@ bill: setup $(BILL)/.ready
 	$(BIN)/python docs/licences.py --bill $(OUT)/armimpedance.cdx.json
 
 # The tool that lists an environment stands outside it.
-$(BILL)/.ready: docs/bill_requirements.lock
-	$(PYTHON) -m venv $(BILL)
-	$(BILL)/bin/python -m pip $(INSTALL) --require-hashes -r docs/bill_requirements.lock
+$(BILL)/.ready: docs/bill_requirements.lock $(VENV)/.ready
+	$(PYTHON) -m venv --without-pip $(BILL)
+	$(BIN)/python -m pip --python $(BILL)/bin/python $(INSTALL) --require-hashes -r docs/bill_requirements.lock
 	@touch $@
 
 figures: setup

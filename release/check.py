@@ -79,19 +79,21 @@ def looked_at(wheel: Path) -> None:
 def installed(wheel: Path, place: Path, python: str, *, newest: bool) -> Path:
     """The interpreter of a new environment that holds the wheel and what it needs."""
     if Path(python).resolve() == Path(sys.executable).resolve():
-        venv.create(place, with_pip=True)
+        venv.create(place, with_pip=False)
     else:
-        run(python, "-m", "venv", str(place))
+        run(python, "-m", "venv", "--without-pip", str(place))
     made = place / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     quietly = ("--quiet", "--disable-pip-version-check", "--no-compile")
-    install = (str(made), "-m", "pip", "install", *quietly)
+    # the pip of this environment serves the other, too: to install one took longer than to use it
+    pip = (sys.executable, "-m", "pip", "--python", str(made))
+    install = (*pip, "install", *quietly)
     # constraints know no hashes of a wheel that was built just now
     lock = place / "constraints.txt"
     exact = re.findall(r"^\S+==\S+", (ROOT / "requirements.lock").read_text(), re.MULTILINE)
     lock.write_text("\n".join(exact))
     limits = () if newest else ("--constraint", str(lock))
     run(*install, *limits, f"{wheel}[usual]", "pytest", "hypothesis", "mypy", "pandas-stubs")
-    run(str(made), "-m", "pip", "check", "--disable-pip-version-check")
+    run(*pip, "check", "--disable-pip-version-check")
     return made
 
 

@@ -48,7 +48,7 @@ body moving --motions all_joints --method ls --out body.json
 elbow joint_session --out joint.json
 .simulate reaches --repeats 2 --unperturbed 15 --out reaches
 movement reaches --out moving.csv
-.simulate random --trials 2 --out shaken
+.simulate random --trials 2 --duration-s 8 --out shaken
 random shaken --out shaken.csv
 therapy robot calibration --drawings drawings.json --out robot.json
 therapy arm patient --robot robot.json --out passive_arm.json
@@ -82,12 +82,12 @@ def people() -> None:
 
     for seed, name in enumerate(("c1", "c2", "c3", "p1", "p2", "p3")):
         who = {"c": "1", "p": "2"}[name[0]]
-        swing, _ = simulate_passive("release", subject=who, seed=seed, trials=1, duration_s=4.0)
+        swing, _ = simulate_passive("release", subject=who, seed=seed, trials=1, duration_s=2.0)
         write_recording(swing, name)
         called(["passive", name, "--rest-angle", "1.5", "--out", f"{name}.json"])
     write_recording(swing, "relaxed")
     write_recording(simulate_body(("walk", "all_joints"))[0], "moving")
-    empty, _ = simulate_calibration(seed=3, speeds_deg_s=(10.0, 20.0, 40.0), held_angles=5)
+    empty, _ = simulate_calibration(seed=3, speeds_deg_s=(20.0, 40.0, 80.0), held_angles=4)
     write_recording(empty, "calibration")
     write_robot(drawings_of(therapy_device()), "drawings.json")
     conditions = ("passive", "active")

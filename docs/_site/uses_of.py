@@ -39,26 +39,43 @@ def use_of(room: str, name: str) -> Use | None:
     """
     for whole in (True, False):
         for place in PLACES:
-            use = _uses(place, whole).get((room, name))
-            if use is not None:
-                return use
+            uses = [
+                pieces[room, name]
+                for path in _files_that_may_use(place, room, name)
+                if (room, name) in (pieces := _uses(path, place, whole))
+            ]
+            if uses:
+                return min(uses, key=lambda use: len(use.source))
     return None
 
 
+def _files_that_may_use(place: str, room: str, name: str) -> Iterator[Path]:
+    """The files whose text holds both words: only these are worth reading as Python."""
+    for path, text in _texts(place):
+        if name in text and f"armimpedance.{room}" in text:
+            yield path
+
+
 @cache
-def _uses(place: str, whole: bool) -> dict[tuple[str, str], Use]:
+def _texts(place: str) -> list[tuple[Path, str]]:
+    return [(path, path.read_text()) for path in sorted((ROOT / place).rglob("*.py"))]
+
+
+@cache
+def _uses(path: Path, place: str, whole: bool) -> dict[tuple[str, str], Use]:
+    """The shortest use that a file has of each name that it imports."""
     found: dict[tuple[str, str], Use] = {}
-    for file in _files(place):
-        for title, first, last in file.pieces(place, whole):
-            names = file.names_in(first, last)
-            if not names:
-                continue
-            source = dedent("\n".join(file.lines[first - 1 : last]))
-            use = Use(PLACES[place], f"{file.path}{title}", source)
-            for key in (key for key, local in file.imported.items() if local in names):
-                known = found.get(key)
-                if known is None or len(source) < len(known.source):
-                    found[key] = use
+    file = _read(path, place)
+    for title, first, last in file.pieces(place, whole):
+        names = file.names_in(first, last)
+        if not names:
+            continue
+        source = dedent("\n".join(file.lines[first - 1 : last]))
+        use = Use(PLACES[place], f"{file.path}{title}", source)
+        for key in (key for key, local in file.imported.items() if local in names):
+            known = found.get(key)
+            if known is None or len(source) < len(known.source):
+                found[key] = use
     return found
 
 
@@ -98,16 +115,8 @@ class File:
 
 
 @cache
-def _files(place: str) -> list[File]:
-    """The files of a place that import something of ours from another room."""
-    read = (_read(path, place) for path in sorted((ROOT / place).rglob("*.py")))
-    return [file for file in read if file is not None]
-
-
-def _read(path: Path, place: str) -> File | None:
+def _read(path: Path, place: str) -> File:
     text = path.read_text()
-    if "armimpedance." not in text:
-        return None
     nodes = list(ast.walk(ast.parse(text)))
     own = ".".join(path.relative_to(ROOT / place).parts) if place == "armimpedance" else ""
     imported = {k: local for k, local in _imported(nodes) if not own.startswith(f"{k[0]}.")}

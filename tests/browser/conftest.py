@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from playwright.sync_api import Page, sync_playwright
-from set_up import chromium_file
+from set_up import AXE_FILE, chromium_file
 
 from armimpedance.app.report.write import report_page
 from armimpedance.show.pages.asked import Asked
@@ -30,6 +30,13 @@ class Seen:
     @property
     def beyond_the_file(self):
         return [url for url in self.requests if not url.startswith(("file:", "data:", "blob:"))]
+
+
+def violations(page):
+    """What axe finds wrong with a page as it is now; what it finds right is not written down."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate(AXE_FILE.read_text())
+    return page.evaluate("axe.run({ resultTypes: ['violations'] }).then((done) => done.violations)")
 
 
 @pytest.fixture(scope="session")

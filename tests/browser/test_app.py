@@ -15,31 +15,37 @@ import pandas as pd
 import pytest
 from conftest import HOSTILE
 
-from armimpedance.__main__ import main
+from armimpedance.lab.parts.starter import write_form
 from manipulandum_sim.hand import simulate
 
 PATIENCE_MS = 120_000
+NAMES = ["cocontraction_00", "cocontraction_30"]
 
 
 @pytest.fixture(scope="module")
-def exam(tmp_path_factory):
+def simulated():
+    """A session of two conditions, and its truth."""
+    return simulate("cocontraction", seed=4, sets=1, conditions=NAMES)
+
+
+@pytest.fixture(scope="module")
+def exam(simulated, tmp_path_factory):
     """A Kinarm exam, as the robot's computer keeps it."""
-    folder = tmp_path_factory.mktemp("lab") / "kinarm"
-    assert main(["new", "--for", "kinarm", str(folder)]) == 0
+    folder = tmp_path_factory.mktemp("kinarm")
+    write_form("kinarm", *simulated, folder)
     return folder / "exam.kinarm"
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory):
+def log(simulated, tmp_path_factory):
     """A robot's log of two conditions, one of a hostile name, with units in its header."""
-    names = ["cocontraction_00", "cocontraction_30"]
-    recording, _ = simulate("cocontraction", seed=4, sets=1, conditions=names)
+    recording, _ = simulated
     parts = []
     for i, (first, last) in enumerate(zip(recording.offsets, recording.offsets[1:], strict=False)):
         rows = slice(first, last)
         place, force = 1e3 * recording.position[rows], recording.force[rows]
         time = 1e3 * (recording.time_s[rows] - recording.time_s[first])
-        named = HOSTILE if recording.trials["condition"][i] == names[0] else "stiff"
+        named = HOSTILE if recording.trials["condition"][i] == NAMES[0] else "stiff"
         columns = {"Time (ms)": time, "HandX (mm)": place[:, 0], "HandY (mm)": place[:, 1]}
         columns |= {"Fx (N)": force[:, 0], "Fy (N)": force[:, 1]}
         parts.append(pd.DataFrame({"Trial": i + 1, "Cond": named, **columns}).round(4))
@@ -48,9 +54,9 @@ def log(tmp_path_factory):
     return path
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def serve():
-    """Start the command on a path; its address."""
+    """Start the command on a path; its address. All end with the last test."""
     running = []
 
     def start(path):
@@ -64,8 +70,15 @@ def serve():
     yield start
     for process in running:
         process.send_signal(signal.SIGINT)
+    for process in running:
         assert process.wait(30) == 0
         process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def address(exam, serve):
+    """Where the exam is served to all tests that look at it."""
+    return serve(exam)
 
 
 @pytest.fixture
@@ -101,9 +114,9 @@ def _estimate(page):
     page.get_by_text("Report", exact=True).wait_for()
 
 
-def test_from_an_exam_to_its_report_and_a_script_that_does_the_same(exam, serve, visited, tmp_path):
-    page, asked, _ = visited(serve(exam))
-    page.get_by_text("48 trials", exact=True).last.click()
+def test_from_an_exam_to_its_report_and_a_script_that_does_the_same(address, visited, tmp_path):
+    page, asked, _ = visited(address)
+    page.get_by_text("16 trials", exact=True).last.click()
     page.get_by_role("checkbox", name=re.compile("select row", re.I)).nth(1).click()
     _estimate(page)
     page.get_by_role("button", name="Compare the groups").click()
@@ -158,23 +171,22 @@ def _answer(address, **headers):
         return refused.code, refused.url, refused.read().decode()
 
 
-def test_without_the_token_there_is_nothing(exam, serve):
-    place = serve(exam).partition("?")[0]
+def test_without_the_token_there_is_nothing(address):
+    place = address.partition("?")[0]
     for words in ("", "?access_token=wrong", "?path=/etc", "api/status", "sse", "@file/1-a.png"):
         status, url, text = _answer(place + words)
         assert status in (401, 404) or "/auth/login" in url or "UNAUTHORIZED" in text
         assert "exam" not in text
 
 
-def test_only_its_own_address_is_answered(exam, serve):
-    address = serve(exam)
+def test_only_its_own_address_is_answered(address):
     assert _answer(address)[0] == 200
     for headers in ({"Origin": "http://127.0.0.1:9"}, {"Host": "evil.example"}):
         assert _answer(address, **headers)[0] == 403
 
 
-def test_a_browser_without_the_token_is_not_connected(exam, serve, chromium):
-    place = serve(exam).partition("?")[0]
+def test_a_browser_without_the_token_is_not_connected(address, chromium):
+    place = address.partition("?")[0]
     page = chromium.new_context().new_page()
     page.goto(place + "auth/login")
     closed = page.evaluate(

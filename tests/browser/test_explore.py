@@ -11,9 +11,8 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from conftest import HOSTILE
+from conftest import HOSTILE, violations
 from models_to_explore import SUBJECT, fitted, measured_hand
-from set_up import AXE_FILE
 
 from armimpedance.core.records import ImpedanceEstimate, Quality
 from armimpedance.hand.ellipses import locus
@@ -270,8 +269,7 @@ def test_axe_finds_nothing_serious(opened, page_of, dark):
     page = opened(page_of, dark=dark).page
     page.select_option("#model", index=2)
     page.select_option("#condition", index=1)
-    page.evaluate(AXE_FILE.read_text())
-    found = page.evaluate("axe.run().then((result) => result.violations)")
+    found = violations(page)
     serious = [v for v in found if v["impact"] in ("serious", "critical")]
     assert [(v["id"], v["nodes"][0]["html"][:120]) for v in serious] == []
 

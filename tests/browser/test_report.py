@@ -8,8 +8,7 @@ import json
 import matplotlib.image
 import numpy as np
 import pytest
-from conftest import HOSTILE
-from set_up import AXE_FILE
+from conftest import HOSTILE, violations
 
 #: Width of A4 less the margins of the page's style, CSS pixels.
 PAPER_PX = round((210 - 2 * 14) / 25.4 * 96)
@@ -88,8 +87,7 @@ def test_the_keyboard_reaches_everything(opened, report):
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_axe_finds_nothing_serious(opened, report, dark):
     page = opened(report, dark=dark).page
-    page.evaluate(AXE_FILE.read_text())
-    found = page.evaluate("axe.run().then((result) => result.violations)")
+    found = violations(page)
     serious = [v for v in found if v["impact"] in ("serious", "critical")]
     told = [(v["id"], v["nodes"][0]["html"][:120]) for v in serious]
     assert told == []

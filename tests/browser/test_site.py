@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
-from set_up import AXE_FILE
+from conftest import violations
 
 SITE = os.environ.get("SITE", "")
 PAGES = [
@@ -70,8 +70,7 @@ def visit(chromium):
 @pytest.mark.parametrize(("width", "scheme"), [(1200, "light"), (1200, "dark"), (390, "light")])
 def test_a_page_can_be_read_by_everybody_and_asks_nobody(visit, name, width, scheme):
     page, asked = visit(name, width=width, scheme=scheme)
-    page.evaluate(AXE_FILE.read_text())
-    found = page.evaluate("axe.run()")["violations"]
+    found = violations(page)
     assert [v["id"] for v in found if v["impact"] in ("serious", "critical")] == []
     wider = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
     assert page.evaluate(wider) <= 0

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from conftest import HOSTILE
-from set_up import AXE_FILE
+from conftest import HOSTILE, violations
 
 from armimpedance.hand.still.show import write_choice
 from armimpedance.show.verbs.results import without_trials
@@ -68,7 +67,6 @@ def test_every_trial_is_drawn_in_four_panels(opened, choice):
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 def test_axe_finds_nothing_serious(opened, choice, dark):
     page = opened(choice, dark=dark).page
-    page.evaluate(AXE_FILE.read_text())
-    found = page.evaluate("axe.run().then((result) => result.violations)")
+    found = violations(page)
     told = [(v["id"], v["nodes"][0]["html"][:120]) for v in found if v["impact"] != "minor"]
     assert [one for one in told if one[0] != "region"] == []
