@@ -35,6 +35,13 @@ LIMBS = {
     "reflex of 25 % after 55 ms": Hand(reflex=0.25),
     "reflex of 25 % after 80 ms": Hand(reflex=0.25, delay_s=0.08),
     "reflex of 50 % after 55 ms": Hand(reflex=0.5),
+    "reflex of 25 % after 40 ms, muscle of 20 ms": Hand(reflex=0.25, delay_s=0.04, muscle_s=0.02),
+    "reflex to the velocity, 40 ms, muscle of 20 ms": Hand(
+        reflex_rate_s=0.025, delay_s=0.04, muscle_s=0.02
+    ),
+    "reflex to both, 60 ms, muscle of 10 ms": Hand(
+        reflex=0.15, reflex_rate_s=0.015, delay_s=0.06, muscle_s=0.01
+    ),
     "push of 1 N from 120 ms on": Hand(answers_N=1.0),
     "stiffness + 50 % at 5 mm": Hand(cubic=50 / 0.005**2),
     "dry friction of .1 N": Hand(friction_N=0.1),

@@ -33,6 +33,9 @@ class Hand:
     amplitude_m, duration_s, returns : float, float, bool
     reflex, delay_s : float
         Part of K that answers late.
+    reflex_rate_s, muscle_s : float
+        The same of the velocity, times K; and the time constant of the muscle, critically damped
+        of second order, through which both answer.
     cubic : float
         N/m per square metre, along the displacement.
     friction_N : float
@@ -54,6 +57,8 @@ class Hand:
     returns: bool = True
     reflex: float = 0.0
     delay_s: float = 0.055
+    reflex_rate_s: float = 0.0
+    muscle_s: float = 0.0
     cubic: float = 0.0
     friction_N: float = 0.0
     answers_N: float = 0.0
@@ -127,12 +132,15 @@ class Hand:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position and force (S, 2), encoder and sensor included."""
         x, v, a = (self.amplitude_m * s for s in bump(t, self.duration_s, self.returns))
-        late = self.amplitude_m * bump(t - self.delay_s, self.duration_s, self.returns)[0]
+        before = self.amplitude_m * bump(t - self.delay_s, self.duration_s, self.returns)
+        late = through_muscle(
+            self.reflex * before[0] + self.reflex_rate_s * before[1], self.muscle_s
+        )
         answer = self.answers_N * np.clip((t - self.from_s) / 0.15, 0, 1)
         along = self.cubic * x**3 + self.friction_N * np.tanh(v / 1e-3) + answer
         limb = np.outer(a, self.heavier * M @ u + HANDLE_KG * u)
         limb += np.outer(v, np.sqrt(factor) * B @ u)
-        limb += np.outer(x + self.reflex * late, factor * K @ u)
+        limb += np.outer(x + late, factor * K @ u)
         force = -limb - np.outer(along, u) + unsteady(rng, t)
         position = np.outer(x, u) + PLACE_M + rng.uniform(0, 2e-5, 2)
         force += rng.normal(0, 0.03, force.shape)
@@ -157,6 +165,16 @@ def step(p: np.ndarray) -> np.ndarray:
             60 * p - 180 * p**2 + 120 * p**3,
         ]
     )
+
+
+def through_muscle(signal: np.ndarray, muscle_s: float) -> np.ndarray:
+    """A nerve's signal (S,) as the muscle's force follows it, from rest."""
+    from scipy.signal import lfilter
+
+    share = 1.0 if muscle_s == 0 else 1 - np.exp(-1 / (RATE_HZ * muscle_s))
+    for _ in range(2):
+        signal = lfilter([share], [1, share - 1], signal)
+    return np.asarray(signal)
 
 
 def unsteady(rng: np.random.Generator, t: np.ndarray) -> np.ndarray:

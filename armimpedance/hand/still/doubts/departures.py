@@ -30,6 +30,7 @@ from armimpedance.hand.still.doubts.model import (
     Model,
     beside_inner,
     inner_of,
+    is_of_rate,
     late_s,
     pooled,
 )
@@ -200,8 +201,9 @@ def _meanings(
     """Name of a check -> beginning of its message, which ends with the matrix that is wrong."""
     way = float(np.median([model.peaks.way for model in models]))
     size = f"{1e3 * way:.1f} {'mm' if recording.kind == 'hand' else 'mrad'}"
+    to = " to the velocity" if is_of_rate(names["reflex"]) else ""
     return {
-        "reflex": f"an answer some {1e3 * late_s(names['reflex']):.0f} ms late makes K",
+        "reflex": f"an answer{to} some {1e3 * late_s(names['reflex']):.0f} ms late makes K",
         "amplitude": f"a law that is not linear over {size} makes K",
         "friction": "dry friction makes B",
         "voluntary": f"a push from some {1e3 * late_s(names['voluntary']):.0f} ms on makes K",

@@ -10,13 +10,14 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.hand.still.doubts.model import ALL_COLUMNS, COLUMNS, family
+from armimpedance.hand.still.doubts.model import ALL_COLUMNS, family, is_of_rate
 from armimpedance.hand.still.doubts.odds import odds_of, tails
 
 #: Prior probability of each departure, and its usual size (in the unit of its column).
 BEFOREHAND: Final = {
     "delay": (0.1, 1e-3),
     "reflex": (0.3, 0.3),
+    "reflex to the velocity": (0.05, 0.3),
     "amplitude": (0.1, 0.3),
     "friction": (0.05, 0.1),
     "voluntary": (0.1, 0.3),
@@ -29,10 +30,13 @@ POSITIVE: Final = ("reflex", "friction")
 #: Departures less likely than this are left out.
 UNLIKELY: Final = 1e-4
 
-#: The departure of each column.
+#: The departure of each column, and its name among the priors.
 _FAMILIES: Final = tuple(family(column) for column in ALL_COLUMNS)
-_PRIOR: Final = np.array([BEFOREHAND[name][0] / len(COLUMNS[name]) for name in _FAMILIES])
-_USUAL: Final = np.array([BEFOREHAND[name][1] for name in _FAMILIES])
+_NAMES: Final = tuple(
+    "reflex to the velocity" if is_of_rate(column) else family(column) for column in ALL_COLUMNS
+)
+_PRIOR: Final = np.array([BEFOREHAND[name][0] / _NAMES.count(name) for name in _NAMES])
+_USUAL: Final = np.array([BEFOREHAND[name][1] for name in _NAMES])
 _NONE: Final = 1 - sum(prior for prior, _ in BEFOREHAND.values())
 _POSITIVE: Final = np.array([name in POSITIVE for name in _FAMILIES])
 #: 1 where two columns are of one departure.

@@ -43,7 +43,8 @@ from armimpedance.numerics.signals import delayed
 # One more column z for each departure from ``M x'' + B x' + K x = y``, y = -f.
 #
 # - delay: a force that comes late by k seconds, ``z = -y'``;
-# - reflex: an answer to the displacement of d seconds before, ``z = K x(t - d)``;
+# - reflex: an answer to the displacement of d seconds before, ``z = K x(t - d)``, or to the
+#   velocity then, ``z = K RATE_S x'(t - d)``;
 # - amplitude: a stiffness that changes with the deflection, ``z = K x |x|^2 / A^2``;
 # - friction: a force that has the sign of the velocity, ``z = F v / |v|``;
 # - voluntary: the person pushes along the disturbance from d seconds on, ``z = F u s(t - d)``, s a
@@ -53,6 +54,9 @@ from armimpedance.numerics.signals import delayed
 
 #: Delays of a reflex that are tried (s).
 REFLEX_S: Final = (0.035, 0.045, 0.055, 0.065, 0.080, 0.100)
+#: The same for an answer to the velocity (s), and the time that makes it a displacement (s).
+RATE_DELAYS_S: Final = (0.035, 0.055, 0.080)
+RATE_S: Final = 0.1
 #: Onsets of a voluntary push that are tried (s): no person reacts earlier. The push is complete
 #: RISES_S (s) after its onset.
 VOLUNTARY_S: Final = (0.10, 0.13, 0.16)
@@ -60,7 +64,10 @@ RISES_S: Final = 0.15
 #: Departure -> names of its columns, which differ in their delay only.
 COLUMNS: Final = {
     "delay": ("delay",),
-    "reflex": tuple(f"reflex {late}" for late in REFLEX_S),
+    "reflex": (
+        *(f"reflex {late}" for late in REFLEX_S),
+        *(f"reflex {late} rate" for late in RATE_DELAYS_S),
+    ),
     "amplitude": ("amplitude",),
     "friction": ("friction",),
     "voluntary": tuple(f"voluntary {late}" for late in VOLUNTARY_S),
@@ -81,6 +88,11 @@ def family(column: str) -> str:
 def late_s(column: str) -> float:
     """Delay in the name of a column, s."""
     return float(column.split()[1])
+
+
+def is_of_rate(column: str) -> bool:
+    """Return True for the column of a reflex to the velocity."""
+    return column.endswith(" rate")
 
 
 def columns_of(
@@ -110,13 +122,15 @@ def columns_of(
         return np.asarray(M_B_K[2] @ in_modes(displacement))
 
     columns = {"amplitude": bears(x * squared / peaks.way**2)}
-    for name, late in zip(COLUMNS["reflex"], REFLEX_S, strict=True):
-        before = delayed(x.transpose(0, 2, 1), late * window.sample_rate_hz)
+    v = _velocity(x, window.sample_rate_hz)
+    for name in COLUMNS["reflex"]:
+        stretch = RATE_S * v if is_of_rate(name) else x
+        before = delayed(stretch.transpose(0, 2, 1), late_s(name) * window.sample_rate_hz)
         columns[name] = bears(before.transpose(0, 2, 1))
     # [M B K] (d, 3 d) times the motion (3 d, n), which is free of its own noise if Z exists
     force = M_B_K.transpose(1, 0, 2).reshape(d, 3 * d) @ (equation.regressors if Z is None else Z)
     columns["delay"] = -force @ (equation.modes.first @ smooth.T).T
-    columns["friction"] = in_modes(peaks.force * _sliding(x, window.sample_rate_hz))
+    columns["friction"] = in_modes(peaks.force * _sliding(v))
     furthest = squared[:, :, 0].argmax(axis=1)
     u = x[np.arange(len(x)), furthest]
     u = u / np.maximum(np.linalg.norm(u, axis=1, keepdims=True), 1e-300)
@@ -126,10 +140,14 @@ def columns_of(
     return columns
 
 
-def _sliding(x: FloatArray, rate_hz: float) -> FloatArray:
-    """Direction of the velocity of a displacement (T, S, d); its length is below 1 at low speed."""
+def _velocity(x: FloatArray, rate_hz: float) -> FloatArray:
+    """Velocity of a displacement (T, S, d), smoothed over `_SPAN_S`."""
     span = min(2 * round(_SPAN_S * rate_hz / 2) + 1, x.shape[1] - (x.shape[1] + 1) % 2)
-    v = _slopes(x, max(span, 3) // 2)
+    return rate_hz * _slopes(x, max(span, 3) // 2)
+
+
+def _sliding(v: FloatArray) -> FloatArray:
+    """Direction of a velocity (T, S, d); small where it is slow."""
     speed = np.linalg.norm(v, axis=2, keepdims=True)
     slow = _SLOW * speed.max(axis=1, keepdims=True)
     return np.asarray(v / np.sqrt(speed**2 + slow**2 + 1e-300))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.hand.still.doubts.allowance import allowing, in_common
+from armimpedance.hand.still.doubts.departures import check_departures
 from armimpedance.hand.still.doubts.odds import tails
 from armimpedance.hand.still.estimation import estimate
 
@@ -47,6 +48,27 @@ def test_without_a_departure_the_intervals_grow_little_and_hold(limb):
     assert wide > 0.88  # 64 elements of .95 that are alike in fours
     # A reflex of .3 K is taken for as likely as none: what it may do beside this noise.
     assert 1.0 <= growth < 1.6
+
+
+def test_an_answer_to_the_velocity_is_named_and_the_intervals_hold(limb):
+    held = []
+    for seed in range(12):
+        sound = limb.record(sets=2, force_noise=0.1, drift=0.001, seed=seed)
+        force = sound.force.copy()
+        for row in range(sound.n_trials):
+            at = sound.samples_of(row)
+            rate = np.gradient(sound.position[at], 1 / limb.rate, axis=0)
+            # K x'(t - 45 ms) of .03 s, which makes K by far too large or small
+            force[at] -= 0.03 * np.roll(rate, 45, axis=0) @ limb.K.T
+        recording = replace(sound, force=force)
+        (plain,) = estimate(recording)
+        (wide,) = allowing([plain], recording, BY)
+        low, high = wide.interval()[:, 2]
+        held.append(((low < limb.K) & (high > limb.K)).mean())
+        told = next(one for one in check_departures(recording) if one.name == "reflex")
+        assert told.verdict == "warning"
+    # 48 elements of .95 that are alike in fours: 2.5 standard errors of 12 independent ones
+    assert np.mean(held) > 0.79
 
 
 @pytest.mark.parametrize("part", [0.15, 0.4])
