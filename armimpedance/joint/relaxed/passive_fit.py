@@ -62,7 +62,7 @@ class PassiveFit(FittedResult, FrozenRecord):
         `sd` and the intervals allow for correlated residuals.
     torque_fit : Fit
         The torque equations with this joint's parameters, for prediction and validation. Its
-        condition numbers are those of W; the source does not say which of the two it prints.
+        condition numbers are those of W; the source does not state which of the two it prints.
     direct : Validation
         Validation on the rows of the fit, torque in N m.
     cross : tuple of CrossValidation

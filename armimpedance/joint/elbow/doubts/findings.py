@@ -54,7 +54,7 @@ class LateAnswer:
 
 @dataclass(frozen=True)
 class Reflex:
-    """Reflex ``h (K_r theta + B_r theta')`` beside I, B, K: the parallel cascade's second path.
+    """Reflex ``h (K_r theta + B_r theta')``, the parallel cascade's second path after I, B, K.
 
     `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,), `muscle_ci95_s` (2,).
     `K_r`: N m/rad, if there is an answer.

@@ -102,7 +102,7 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
     """Check the muscles' names against the signs in a law of their torque.
 
     `law`: of the limb's mean torque on the device, N m, flexion positive.
-    `roles`: for muscles whose names do not tell their role.
+    `roles`: for muscles whose names do not show their role.
     Returns: the finding "muscles".
     """
     try:

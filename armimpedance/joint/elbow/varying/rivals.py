@@ -258,7 +258,7 @@ class AtRest:
         return replace(samples, torque=torque, angle=angle)
 
     def beside(self, course: EstimatedCourse) -> EstimatedCourse:
-        """Widen the course's bands by what the constant joint gives for I, B and K.
+        """Widen the course's bands by I, B and K of the constant joint.
 
         If an effect was detected, the uncertainty of the constant joint's fit is added. If none
         was, and the means differ significantly from the constant I, B, K, the bands cover the
