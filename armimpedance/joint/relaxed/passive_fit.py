@@ -230,11 +230,11 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
-def _together(left: np.ndarray, unexplained: np.ndarray) -> float:
-    """Pool ``1 - sum left / sum whole``, each whole being ``left / unexplained``."""
-    if len(left) == 1 or not (unexplained > 0).all():
+def _together(residual: np.ndarray, unexplained: np.ndarray) -> float:
+    """Pool ``1 - sum residual / sum whole``, each whole being ``residual / unexplained``."""
+    if len(residual) == 1 or not (unexplained > 0).all():
         return float(1 - unexplained.mean())
-    return float(1 - left.sum() / (left / unexplained).sum())
+    return float(1 - residual.sum() / (residual / unexplained).sum())
 
 
 def joint_object(fit: PassiveFit) -> dict[str, Any]:
