@@ -37,10 +37,10 @@ from armimpedance.numerics.signals import lowpass, smoothed_derivatives
 # Forces of force plates on a skeleton: a wrench on its root, and torques at its joints.
 #
 # Wrenches are by each plate on the body, in the world's frame, about the plate's origin. Moved to
-# the root they add up, whichever segment stands on which plate: ``sum_k K_k^T F_k``. On a joint act
-# only the plates beyond it, so its row needs to know which segment stands on which plate.
+# the root they add up, for any assignment of segments to plates: ``sum_k K_k^T F_k``. Only the
+# plates beyond a joint act on it, so its row depends on the segment that stands on each plate.
 
-#: A plate with a smaller load has nobody on it, N.
+#: Load below which a plate is empty, N.
 LEAST_LOAD_N: Final = 20.0
 #: The second nearest segment must be farther from the centre of pressure by this factor.
 _CLEARLY: Final = 1.5

@@ -64,7 +64,7 @@ def _check_radians(angle: FloatArray, trial: str) -> None:
 def check_snr(snr: ChannelSnr, lowest_db: float, method: str) -> None:
     """Refuse a channel whose signal to noise is below a method's limit.
 
-    Raises InputError: which channel, how many dB, what the limit is and what would help.
+    Raises InputError: a channel is below the limit; the message has its dB, the limit and advice.
     """
     for name, level in (("torque", snr.torque_db), ("angle", snr.angle_db)):
         if level is None or level >= lowest_db - SNR_SLACK_DB:

@@ -166,7 +166,7 @@ class Answer:
         return several[0] if len(several) == 1 else hull(several[0], several[1:], middle(several))
 
     def finding(self, final: Sequence[Parameters]) -> Finding:
-        """Report what was imposed, and how that is known; `final` as in `parameters`."""
+        """Finding on what was imposed, and on the evidence; `final` as in `parameters`."""
         if self.otherwise is not None or (not self.kept and self.other is None):
             return self._told()
         if not self.kept and self.other is not None:

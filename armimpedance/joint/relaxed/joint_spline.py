@@ -106,7 +106,7 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
 
 
 def trial_spline(samples: PassiveSamples, part: slice) -> TrialSpline:
-    """Spline of a trial of a single joint, with knots for what the samples' filter passes.
+    """Spline of a trial of a single joint, with knots for the pass band of the samples' filter.
 
     Raises InputError: the torque was not measured.
     """

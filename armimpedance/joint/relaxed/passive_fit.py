@@ -62,7 +62,7 @@ class PassiveFit(FittedResult, FrozenRecord):
         `sd` and the intervals allow for correlated residuals.
     torque_fit : Fit
         The torque equations with this joint's parameters, for prediction and validation. Its
-        condition numbers are those of W; the source does not say which of the two it prints.
+        condition numbers are those of W; the source does not state which of the two it prints.
     direct : Validation
         Validation on the rows of the fit, torque in N m.
     cross : tuple of CrossValidation
@@ -230,11 +230,11 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
-def _together(left: np.ndarray, unexplained: np.ndarray) -> float:
-    """Pool ``1 - sum left / sum whole``, each whole being ``left / unexplained``."""
-    if len(left) == 1 or not (unexplained > 0).all():
+def _together(residual: np.ndarray, unexplained: np.ndarray) -> float:
+    """Pool ``1 - sum residual / sum whole``, each whole being ``residual / unexplained``."""
+    if len(residual) == 1 or not (unexplained > 0).all():
         return float(1 - unexplained.mean())
-    return float(1 - left.sum() / (left / unexplained).sum())
+    return float(1 - residual.sum() / (residual / unexplained).sum())
 
 
 def joint_object(fit: PassiveFit) -> dict[str, Any]:

@@ -252,7 +252,9 @@ def swings_of(samples: PassiveSamples, terms: Terms) -> Swings:
 
 
 def _padded(samples: PassiveSamples, signal: FloatArray) -> FloatArray:
-    """Arrange a signal (N,) trial beside trial (S, T); shorter trials repeat their last value."""
+    """Arrange a signal (N,) as (S, T), one column per trial; shorter trials repeat their last
+    value.
+    """
     parts = [signal[s] for s in samples.slices()]
     longest = max(map(len, parts))
     return np.stack([np.pad(part, (0, longest - len(part)), mode="edge") for part in parts], axis=1)

@@ -30,7 +30,7 @@ def body_text(fit: BodyFit) -> str:
     table = aligned_table(("base parameter", "value (95 % interval)", "unit", "robust sd"), rows)
     more = fit.base.rank - len(rows)
     tail = f"\n(the best known; {more} more in FIT.json)" if more > 0 else ""
-    warnings = {f"warning: {said}" for said in warnings_of(fit.checks)}
+    warnings = {f"warning: {warning}" for warning in warnings_of(fit.checks)}
     first = [line for line in fit.lines if line not in warnings]
     lines = [textwrap.fill(t, TABLE_WIDTH, subsequent_indent="  ") for t in first]
     return "\n".join([*fit.notes, *lines, "", table + tail, *checks_lines(fit.checks)])

@@ -336,7 +336,7 @@ class Bent:
 
 
 def bent(result: Contest, deflection: float) -> Bent:
-    """Test the terms of amplitude beside the best of a contest without them.
+    """Test the terms of amplitude together with the best model of a contest without them.
 
     `deflection`: rms of the angle, rad.
     """

@@ -196,8 +196,7 @@ def _allowing(own: Parameters, believed: Posterior) -> Parameters:
 
 
 def _beside(own: Parameters, believed: Posterior) -> Parameters:
-    """I, B, K together with what was detected, averaged over all that the record does not
-    exclude."""
+    """I, B, K with the detected effects, averaged over all models that are not excluded."""
     mean = believed.mean[:, :3]
     centre = believed.weight @ mean
     within = believed.covariance[:, :3, :3]

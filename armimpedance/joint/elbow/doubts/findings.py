@@ -54,7 +54,7 @@ class LateAnswer:
 
 @dataclass(frozen=True)
 class Reflex:
-    """Reflex ``h (K_r theta + B_r theta')`` beside I, B, K: the parallel cascade's second path.
+    """Reflex ``h (K_r theta + B_r theta')``, the parallel cascade's second path after I, B, K.
 
     `ci95` (2,), `B_r_ci95` (2,), `delay_ci95_s` (2,), `muscle_ci95_s` (2,).
     `K_r`: N m/rad, if there is an answer.
@@ -265,7 +265,7 @@ def band_finding(parameters: Parameters, excess: FloatArray) -> Finding:
     if (excess == 1).all():
         return Finding("band", "ok", "every part of the band gives the same I, B and K", smallest)
     half = parameters.interval()[:, 1] - parameters.values
-    each = ", ".join(
+    steps = ", ".join(
         f"{name} {value:.3g} +- {limit:.2g}"
         for name, value, limit, factor in zip("IBK", parameters.values, half, excess, strict=True)
         if factor > 1
@@ -273,7 +273,7 @@ def band_finding(parameters: Parameters, excess: FloatArray) -> Finding:
     return Finding(
         "band",
         "warning",
-        f"no limb that was fitted is the same in all parts of the band: {each} from part to part, "
+        f"no limb that was fitted is the same in all parts of the band: {steps} from part to part, "
         "which the interval holds; soft tissue, a strap, a lag or a second joint; choose the band "
         "that you ask about with --lowest-hz and --cutoff-hz",
         smallest,

@@ -23,7 +23,7 @@ from armimpedance.joint.elbow.doubts.pathway import (
 from armimpedance.joint.elbow.doubts.record import Posed, fit_models
 from armimpedance.joint.elbow.stationary.band import Complex, real_rows
 
-#: Prior sizes, s and shares of K, so wide that they matter only if the record says nothing.
+#: Prior sizes, s and shares of K, so wide that they matter only for an uninformative record.
 _ANY_LATENESS_S: Final = 20e-3
 _ANY_ANSWER: Final = 3.0
 #: Time that converts a gain of the deflection to one of the velocity, s.

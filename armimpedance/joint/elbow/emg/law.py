@@ -93,7 +93,7 @@ def fit_emg_law_of(
         Mean torque of the limb on the device, N m, flexion positive, up to a constant: the torque
         that the muscles hold. The muscles' names are checked against its sign.
     roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles whose names do not tell their role.
+        For muscles whose names do not show their role.
     crosstalk_sd : float
         Prior sd of the share of another muscle's amplitude in a channel, for which the intervals of
         single muscles allow; 0 if there is no crosstalk, or it was removed.

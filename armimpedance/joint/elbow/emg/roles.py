@@ -50,23 +50,23 @@ ROLES: Final[dict[str, Role]] = {
 
 
 def roles_of(
-    muscles: tuple[str, ...], given: Mapping[str, Action] | None = None
+    muscles: tuple[str, ...], stated: Mapping[str, Action] | None = None
 ) -> tuple[Role, ...]:
     """Role of each muscle: as stated, else by its name.
 
     Raises InputError: an unknown name, an unknown role, or no flexor or no extensor among the
     muscles.
     """
-    given = {} if given is None else given
+    stated = {} if stated is None else stated
     roles = []
     for muscle in muscles:
-        if muscle in given:
-            if given[muscle] not in SIGN:
+        if muscle in stated:
+            if stated[muscle] not in SIGN:
                 raise InputError(
-                    f"{muscle} as {given[muscle]!r}", expected="'flexor' or 'extensor'"
+                    f"{muscle} as {stated[muscle]!r}", expected="'flexor' or 'extensor'"
                 )
             usual = ROLES.get(muscle)
-            roles.append(Role(given[muscle], usual.biarticular if usual else False))
+            roles.append(Role(stated[muscle], usual.biarticular if usual else False))
         elif muscle in ROLES:
             roles.append(ROLES[muscle])
         else:
@@ -102,7 +102,7 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
     """Check the muscles' names against the signs in a law of their torque.
 
     `law`: of the limb's mean torque on the device, N m, flexion positive.
-    `roles`: for muscles whose names do not tell their role.
+    `roles`: for muscles whose names do not show their role.
     Returns: the finding "muscles".
     """
     try:

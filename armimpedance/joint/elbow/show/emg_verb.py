@@ -58,7 +58,7 @@ def emg_law(
         Kind "joint", trials at several levels of contraction, with EMG.
     {options}
     roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles of `imcj` whose names do not tell their role.
+        For muscles of `imcj` whose names do not show their role.
     progress : callable, optional
         Called with the number of trials that are done and their total.
 

@@ -136,7 +136,7 @@ def to_continuous(model: DiscreteModel) -> FloatArray:
 
     Raises EstimationError: a joint cannot have these poles or this gain: unstable, on the negative
     real axis or at zero, where the logarithm has no value, or I, B or K not positive. The message
-    tells which, and what to do.
+    names the case and gives advice.
     """
     _refuse_poles(model)
     values = _continuous(model)

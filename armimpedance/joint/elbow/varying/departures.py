@@ -104,7 +104,7 @@ class LawTerms:
 def departures(
     data: VaryingData, fit: BasisFit, law: FloatArray, error: FloatArray | None
 ) -> tuple[str, ...]:
-    """Warnings on departures from the law: a lag, squares, a course beside the amplitudes.
+    """Warnings on departures from the law: a lag, squares, a course independent of the amplitudes.
 
     `law` (N, 1 + m): one and the amplitudes.
     `error` (M, N, 2 (1 + m)) or None: draws of the amplitudes' errors.
@@ -168,7 +168,8 @@ def square_terms(law: FloatArray, error: FloatArray | None) -> LawTerms:
 
 
 def free_terms(data: VaryingData, law: FloatArray, error: FloatArray | None) -> LawTerms:
-    """Slow courses beside the law: polynomials of time within trials, or over all trials."""
+    """Slow courses independent of the law: polynomials of time within trials, or over all
+    trials."""
     T = len(data.trials)
     degree = (MOST_FREE + 1) // T - 1
     free: FloatArray

@@ -1,9 +1,9 @@
 """B and K in overlapping windows, constant (as in the source) or quadratic in each window.
 
-In each window the weighted equation of `equation` is solved for the window's own
-coefficients; I and the offsets are shared by all windows. To find the error by time variation, the
-same windows are solved with two more powers of time. The difference of the values at the centres,
-beyond what noise explains, is this error; it is added to the bands.
+In each window the weighted equation of `equation` is solved for the window's own coefficients; I
+and the offsets are shared by all windows. To find the error by time variation, the same windows are
+solved with two more powers of time. The part of the difference at the centres that noise does not
+explain is this error; it is added to the bands.
 """
 
 from __future__ import annotations

@@ -71,25 +71,25 @@ def explained(begun: Beginning, tick: Callable[[], None]) -> ExplainedCourse:
     """
     results: list[tuple[float, VaryingData, SmoothedCourse]] = []
     first: EstimationError | None = None
-    for one in _candidates(begun, tick):
+    for attempt in _candidates(begun, tick):
         # levels found together with the subject's torque are near; else the search starts wide
-        near = one.levels if one.data.own.order else None
+        near = attempt.levels if attempt.data.own.order else None
         try:
-            smoothed = smooth(one.data, one.course, near=near, tick=tick)
+            smoothed = smooth(attempt.data, attempt.course, near=near, tick=tick)
         except EstimationError as error:
             first = first or error
             continue
-        results.append((_log_likelihood(one.data, smoothed), one.data, smoothed))
+        results.append((_log_likelihood(attempt.data, smoothed), attempt.data, smoothed))
     if not results:
         raise first or EstimationError("B(t) and K(t) do not settle")
     results.sort(key=_likeliest, reverse=True)
     best, data, smoothed = results[0]
     alike = [
-        one
-        for one in results[1:]
-        if bool(one[1].own.order) != bool(data.own.order) and abs(best - one[0]) < EQUAL
+        attempt
+        for attempt in results[1:]
+        if bool(attempt[1].own.order) != bool(data.own.order) and abs(best - attempt[0]) < EQUAL
     ]
-    others = [one[2] for one in alike[:1]]
+    others = [attempt[2] for attempt in alike[:1]]
     if data.own.order:
         slow = replace(data, own=data.own.slower(SLOWER))
         with suppress(EstimationError):
@@ -139,7 +139,7 @@ def _candidates(begun: Beginning, tick: Callable[[], None]) -> list[Beginning]:
     rivals = [
         with_own_torque(begun.data, constant, intensity, tick) for intensity in FIRST_INTENSITIES
     ]
-    return [begun, *(one for one in rivals if one is not None and one.data.own.order)]
+    return [begun, *(rival for rival in rivals if rival is not None and rival.data.own.order)]
 
 
 def _likeliest(candidate: tuple[float, VaryingData, SmoothedCourse]) -> tuple[bool, float]:
@@ -258,7 +258,7 @@ class AtRest:
         return replace(samples, torque=torque, angle=angle)
 
     def beside(self, course: EstimatedCourse) -> EstimatedCourse:
-        """Widen the course's bands by what the constant joint gives for I, B and K.
+        """Widen the course's bands by I, B and K of the constant joint.
 
         If an effect was detected, the uncertainty of the constant joint's fit is added. If none
         was, and the means differ significantly from the constant I, B, K, the bands cover the

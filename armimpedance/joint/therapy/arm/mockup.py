@@ -203,7 +203,7 @@ def _scaled(
     both_ways = len({direction_of(t) for t in group}) > 1
     columns = [_columns(t, rows, both_ways) for t, rows in zip(group, sliding, strict=True)]
     names = tuple(columns[0])
-    W = [np.stack(list(one.values()), axis=1) for one in columns]
+    W = [np.stack(list(named.values()), axis=1) for named in columns]
     S = [t.support[rows, None] for t, rows in zip(group, sliding, strict=True)]
     # S (N, 1) = [rigid arm, direction, q, 1] (N, c) (scale, h, k, b) (c,)
     factors = ragged_factors(W, S, regressors=names, outputs=("support",))

@@ -129,7 +129,7 @@ def _of_metric(name: str, words: str) -> tuple[Column[Contribution], ...]:
     """Columns of a metric: value, standard error, limits, and validity."""
 
     def of(part: Callable[[Metric], Any]) -> Callable[[Contribution], Any]:
-        return lambda one: part(getattr(one, name))
+        return lambda result: part(getattr(result, name))
 
     percent = Column(f"{name}_percent", words, "%", of(lambda m: m.percent))
     return (
@@ -142,7 +142,7 @@ def _of_metric(name: str, words: str) -> tuple[Column[Contribution], ...]:
 
 
 def _of_reference(name: str) -> Callable[[Contribution], Any]:
-    return lambda one: None if one.reference is None else getattr(one.reference, name)
+    return lambda result: None if result.reference is None else getattr(result.reference, name)
 
 
 def _of_variance(part: str) -> Column[Contribution]:
@@ -150,7 +150,7 @@ def _of_variance(part: str) -> Column[Contribution]:
         f"variance_from_{part}",
         f"part of the share's variance that comes from: {part}",
         "1",
-        lambda one: getattr(one.share_variance, part),
+        lambda result: getattr(result.share_variance, part),
     )
 
 
@@ -165,7 +165,7 @@ CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
     Column("trial", "number of the trial"),
     Column("condition", "condition of the trial"),
     Column("movement", "movement of the trial"),
-    Column("axis", "axis that moves", value=lambda one: one.axis_name),
+    Column("axis", "axis that moves", value=lambda result: result.axis_name),
     Column("n_samples", "samples that count, because the axis moves", "1"),
     Column("duration_s", "time from onset to end", "s"),
     Column("still_share", "part of the samples between that does not count", "1"),
@@ -174,7 +174,7 @@ CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
         "robot_inertia_percent",
         "share of the robot's inertia torque",
         "%",
-        lambda one: one.inertia_percent,
+        lambda result: result.inertia_percent,
     ),
     *_of_metric("projection", "the person's share alone"),
     *_of_metric("ratio", "the person's share as a ratio of sums (4)"),
@@ -183,7 +183,7 @@ CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
         "ratio_all_samples_percent",
         "ratio of sums (4) of all samples from onset to end",
         "%",
-        lambda one: one.ratio_all_percent,
+        lambda result: result.ratio_all_percent,
     ),
     _REFERENCE,
     beside("sd_", _REFERENCE, _of_reference("sd"), name="reference"),
@@ -200,7 +200,9 @@ CONTRIBUTION: Final[tuple[Column[Contribution], ...]] = (
     Column("saturated_share", "part of the samples with the motor at its limit", "1"),
     *map(_of_variance, PARTS),
     Column(
-        "notes", "what a reader must know of these numbers", value=lambda one: "; ".join(one.notes)
+        "notes",
+        "what a reader must know of these numbers",
+        value=lambda result: "; ".join(result.notes),
     ),
 )
 
