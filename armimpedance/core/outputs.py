@@ -201,9 +201,9 @@ def is_full(error: BaseException) -> bool:
 
 @contextmanager
 def kept_so_far(folder: Path) -> Iterator[None]:
-    """Say, when the disk is full, that the parts written so far are kept; no other part would fit.
+    """Turn an error of a full disk into one that states that the parts written so far are kept.
 
-    `place`: where the parts are kept, for an error that names no file.
+    `folder`: the folder of the parts, for an error that names no file.
     """
     try:
         yield

@@ -83,7 +83,7 @@ class NwbSeries:
 
 
 @dataclass
-class Found:
+class FileSeries:
     """The series read from a file.
 
     `left`: reason -> names of data that were not taken.
@@ -107,12 +107,12 @@ class Found:
         self.series.append(NwbSeries(clock, dict(columns)))
 
 
-def series_of(file: Any, wanted: Wanted) -> Found:
+def series_of(file: Any, wanted: Wanted) -> FileSeries:
     """Read all series of a file with wanted columns.
 
     `wanted`: whether a column, such as "acquisition/force.x", is wanted.
     """
-    found = Found()
+    found = FileSeries()
     seen: set[object] = set()
     for name, group in _groups(file, found, seen):
         try:
@@ -122,7 +122,7 @@ def series_of(file: Any, wanted: Wanted) -> Found:
     return found
 
 
-def _groups(file: Any, found: Found, seen: set[object]) -> Iterator[tuple[str, Any]]:
+def _groups(file: Any, found: FileSeries, seen: set[object]) -> Iterator[tuple[str, Any]]:
     """Each group that holds data, once, with its path."""
     places = [(path, member(file, path)) for path in _PLACES]
     pending = [(p, g, 0) for p, g in places if g is not None and not is_dataset(g)]
@@ -152,7 +152,7 @@ def _kind(group: Any) -> str:
     return f"{attribute_text(group, 'neurodata_type')[:40] or 'a table'} and no time series"
 
 
-def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
+def _take(found: FileSeries, name: str, group: Any, wanted: Wanted) -> None:
     """Read one series, if any of its columns is wanted."""
     data = member(group, "data")
     if data is None or not is_dataset(data) or not 1 <= len(data.shape) <= 2:

@@ -67,7 +67,7 @@ def read_sections(
         section = _read_part(file, first, text, read)
         earlier = {name for table in tables for name in table.columns}
         tables += [
-            _renamed_table(table, first, earlier)
+            _without_used(table, first, earlier)
             for table in section.runs[0].tables
             if table.columns
         ]
@@ -131,7 +131,7 @@ def without_last_words(file: Path, layout: TextLayout, row: int) -> str | None:
     return "\n".join(text[: row - 1]) + "\n"
 
 
-def _renamed_table(table: RawTable, first: int, used: set[str]) -> RawTable:
+def _without_used(table: RawTable, first: int, used: set[str]) -> RawTable:
     """Remove columns that an earlier section has, such as frames, and add times from the rate."""
     columns = {name: column for name, column in table.columns.items() if name not in used}
     time = table.time_s

@@ -269,8 +269,8 @@ def _table(
 
 def _moment(ns: int) -> str:
     """A time since 1970 in ISO 8601."""
-    seconds = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
-    return f"{seconds:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
+    whole_second = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
+    return f"{whole_second:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
 
 
 @contextmanager

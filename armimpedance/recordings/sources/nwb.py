@@ -20,7 +20,14 @@ from armimpedance.recordings.hdf5 import (
     plain_text,
 )
 from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, Source, Wanted
-from armimpedance.recordings.nwb_series import Found, NwbSeries, Trial, cut, series_of, trials_of
+from armimpedance.recordings.nwb_series import (
+    FileSeries,
+    NwbSeries,
+    Trial,
+    cut,
+    series_of,
+    trials_of,
+)
 from armimpedance.recordings.reading import some_names
 
 _EXPECTED: Final = "an NWB file"
@@ -79,7 +86,7 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     return RawFile(runs=runs, not_taken=sentences)
 
 
-def _run(path: Path, content: Found, facts: dict[str, float | str]) -> RawRun:
+def _run(path: Path, content: FileSeries, facts: dict[str, float | str]) -> RawRun:
     return RawRun(str(path), tuple(map(_whole, content.series)), facts)
 
 
@@ -88,7 +95,7 @@ def _whole(series: NwbSeries) -> RawTable:
 
 
 def _trial_runs(
-    path: Path, content: Found, trials: list[Trial], facts: dict[str, float | str]
+    path: Path, content: FileSeries, trials: list[Trial], facts: dict[str, float | str]
 ) -> list[RawRun]:
     return [
         RawRun(
@@ -100,7 +107,7 @@ def _trial_runs(
     ]
 
 
-def _outside(content: Found, trials: list[Trial]) -> int:
+def _outside(content: FileSeries, trials: list[Trial]) -> int:
     """The number of rows of the longest series that are in no trial."""
     if not content.series:
         return 0
