@@ -57,8 +57,8 @@ cocontraction_10: weighted, 16 trials, K 397.8, 151.9 N/m
 cocontraction_30: weighted, 16 trials, K 640.8, 304.5 N/m
 >>> ai.to_joint(hand)["cocontraction_10"].stiffness
 K (N m/rad)   shoulder              elbow
-shoulder      33.2 [23.83, 42.58]   13.82 [7.58, 20.06]
-elbow         13.82 [7.58, 20.06]   24.68 [20.04, 29.31]
+shoulder      33.2 [23.75, 42.65]   13.82 [7.56, 20.08]
+elbow         13.82 [7.56, 20.08]   24.68 [19.96, 29.4]
 >>> difference = ai.compare(session, permutations=99)
 >>> difference.pairs[0].second
 'cocontraction_30'
@@ -73,7 +73,7 @@ elbow         13.82 [7.58, 20.06]   24.68 [20.04, 29.31]
 >>> predicted = ai.predict(model, postures=[[1.0, 1.5]])
 >>> predicted.to_frame()[["K_11", "sd_K_11", "extrapolated"]].round(1)
    K_11  sd_K_11  extrapolated
-0  25.0      7.4             1
+0  24.9      7.5             1
 """
 
 

@@ -227,7 +227,7 @@ class Plan(FrozenRecord):
     >>> import armimpedance as ai
     >>> wish = ai.plan(k_percent=10, shape="minimum_jerk", duration_s=0.3)
     >>> wish.best.trials, wish.obstacle
-    (184, '')
+    (200, '')
     """
 
     setting: Setting

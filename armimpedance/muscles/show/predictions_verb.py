@@ -70,7 +70,7 @@ def predict(
     >>> predicted = ai.predict(model, postures=[[1.0, 1.5]])
     >>> predicted.to_frame()[["K_11", "sd_K_11", "extrapolated"]].round(1)
        K_11  sd_K_11  extrapolated
-    0  25.0      7.4             1
+    0  24.9      7.5             1
     """
     file = model if isinstance(model, str | os.PathLike) else None
     made = read_model(Path(file)) if file is not None else cast(FittedModel, model)

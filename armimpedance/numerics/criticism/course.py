@@ -132,6 +132,7 @@ def sizes_beside(
         Covariance of `values`.
     whole : (k,)
         Parameters of the whole.
+
     Returns
     -------
     tuple of float

@@ -66,7 +66,7 @@ def test_each_motion_added_lowers_the_condition_most(motions, small):
 
 
 def test_no_motions_are_refused(motions, small):
-    with pytest.raises(InputError, match="one or more"):
+    with pytest.raises(InputError, match="1 or more"):
         choose_motions(
             body_equations(motions, RowChoice()), essential_base_parameters(small), most=0
         )

@@ -305,7 +305,7 @@ def test_the_commanded_torque_is_told():
         ({"method": "smoother", "window_s": 0.5}, "no window"),
         ({"method": "windows", "window_s": 0.05}, "longer"),
         ({"method": "windows", "window_s": 20.0}, "shorter"),
-        ({"method": "windows", "window_s": -1.0}, "positive"),
+        ({"method": "windows", "window_s": -1.0}, "more than 0"),
         ({"method": "spline", "cutoff_hz": 600.0}, "band edge"),
     ],
 )
