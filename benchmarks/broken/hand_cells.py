@@ -293,6 +293,8 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
     sign = ("force sign", "sign")
     plants: list[tuple[str, str, tuple[str, ...], Hand]] = [
         *(("reflex", f"{100 * p:g} % at 55 ms", late, Hand(reflex=p)) for p in (0.25, 0.5)),
+        ("reflex", "to the velocity, 25 ms of K at 40 ms, through a muscle", late,
+         Hand(reflex_rate_s=0.025, delay_s=0.04, muscle_s=0.02)),
         *(
             ("somebody pushes back", f"{n:g} N from 120 ms", ("voluntary",),
              Hand(answers_N=n))

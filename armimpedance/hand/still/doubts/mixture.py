@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.hand.still.doubts.model import ALL_COLUMNS, family, is_of_rate
+from armimpedance.hand.still.doubts.model import ALL_COLUMNS, family, kind_of
 from armimpedance.hand.still.doubts.odds import odds_of, tails
 
 #: Prior probability of each departure, and its usual size (in the unit of its column).
@@ -32,9 +32,7 @@ UNLIKELY: Final = 1e-4
 
 #: The departure of each column, and its name among the priors.
 _FAMILIES: Final = tuple(family(column) for column in ALL_COLUMNS)
-_NAMES: Final = tuple(
-    "reflex to the velocity" if is_of_rate(column) else family(column) for column in ALL_COLUMNS
-)
+_NAMES: Final = tuple(kind_of(column) for column in ALL_COLUMNS)
 _PRIOR: Final = np.array([BEFOREHAND[name][0] / _NAMES.count(name) for name in _NAMES])
 _USUAL: Final = np.array([BEFOREHAND[name][1] for name in _NAMES])
 _NONE: Final = 1 - sum(prior for prior, _ in BEFOREHAND.values())

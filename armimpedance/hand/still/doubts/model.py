@@ -95,6 +95,11 @@ def is_of_rate(column: str) -> bool:
     return column.endswith(" rate")
 
 
+def kind_of(column: str) -> str:
+    """Name of a column's departure, by which its prior and its level are listed."""
+    return "reflex to the velocity" if is_of_rate(column) else family(column)
+
+
 def columns_of(
     window: Window,
     equation: ModalEquation,
@@ -176,6 +181,7 @@ def _slopes(x: FloatArray, half: int) -> FloatArray:
 LEVEL: Final = {
     "delay": 0.007,
     "reflex": 0.006,
+    "reflex to the velocity": 0.002,
     "amplitude": 0.007,
     "friction": 0.003,
     "voluntary": 0.002,
@@ -334,7 +340,7 @@ class Model:
         own, estimate = plain[rows], parameters[rows]
         share = float((own - estimate) @ own / (own @ own)) / k if k else 0.0
         precision = float(np.sqrt(own @ self.covariance[rows, rows] @ own)) / float(own @ own)
-        return Departure(k, error, expected, share, precision, dof, LEVEL[family(column)])
+        return Departure(k, error, expected, share, precision, dof, LEVEL[kind_of(column)])
 
     def shift(self, column: str) -> FloatArray:
         """Error of M, B and K (3 d^2,) for one unit of a departure."""
@@ -429,7 +435,7 @@ def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> D
         share=float(weight @ [departure.share for departure in departures]),
         known=float(np.median([departure.known for departure in departures])),
         dof=float(parts.sum() ** 2 / (parts**2 @ [1 / departure.dof for departure in departures])),
-        level=LEVEL[family(column)],
+        level=LEVEL[kind_of(column)],
     )
 
 
