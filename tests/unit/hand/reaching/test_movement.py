@@ -267,6 +267,12 @@ def test_a_trial_of_a_wrong_label_is_named(column):
         identify_movement(replace(recording, trials=table))
 
 
+def test_a_force_in_millinewtons_gives_no_number():
+    recording, _ = session()
+    with pytest.raises(EstimationError, match="units"):
+        ai.movement(replace(recording, force=1000 * recording.force))
+
+
 def test_a_force_of_the_wrong_sign_is_told():
     recording, _ = session()
     with pytest.raises(EstimationError):

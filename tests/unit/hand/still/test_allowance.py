@@ -58,7 +58,7 @@ def test_an_answer_to_the_velocity_is_named_and_the_intervals_hold(limb):
         for row in range(sound.n_trials):
             at = sound.samples_of(row)
             rate = np.gradient(sound.position[at], 1 / limb.rate, axis=0)
-            # K x'(t - 45 ms) of .03 s, which makes K by far too large or small
+            # 30 ms times K x'(t - 45 ms); no column but its own resembles it
             force[at] -= 0.03 * np.roll(rate, 45, axis=0) @ limb.K.T
         recording = replace(sound, force=force)
         (plain,) = estimate(recording)

@@ -74,7 +74,6 @@ def _covered(found, truth):
     return out
 
 
-@pytest.mark.first_cases(2)
 @pytest.mark.parametrize("method", VARYING_METHODS)
 def test_a_slow_course_comes_back(method):
     samples, truth = _bench(0.3)
