@@ -76,7 +76,8 @@ class Ellipsoid:
         InputError
             The level is not between 0 and 1.
         """
-        t = float(stdtrit(self.dof, (1 + _checked(level)) / 2))
+        check_level(level)
+        t = float(stdtrit(self.dof, (1 + level) / 2))
         weights = np.stack([np.outer(v, v).ravel() / li for v, li in self._pairs()])
         # d log l_i = v_i^T dA v_i / l_i; d log size is their sum
         weights = np.vstack([weights, weights.sum(axis=0)])
@@ -117,7 +118,8 @@ class Ellipsoid:
 
     def _off_axis(self, u: FloatArray, level: float) -> FloatArray:
         """Squared distance of directions (n, 3) from an axis, relative to the limit by chance."""
-        limit = 2 * float(fdtri(2, min(self.dof, _MANY), _checked(level)))
+        check_level(level)
+        limit = 2 * float(fdtri(2, min(self.dof, _MANY), level))
         S = (np.eye(9) + _TRANSPOSE) / 2
         covariance = S @ self.covariance @ S.T
         # two directions across each u, (n, 2, 3), and A u along them, w (n, 2)
@@ -132,11 +134,6 @@ class Ellipsoid:
 
 #: Map from vec of a matrix to vec of its transpose.
 _TRANSPOSE: Final = np.eye(9).reshape(3, 3, 9).transpose(1, 0, 2).reshape(9, 9)
-
-
-def _checked(level: float) -> float:
-    check_level(level)
-    return level
 
 
 def ellipsoid_of_matrix(matrix: ArrayLike, covariance: ArrayLike, dof: float = np.inf) -> Ellipsoid:
