@@ -125,7 +125,7 @@ def check_number(
     unit: str = "",
     error: type[InputError] = InputError,
 ) -> None:
-    """Refuse a number outside its bounds. NaN is, and infinity unless it is allowed by `high`.
+    """Refuse a number outside its bounds, NaN always, and infinity unless `high` allows it.
 
     `problem`: the sentence, with the number in it.
     `above`, `below`: bounds that are not allowed themselves.
